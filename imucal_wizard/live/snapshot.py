@@ -1,0 +1,80 @@
+"""What the reader thread hands to the screen: one frozen picture, replaced whole."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from imucal_wizard.procedure.state import Event, Status
+from imucal_wizard.readings import FloatArray
+
+
+@dataclass(frozen=True)
+class StreamStatus:
+    """The stream at one moment.
+
+    Attributes:
+        source: what is read, in words ("virtual IMU", "/dev/ttyACM0, Arduino Nano").
+        format: name of the format, or "" before it is known.
+        connected: False while the port is lost or not yet open.
+        problem: what is wrong and what to do, or "".
+        rate: samples per second, 0 before it is known.
+        samples: samples decoded so far.
+        lost: samples missing by the device's own count or time.
+        malformed: lines or frames thrown away.
+        temperature: newest, °C, or None.
+        accelerometer: newest reading, or None.
+        gyroscope: newest reading, or None.
+        accelerometer_unit: ``m/s^2`` or ``count``.
+        gyroscope_unit: ``rad/s`` or ``count``.
+        gravity: magnitude of the newest second's mean acceleration, in its unit, or None.
+        digits: printed decimals of the accelerometer columns, or None where not text.
+        warnings: what was noticed, newest last, each once.
+    """
+
+    source: str = ""
+    format: str = ""
+    connected: bool = False
+    problem: str = ""
+    rate: float = 0.0
+    samples: int = 0
+    lost: int = 0
+    malformed: int = 0
+    temperature: float | None = None
+    accelerometer: tuple[float, float, float] | None = None
+    gyroscope: tuple[float, float, float] | None = None
+    accelerometer_unit: str = "m/s^2"
+    gyroscope_unit: str = "rad/s"
+    gravity: float | None = None
+    digits: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def _no_traces() -> FloatArray:
+    return np.zeros((0, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """Everything a screen shows at one moment.
+
+    Attributes:
+        serial: grows by one with every snapshot that differs from the one before.
+        stream: the stream.
+        status: the procedure.
+        events: the newest events, oldest first, at most 50.
+        event_count: how many events there have been in all; the screen plays the new ones.
+        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing.
+        traces_seconds: how many seconds ``traces`` spans.
+        attitude: body-to-world rotation matrix for the drawing, shape (3, 3), or None.
+        finished: the source has ended (a file) or the reader has stopped.
+    """
+
+    serial: int = 0
+    stream: StreamStatus = field(default_factory=StreamStatus)
+    status: Status = field(default_factory=Status)
+    events: tuple[Event, ...] = ()
+    event_count: int = 0
+    traces: FloatArray = field(default_factory=_no_traces)
+    traces_seconds: float = 10.0
+    attitude: FloatArray | None = None
+    finished: bool = False

@@ -1,0 +1,1 @@
+"""What the operator does, decided here from samples alone and never on a screen."""

@@ -1,0 +1,89 @@
+"""The named directions of a cube: 6 faces, 12 edges, 8 corners. Which is up, which is missing.
+
+A pose is named by the faces that point up: ``+x`` has the +x face on top, ``+x-y`` the edge between
+the +x and −y faces, ``+x-y+z`` a corner. At rest the specific force is ``g·u`` with ``u`` the up
+direction in the body frame, so the pose is read straight from the accelerometer.
+"""
+
+import itertools
+from collections.abc import Iterable
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+
+AXES = "xyz"
+
+
+def _name(signs: tuple[int, int, int]) -> str:
+    pairs = zip(signs, AXES, strict=True)
+    return "".join(f"{'+' if sign > 0 else '-'}{axis}" for sign, axis in pairs if sign)
+
+
+def _directions(faces: int) -> dict[str, FloatArray]:
+    named = {}
+    for signs in itertools.product((1, -1, 0), repeat=3):
+        if sum(map(abs, signs)) == faces:
+            vector = np.array(signs, float)
+            named[_name(signs)] = vector / np.linalg.norm(vector)
+    return named
+
+
+FACES: dict[str, FloatArray] = {
+    name: _directions(1)[name] for name in ("+x", "-x", "+y", "-y", "+z", "-z")
+}
+EDGES: dict[str, FloatArray] = _directions(2)
+CORNERS: dict[str, FloatArray] = _directions(3)
+DIRECTIONS: dict[str, FloatArray] = {**FACES, **EDGES, **CORNERS}
+"""Unit up vector of each of the 26 named poses."""
+
+FACE_TOLERANCE_DEG = 40.0
+"""With the six faces alone the nearest other face is 90° away."""
+POSE_TOLERANCE_DEG = 20.0
+"""Faces and edges are 45° apart; 20° leaves a gap in which a pose is nobody's."""
+SAME_DIRECTION_DEG = 12.0
+"""Holds closer than this are repeats of one direction."""
+
+
+def angle_between(a: FloatArray, b: FloatArray) -> float:
+    """Angle between two vectors, rad, accurate near 0 and π (Kahan's two-argument form)."""
+    a = a / np.linalg.norm(a)
+    b = b / np.linalg.norm(b)
+    return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
+
+
+def nearest(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str | None:
+    """The named pose nearest to ``up`` within the tolerance, or None."""
+    names = list(among)
+    if not names:
+        return None
+    angles = [angle_between(up, DIRECTIONS[name]) for name in names]
+    best = int(np.argmin(angles))
+    return names[best] if np.degrees(angles[best]) <= tolerance_deg else None
+
+
+def spoken(name: str) -> str:
+    """The pose in plain words: "the edge between the +x and −y faces on top"."""
+    faces = [name[i : i + 2].replace("-", "−") for i in range(0, len(name), 2)]
+    if len(faces) == 1:
+        return f"the {faces[0]} face on top"
+    if len(faces) == 2:
+        return f"the edge between the {faces[0]} and {faces[1]} faces on top"
+    return f"the corner of the {faces[0]}, {faces[1]} and {faces[2]} faces on top"
+
+
+def turn_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
+    """The body axis to turn about, the sense, and the angle, that bring ``wanted`` on top.
+
+    The smallest turn is about ``wanted × now`` (body frame, from ``du/dt = u × w``); of it the
+    largest component is spoken. Senses are as seen with that axis pointing at the eye.
+
+    Returns:
+        Axis ``x``, ``y`` or ``z``; ``left`` (counter-clockwise) or ``right``; degrees.
+    """
+    angle = angle_between(now, wanted)
+    turn = np.cross(wanted, now)
+    if np.linalg.norm(turn) < 1e-9 and angle > 1.0:  # upside down: any axis across will do
+        turn = np.eye(3)[int(np.argmin(np.abs(now)))]
+    axis = int(np.argmax(np.abs(turn)))
+    return AXES[axis], "left" if turn[axis] > 0 else "right", float(np.degrees(angle))

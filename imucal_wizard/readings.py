@@ -1,0 +1,84 @@
+"""Readings: the samples of one recording, or of one moment of a stream. SI or counts, frozen."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """The samples of one sensor with their own times.
+
+    Attributes:
+        time: sample times, s, shape (n,), never decreasing.
+        values: readings ``y``, shape (n, 3); (n, 1) for the temperature.
+        unit: ``m/s^2``, ``rad/s``, ``uT``, ``degC`` or ``count``.
+    """
+
+    time: FloatArray
+    values: FloatArray
+    unit: str
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def between(self, start: float, end: float) -> "Series":
+        """The samples with ``start <= time < end``."""
+        first, last = np.searchsorted(self.time, (start, end))
+        return Series(self.time[first:last], self.values[first:last], self.unit)
+
+    @property
+    def rate(self) -> float:
+        """Samples per second from the median interval; 0 when fewer than two samples."""
+        if len(self.time) < 2:
+            return 0.0
+        step = float(np.median(np.diff(self.time)))
+        return 1.0 / step if step > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What one recording, or one piece of a stream, says of every sensor.
+
+    Attributes:
+        accelerometer: readings of specific force.
+        gyroscope: readings of angular rate, or None when there is no gyroscope.
+        magnetometer: readings of flux density, or None.
+        temperature: degrees Celsius, or None.
+        warnings: what the reader noticed on the way, for the user.
+    """
+
+    accelerometer: Series
+    gyroscope: Series | None = None
+    magnetometer: Series | None = None
+    temperature: Series | None = None
+    warnings: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.accelerometer)
+
+
+def join(parts: "list[Readings]") -> Readings:
+    """Pieces of one stream, in order, as one recording."""
+    first = parts[0]
+
+    def joined(name: str) -> Series | None:
+        series = [s for s in (getattr(part, name) for part in parts) if s is not None]
+        if not series:
+            return None
+        return Series(
+            np.concatenate([s.time for s in series]),
+            np.concatenate([s.values for s in series]),
+            series[0].unit,
+        )
+
+    return Readings(
+        joined("accelerometer") or first.accelerometer,
+        joined("gyroscope"),
+        joined("magnetometer"),
+        joined("temperature"),
+        tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
+    )

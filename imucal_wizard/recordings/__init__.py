@@ -1,0 +1,1 @@
+"""Files to readings, one file per file format."""

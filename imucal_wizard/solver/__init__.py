@@ -1,0 +1,1 @@
+"""The fits: accelerometer, gyroscope, their uncertainty, and what the data carry."""

@@ -1,0 +1,1 @@
+"""The terminal app: it shows what the domain decided and passes on what the operator wants."""

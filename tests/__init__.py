@@ -1,0 +1,1 @@
+"""The specification of imucal_wizard, one sentence per test."""
