@@ -1,0 +1,121 @@
+"""What a fit says: parameters with uncertainty, errors before and after, and what is not carried."""
+
+from dataclasses import dataclass, field
+
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.readings import FloatArray
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model.
+
+    Attributes:
+        name: as in the JSON (``bias_x``, ``sensitivity_x``, ``non_orthogonality_xy`` …).
+        value: in ``unit``.
+        standard_error: one standard deviation, or None where the data leave nothing to judge by.
+        unit: unit word.
+        carried: False when the data do not carry it, so that it stays at its nominal value.
+    """
+
+    name: str
+    value: float
+    standard_error: float | None
+    unit: str
+    carried: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFit:
+    """The calibration of one sensor: ``corrected = matrix · (reading − bias)``.
+
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        model: terms of the model (``bias``, ``scale``, ``non-orthogonality`` …).
+        method: name of the method.
+        frame: ``own`` or ``accelerometer``.
+        matrix: ``M``, SI per reading unit, shape (3, 3).
+        bias: ``b``, reading unit, shape (3,).
+        bias_unit: the reading's unit.
+        parameters: all parameters, carried or not.
+        unit: unit of the errors below: ``m/s^2`` or ``rad``.
+        rms_before: error with the nominal conversion only; None where there is none.
+        rms_fitted: error on the data fitted.
+        rms_held_out: error on directions or rotations left out one at a time; None where none can
+            be left out.
+        floor: what the noise alone would make of the error, or None.
+        residuals: error of each hold or rotation, in ``unit``.
+        held_out: error of each when it is left out, or None.
+        covariance: of ``theta`` (the nine or twelve base parameters), or None.
+        iterations: how many the method took.
+        validation_rms: error on holds the fit has not seen, or None.
+        warnings: what the user must know about this sensor.
+    """
+
+    sensor: str
+    model: tuple[str, ...]
+    method: str
+    frame: str
+    matrix: FloatArray
+    bias: FloatArray
+    bias_unit: str
+    parameters: tuple[Parameter, ...]
+    unit: str
+    rms_before: float | None
+    rms_fitted: float
+    rms_held_out: float | None
+    floor: float | None
+    residuals: FloatArray
+    held_out: FloatArray | None = None
+    covariance: FloatArray | None = None
+    iterations: int = 0
+    validation_rms: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class AxisComparison:
+    """One line of Q's table III: one axis by the three gyroscope methods.
+
+    Scales are corrections ``k`` (SI per reading); sensitivities are their reciprocals. None where a
+    method could not be used.
+    """
+
+    axis: str
+    rotations: int
+    static_bias: float | None = None
+    static_scale: float | None = None
+    static_scale_error: float | None = None
+    dynamic_bias: float | None = None
+    dynamic_bias_error: float | None = None
+    dynamic_scale: float | None = None
+    dynamic_scale_error: float | None = None
+    vector_bias: float | None = None
+    vector_scale: float | None = None
+    vector_scale_error: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FitReport:
+    """Everything a fit found; the result screen, ``fit --json`` and the saved file all show this.
+
+    Attributes:
+        gravity: local gravity used, m/s².
+        rates: samples per second of each sensor.
+        holds: the holds found, in time order.
+        rotations: the rotations found, in time order; those with a ``problem`` were not fitted.
+        sensors: the fit of each sensor by name.
+        comparison: the gyroscope's three methods side by side.
+        verdict: plain sentences, the most important first.
+        warnings: what the user must know.
+    """
+
+    gravity: float
+    rates: dict[str, float]
+    holds: tuple[Hold, ...]
+    rotations: tuple[Rotation, ...]
+    sensors: dict[str, SensorFit]
+    comparison: tuple[AxisComparison, ...] = ()
+    verdict: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = field(default=())
