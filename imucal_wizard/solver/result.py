@@ -1,4 +1,4 @@
-"""What a fit says: parameters with uncertainty, errors before and after, and what is not carried."""
+"""What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
 
 from dataclasses import dataclass, field
 
