@@ -1,7 +1,12 @@
 """A hold: the device at rest for a while, summed up so that the samples are not needed again."""
 
+from collections import deque
 from dataclasses import dataclass
 
+import numpy as np
+
+from imucal_wizard.procedure.blocks import Blocks, BoolArray, join_blocks
+from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
 from imucal_wizard.readings import FloatArray
 
 
@@ -32,3 +37,100 @@ class Hold:
     temperature: float | None = None
     pose: str | None = None
     hand_held: bool = False
+
+
+GUARD_BLOCKS = 1
+"""Blocks given away at either end of a hold, where the device may already be moving."""
+BATCHES = 5
+"""Batch means for the covariance of an average: few enough that slow noise shows."""
+
+
+def hold_from(blocks: Blocks) -> Hold:
+    """A hold from consecutive blocks that are all at rest (guards already taken off)."""
+    mean_g = covariance_g = None
+    if blocks.mean_g is not None:
+        mean_g, covariance_g = _average(blocks.mean_g)
+    mean_a, covariance_a = _average(blocks.mean_a)
+    known = blocks.temperature[~np.isnan(blocks.temperature)]
+    return Hold(
+        start=float(blocks.start[0]),
+        end=float(blocks.end[-1]),
+        accelerometer=mean_a,
+        accelerometer_covariance=covariance_a,
+        gyroscope=mean_g,
+        gyroscope_covariance=covariance_g,
+        samples=len(blocks) * blocks.size,
+        temperature=float(known.mean()) if len(known) else None,
+    )
+
+
+def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean of block means, and its covariance from the scatter of about five longer batches.
+
+    Batch means, unlike the scatter of single samples, count noise that is correlated from sample to
+    sample at its true weight.
+    """
+    origin = means[0]
+    centred = means - origin
+    average = np.add.reduce(centred, axis=0) / len(means)
+    length = max(len(means) // BATCHES, 1)
+    count = len(means) // length
+    if count < 2:
+        return origin + average, np.full((3, 3), np.nan)
+    batches = centred[: count * length].reshape(count, length, 3).mean(axis=1)
+    scatter = batches - batches.mean(axis=0)
+    return origin + average, scatter.T @ scatter / (count * (count - 1))
+
+
+class HoldBuilder:
+    """Gathers the blocks of the present still run of a stream."""
+
+    def __init__(self) -> None:
+        self._recent: deque[Blocks] = deque(maxlen=WINDOW_BLOCKS)
+        self._run: list[Blocks] = []
+
+    @property
+    def seconds(self) -> float:
+        """How long the hold would be if it ended now, guards off."""
+        kept = len(self._run) - 2 * GUARD_BLOCKS
+        if kept <= 0:
+            return 0.0
+        return float(self._run[-1 - GUARD_BLOCKS].end[0] - self._run[GUARD_BLOCKS].start[0])
+
+    def add(self, block: Blocks, still: bool) -> None:
+        """Take one block (``len(block) == 1``) and whether the window ending with it is still.
+
+        The first block after a run broke it, so the next run begins after that block.
+        """
+        self._recent.append(block)
+        if not still:
+            if self._run:
+                self.drop()
+        elif self._run:
+            self._run.append(block)
+        else:
+            self._run = list(self._recent)
+
+    def hold(self) -> Hold | None:
+        """The hold so far without its guards; None when nothing is left."""
+        kept = self._run[GUARD_BLOCKS : len(self._run) - GUARD_BLOCKS]
+        return hold_from(join_blocks(kept)) if kept else None
+
+    def drop(self) -> None:
+        """Forget the present run and the blocks before it."""
+        self._run = []
+        self._recent.clear()
+
+
+def still_runs(still: BoolArray) -> list[tuple[int, int]]:
+    """Runs of blocks (first, past the last), guards off, in which every window is still."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
+    runs = []
+    earliest = 0
+    for first, past in edges.reshape(-1, 2):
+        start = max(int(first) - WINDOW_BLOCKS + 1, earliest) + GUARD_BLOCKS
+        stop = int(past) - GUARD_BLOCKS
+        earliest = int(past) + 1
+        if stop > start:
+            runs.append((start, stop))
+    return runs

@@ -15,7 +15,7 @@ from imucal_wizard.readings import FloatArray
 AXES = "xyz"
 
 
-def _name(signs: tuple[int, int, int]) -> str:
+def _name(signs: tuple[int, ...]) -> str:
     pairs = zip(signs, AXES, strict=True)
     return "".join(f"{'+' if sign > 0 else '-'}{axis}" for sign, axis in pairs if sign)
 
