@@ -1,0 +1,128 @@
+"""The forward equations of the hidden effects, one small function each.
+
+Quantities are in the units in which effects are quoted: g for specific force, °/s for rate, °C,
+minutes. Each function gives ``ε`` per unit of its size, as IEEE 1293 (accelerometer) and IEEE 1431
+(gyroscope) write the terms of the model equation.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.devices.virtual import attitude
+from imucal_wizard.readings import FloatArray
+
+REFERENCE_TEMPERATURE = 25.0
+"""Temperature at which thermal effects vanish, °C."""
+WARM_UP_TIME = 3.0
+"""Time constant of the warm-up, minutes."""
+STEP_TIME = 1.5
+"""When the bias jumps unless told otherwise, minutes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Circumstances:
+    """All an effect may depend on, at the sample times, in the units of the sizes.
+
+    Attributes:
+        force: true specific force, g, shape (n, 3).
+        rate: true angular rate, °/s, shape (n, 3).
+        temperature: °C, shape (n,).
+        minutes: since switching on, shape (n,).
+        previous: up direction of the pose before, shape (n, 3).
+        vibration: acceleration of the device in the world, g, shape (n, 3).
+        attitude: body to world, shape (n, 4).
+        sensed: ``force`` or ``rate``, whichever this sensor measures.
+        step: when the bias jumps, minutes.
+    """
+
+    force: FloatArray
+    rate: FloatArray
+    temperature: FloatArray
+    minutes: FloatArray
+    previous: FloatArray
+    vibration: FloatArray
+    attitude: FloatArray
+    sensed: FloatArray
+    step: float = STEP_TIME
+
+
+Forward = Callable[[Circumstances, tuple[int, ...]], FloatArray]
+"""From circumstances and axes (output first) to ``ε`` per unit of size: on the output axis, shape
+(n,), or on all three axes, shape (n, 3)."""
+
+
+def second_order(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i²``."""
+    return c.sensed[:, axes[0]] ** 2
+
+
+def asymmetry(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K |a_i|``."""
+    return np.abs(c.sensed[:, axes[0]])
+
+
+def odd_quadratic(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i |a_i|``."""
+    return c.sensed[:, axes[0]] * np.abs(c.sensed[:, axes[0]])
+
+
+def third_order(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i³``."""
+    return c.sensed[:, axes[0]] ** 3
+
+
+def cross_product(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_j a_k``."""
+    return c.sensed[:, axes[1]] * c.sensed[:, axes[2]]
+
+
+def bias_temperature(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K (T − T₀)``."""
+    return c.temperature - REFERENCE_TEMPERATURE
+
+
+def scale_temperature(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K (T − T₀) a_i``."""
+    return (c.temperature - REFERENCE_TEMPERATURE) * c.sensed[:, axes[0]]
+
+
+def warm_up(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K exp(−t/τ)``."""
+    return np.exp(-c.minutes / WARM_UP_TIME)
+
+
+def bias_drift(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K t``."""
+    return c.minutes
+
+
+def bias_step(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K from the step on``."""
+    return (c.minutes >= c.step).astype(float)
+
+
+def hysteresis(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K u_i of the pose before``."""
+    return c.previous[:, axes[0]]
+
+
+def vibration_rectification(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K |vibration|²``."""
+    return np.asarray((c.vibration**2).sum(-1), np.float64)
+
+
+def g_sensitivity(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K f_j``."""
+    return c.force[:, axes[1]]
+
+
+def g2_sensitivity(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K f_j²``."""
+    return c.force[:, axes[1]] ** 2
+
+
+def earth_rate(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K`` about a world axis (x north, z up), seen from the body; shape (n, 3)."""
+    return attitude.to_body(c.attitude, np.eye(3)[axes[0]])

@@ -1,0 +1,163 @@
+"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``, and the one table of all terms.
+
+Each adds its ``ε`` to the true input on one axis; the sizes are:
+
+===================== ============ ================== ===================================
+term                  size         gyroscope          equation on axis i
+===================== ============ ================== ===================================
+second-order          mg/g²        1e-5 /(°/s)        K a_i²
+asymmetry             mg/g         1e-3               K |a_i|
+odd-quadratic         mg/g²        –                  K a_i |a_i|
+third-order           mg/g³        1e-7 /(°/s)²       K a_i³
+cross-product         mg/g²        1e-5 /(°/s)        K a_j a_k
+bias-temperature      mg/°C        °/s/°C             K (T − 25)
+scale-temperature     ppm/°C       ppm/°C             K (T − 25) a_i
+warm-up               mg           °/s                K exp(−t / 3 min)
+bias-drift            mg/min       °/s/min            K t
+bias-step             mg           °/s                K from the step on
+hysteresis            mg/g         –                  K u_i of the pose before
+vibration-rectific.   mg/g²        –                  K |vibration|²
+g-sensitivity         –            °/s/g              K f_j
+g2-sensitivity        –            °/s/g²             K f_j²
+earth-rate            –            °/h                rate about a world axis (z up, x north)
+===================== ============ ================== ===================================
+
+``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also take two letters,
+output then input (``xy``: the x gyroscope feels gravity along y); ``cross-product`` three, output
+then both factors (``xyz``). One letter there means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.devices.virtual import forward
+from imucal_wizard.errors import UsageError
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import STANDARD_GRAVITY
+
+_MILLI_G = STANDARD_GRAVITY / 1000.0
+_PPM_G = 1e-6 * STANDARD_GRAVITY
+_DEGREE = math.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Term:
+    """One line of the table: equation, unit of the size, and that unit in SI."""
+
+    equation: forward.Forward
+    unit: str
+    si: float
+    """What turns size × equation into m/s² or rad/s."""
+    letters: int = 1
+    """How many letters the axis may have."""
+
+
+ACCELEROMETER: dict[str, Term] = {
+    "second-order": Term(forward.second_order, "mg/g²", _MILLI_G),
+    "asymmetry": Term(forward.asymmetry, "mg/g", _MILLI_G),
+    "odd-quadratic": Term(forward.odd_quadratic, "mg/g²", _MILLI_G),
+    "third-order": Term(forward.third_order, "mg/g³", _MILLI_G),
+    "cross-product": Term(forward.cross_product, "mg/g²", _MILLI_G, letters=3),
+    "bias-temperature": Term(forward.bias_temperature, "mg/°C", _MILLI_G),
+    "scale-temperature": Term(forward.scale_temperature, "ppm/°C", _PPM_G),
+    "warm-up": Term(forward.warm_up, "mg", _MILLI_G),
+    "bias-drift": Term(forward.bias_drift, "mg/min", _MILLI_G),
+    "bias-step": Term(forward.bias_step, "mg", _MILLI_G),
+    "hysteresis": Term(forward.hysteresis, "mg/g", _MILLI_G),
+    "vibration-rectification": Term(forward.vibration_rectification, "mg/g²", _MILLI_G),
+}
+GYROSCOPE: dict[str, Term] = {
+    "g-sensitivity": Term(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),
+    "g2-sensitivity": Term(forward.g2_sensitivity, "°/s/g²", _DEGREE, letters=2),
+    "second-order": Term(forward.second_order, "1e-5/(°/s)", 1e-5 * _DEGREE),
+    "asymmetry": Term(forward.asymmetry, "1e-3", 1e-3 * _DEGREE),
+    "third-order": Term(forward.third_order, "1e-7/(°/s)²", 1e-7 * _DEGREE),
+    "cross-product": Term(forward.cross_product, "1e-5/(°/s)", 1e-5 * _DEGREE, letters=3),
+    "bias-temperature": Term(forward.bias_temperature, "°/s/°C", _DEGREE),
+    "scale-temperature": Term(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
+    "warm-up": Term(forward.warm_up, "°/s", _DEGREE),
+    "bias-drift": Term(forward.bias_drift, "°/s/min", _DEGREE),
+    "bias-step": Term(forward.bias_step, "°/s", _DEGREE),
+    "earth-rate": Term(forward.earth_rate, "°/h", _DEGREE / 3600.0),
+}
+TERMS = {"accelerometer": ACCELEROMETER, "gyroscope": GYROSCOPE}
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One hidden effect.
+
+    Attributes:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        term: its name.
+        size: in the unit of the table above.
+        axes: output axis first.
+    """
+
+    sensor: str
+    term: str
+    size: float
+    axes: tuple[int, ...]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the size."""
+        return TERMS[self.sensor][self.term].unit
+
+    def error(self, circumstances: forward.Circumstances) -> FloatArray:
+        """``ε`` on the three axes, m/s² or rad/s, shape (n, 3)."""
+        term = TERMS[self.sensor][self.term]
+        value = self.size * term.si * term.equation(circumstances, self.axes)
+        if value.ndim == 2:
+            return value
+        error = np.zeros((len(value), 3))
+        error[:, self.axes[0]] = value
+        return error
+
+
+def parse_hidden(text: str) -> Hidden:
+    """Read ``TERM:SIZE:AXIS``, a gyroscope's as ``gyroscope/TERM:SIZE:AXIS``.
+
+    Raises:
+        UsageError: not of that form, an unknown term, a size that is no number, a wrong axis.
+    """
+    parts = text.strip().split(":")
+    if len(parts) != 3:
+        raise UsageError(f"--hidden {text!r}: write TERM:SIZE:AXIS, for instance second-order:3:x")
+    sensor, _, term = parts[0].rpartition("/")
+    sensor = sensor or "accelerometer"
+    if sensor not in TERMS:
+        raise UsageError(f"--hidden {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
+    if term not in TERMS[sensor]:
+        raise UsageError(f"--hidden {text!r}: {_unknown(sensor, term)}")
+    return Hidden(sensor, term, _size(text, parts[1]), _axes(text, parts[2], TERMS[sensor][term]))
+
+
+def _unknown(sensor: str, term: str) -> str:
+    others = [name for name, table in TERMS.items() if term in table]
+    if others == ["gyroscope"]:
+        return f"{term} is an effect of the gyroscope; write gyroscope/{term}"
+    return f"the {sensor} has no effect {term!r} here; it has {', '.join(TERMS[sensor])}"
+
+
+def _size(text: str, word: str) -> float:
+    try:
+        size = float(word)
+    except ValueError:
+        size = math.nan
+    if not math.isfinite(size):
+        raise UsageError(f"--hidden {text!r}: the size {word!r} is not a number")
+    return size
+
+
+def _axes(text: str, word: str, term: Term) -> tuple[int, ...]:
+    if len(word) not in (1, term.letters) or not set(word) <= set("xyz"):
+        more = {1: "", 2: ", or output and input as in xy", 3: ", or output and factors as in xyz"}
+        raise UsageError(f"--hidden {text!r}: the axis is x, y or z{more[term.letters]}")
+    axes = tuple("xyz".index(letter) for letter in word)
+    if len(axes) == term.letters:
+        return axes
+    first = axes[0]
+    return (first, first) if term.letters == 2 else (first, first, (first + 1) % 3)

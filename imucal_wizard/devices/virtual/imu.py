@@ -1,0 +1,193 @@
+"""An IMU that does not exist, on a port that does: a thread that writes its lines."""
+
+import math
+import select
+import socket
+import threading
+import time
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Self
+
+from imucal_wizard.devices.virtual.endpoint import Endpoint, open_endpoint
+from imucal_wizard.devices.virtual.hand import VirtualHand
+from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
+from imucal_wizard.devices.virtual.sensor import SensorModel
+from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.errors import LinkError
+
+TICK = 0.02
+"""How often lines are written, s of the wall clock."""
+LARGEST_BATCH = 512
+GRACE = 0.05
+"""Whoever opens a port first sets it up and empties it; wait so long before the first line, s."""
+DEAF = 1.0
+"""A wizard that says nothing for so long, s of the wall clock, is not waited for."""
+BACKLOG = 0.25
+"""A reader that falls behind by more, s of the wall clock, is not chased: the device slows down."""
+
+
+class VirtualImu:
+    """A virtual IMU on a pseudo-terminal, or on a loopback socket where there is none.
+
+    Time stands still while nobody listens or the reader is slow, so no sample is ever lost.
+
+    Args:
+        rate: samples per second of device time.
+        seed: of the sensor's errors, the noise and the hand.
+        speed: device seconds per second of the wall clock; ``inf`` for as fast as it is read.
+        sensor: the sensor; drawn from the seed when not given.
+        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
+        loopback: use the socket even where there are pseudo-terminals.
+
+    Attributes:
+        hand: moves the device.
+        speed: may be changed at any time.
+        sensor: the sensor's true parameters.
+
+    Raises:
+        UsageError: a hidden effect that cannot be read.
+    """
+
+    def __init__(
+        self,
+        rate: float = 100.0,
+        seed: int = 0,
+        speed: float = 1.0,
+        sensor: SensorModel | None = None,
+        hidden: Iterable[Hidden | str] = (),
+        loopback: bool = False,
+    ) -> None:
+        self.speed = speed
+        self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
+        self.hand = VirtualHand(rate, seed)
+        effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+        self._stream = VirtualStream(self.hand, self.sensor, effects, rate=rate, seed=seed)
+        self._printer = LinePrinter(self.sensor)
+        self._rate = rate
+        self._loopback = loopback
+        self._header_in = 0
+        self._pending = b""
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+
+    def start(self) -> str:
+        """Begin to write; what to open: a device path or a ``socket://`` URL.
+
+        Raises:
+            LinkError: the system gives no pseudo-terminal or socket, or it runs already.
+        """
+        if self._thread is not None:
+            raise LinkError("the virtual IMU runs already; stop it first")
+        try:
+            endpoint = open_endpoint(self._loopback)
+        except OSError as error:
+            raise LinkError(f"no line for the virtual IMU ({error}); close some programs") from None
+        self._stopping.clear()
+        self._wake, far = socket.socketpair()
+        self._thread = threading.Thread(
+            target=self._run, args=(endpoint, far), name="virtual-imu", daemon=True
+        )
+        self._thread.start()
+        return endpoint.url
+
+    def stop(self) -> None:
+        """End the thread and close the line; at once, and again without harm."""
+        if self._thread is None:
+            return
+        self._stopping.set()
+        self._wake.send(b"x")
+        self._thread.join()
+        self._wake.close()
+        self._thread = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def _run(self, endpoint: Endpoint, wake: socket.socket) -> None:
+        with wake:
+            try:
+                while not self._stopping.is_set():
+                    if endpoint.connected():
+                        self._serve(endpoint, wake)
+                    else:
+                        select.select([wake], [], [], TICK)
+            finally:
+                endpoint.close()
+
+    def _serve(self, endpoint: Endpoint, wake: socket.socket) -> None:
+        """Write to one listener until it goes."""
+        select.select([wake], [], [], GRACE)
+        self._pending, self._header_in = b"", 0
+        pace = _Pace()
+        while not self._stopping.is_set() and endpoint.connected():
+            if endpoint.read():
+                self._header_in = 0
+            if not self._pending:
+                self._pending = self._batch(self._allowed(pace))
+            sent = endpoint.write(self._pending) if self._pending else 0
+            self._pending = self._pending[sent:]
+            if self._pending:
+                select.select([wake], [endpoint.descriptor], [], TICK)
+            elif not math.isinf(self.speed):
+                select.select([wake], [], [], TICK)
+
+    def _allowed(self, pace: "_Pace") -> int:
+        """How many samples are due now and not further than the wizard has asked for."""
+        due = pace.due(self._rate, self.speed)
+        horizon = self.hand.horizon
+        if horizon is None:
+            return pace.take(due)
+        ahead = math.floor((horizon - self.hand.time) * self._rate)
+        if ahead <= 0 and pace.deaf():
+            self.hand.unhand()
+        return pace.take(max(0, min(due, ahead)))
+
+    def _batch(self, n: int) -> bytes:
+        """The next ``n`` lines, with the header where it is due."""
+        parts = []
+        while n > 0:
+            if self._header_in <= 0:
+                parts.append(self._printer.header)
+                self._header_in = max(1, round(HEADER_EVERY * self._rate))
+            count = min(n, self._header_in)
+            parts.append(self._printer.lines(self._stream.take(count)))
+            self._header_in -= count
+            n -= count
+        return b"".join(parts)
+
+
+class _Pace:
+    """How many samples the wall clock asks for."""
+
+    def __init__(self) -> None:
+        self._last = time.monotonic()
+        self._taken = self._last
+        self._owed = 0.0
+
+    def due(self, rate: float, speed: float) -> int:
+        now = time.monotonic()
+        if math.isinf(speed):
+            return LARGEST_BATCH
+        passed = (now - self._last) * rate * speed
+        self._last = now
+        self._owed = min(self._owed + passed, max(1.0, BACKLOG * rate * speed))
+        return min(int(self._owed), LARGEST_BATCH)
+
+    def take(self, n: int) -> int:
+        if n:
+            self._owed = max(0.0, self._owed - n)
+            self._taken = time.monotonic()
+        return n
+
+    def deaf(self) -> bool:
+        return time.monotonic() - self._taken > DEAF

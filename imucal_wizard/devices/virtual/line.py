@@ -1,0 +1,37 @@
+"""The text a virtual IMU prints: a header whose names carry units, then one line per sample."""
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.sensor import SensorModel
+from imucal_wizard.devices.virtual.stream import Samples
+from imucal_wizard.units import COUNT
+
+HEADER_EVERY = 5.0
+"""The header is printed again so often, s, for those who listen late."""
+
+
+class LinePrinter:
+    """Turns samples into lines.
+
+    Args:
+        sensor: whose units the columns carry.
+        end: what ends a line; Arduino's unless told otherwise.
+    """
+
+    def __init__(self, sensor: SensorModel, end: str = "\r\n") -> None:
+        force, rate = sensor.accelerometer.unit, sensor.gyroscope.unit
+        names = ["t[s]"]
+        names += [f"a{axis}[{force}]" for axis in "xyz"]
+        names += [f"g{axis}[{rate}]" for axis in "xyz"]
+        names += ["temp[degC]"]
+        self.header = (",".join(names) + end).encode()
+        acceleration = "%.0f" if force == COUNT else "%.6f"
+        turning = "%.0f" if rate == COUNT else "%.7f"
+        self._format = ",".join(["%.6f", *[acceleration] * 3, *[turning] * 3, "%.3f"]) + end
+
+    def lines(self, samples: Samples) -> bytes:
+        """The lines of these samples; one formatting for all of them is the quickest way."""
+        table = np.column_stack(
+            [samples.time, samples.accelerometer, samples.gyroscope, samples.temperature]
+        )
+        return ((self._format * len(table)) % tuple(table.ravel().tolist())).encode()

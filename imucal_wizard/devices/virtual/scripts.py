@@ -1,0 +1,102 @@
+"""What a hand does in a whole calibration, written down: poses, rotations, new orientations."""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.actions import AXES, Action, Place, Rest, Turn
+from imucal_wizard.errors import UsageError
+
+FACES: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
+EDGES = tuple(
+    f"{p}{a}{q}{b}" for a, b in itertools.combinations(AXES, 2) for p in "+-" for q in "+-"
+)
+CORNERS = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
+
+POSE_SETS = ("6", "18", "26", "26+repeats")
+REPEATS = 12
+
+VALIDATION: tuple[tuple[float, float, float], ...] = (
+    (0.40, 0.25, 0.88),
+    (-0.85, 0.45, 0.28),
+    (0.30, -0.90, -0.32),
+    (-0.28, 0.38, -0.88),
+    (0.88, 0.22, -0.42),
+)
+"""Up directions that are no named pose."""
+
+SPEEDS_DEG = (45.0, 110.0, 200.0)
+"""Peak rates of slow, medium and fast turns, °/s."""
+ANGLES_DEG = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0, 165.0, -100.0, 120.0, -140.0)
+"""Signed angles of successive turns, in both senses."""
+START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
+LARGEST_TILT_DEG = 172.0
+
+
+def next_angle(turn: int, tilt: float) -> float:
+    """The angle of the next turn, degrees, such that the tilt stays within ±172°.
+
+    Args:
+        turn: how many turns about this axis went before.
+        tilt: how far from the start pose the device is turned now, degrees.
+    """
+    angle = ANGLES_DEG[turn % len(ANGLES_DEG)]
+    return angle if abs(tilt + angle) <= LARGEST_TILT_DEG else -angle
+
+
+def pose_names(poses: str, rng: np.random.Generator) -> tuple[str, ...]:
+    """The poses of a set in an order by chance, repeats of the first ones at the end.
+
+    Raises:
+        UsageError: the set has no such name.
+    """
+    if poses not in POSE_SETS:
+        raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
+    names = FACES
+    if poses != "6":
+        names = FACES + EDGES
+    if poses.startswith("26"):
+        names = FACES + EDGES + CORNERS
+    order = tuple(names[i] for i in rng.permutation(len(names)))
+    return order + order[:REPEATS] if poses.endswith("repeats") else order
+
+
+def perform_poses(names: tuple[str, ...], hold: float) -> Iterator[Action]:
+    """Place each pose and hold it for ``hold`` seconds."""
+    for name in names:
+        yield Place(name)
+        yield Rest(hold)
+
+
+def perform_rotations(number: int, hold: float) -> Iterator[Action]:
+    """``number`` turns about each body axis between holds: both senses, three speeds."""
+    for axis in AXES:
+        yield Place(START_POSE[axis], error=0.7)
+        yield Rest(hold)
+        tilt = 0.0
+        for turn in range(number):
+            angle = next_angle(turn, tilt)
+            tilt += angle
+            yield Turn(axis, angle, SPEEDS_DEG[turn % len(SPEEDS_DEG)])
+            yield Rest(hold)
+
+
+def perform_procedure(
+    *, settle: float = 13.0, hold: float = 4.0, rotations: int = 6, validation: int = 5
+) -> Iterator[Action]:
+    """The default procedure from the settle step to the validation.
+
+    Args:
+        settle: the rest at the beginning, s.
+        hold: how long each pose and each end of a turn is held, s.
+        rotations: turns about each axis.
+        validation: new orientations at the end, at most five.
+    """
+    yield Rest(settle)
+    yield from perform_poses(FACES, hold)
+    yield from perform_poses(FACES + EDGES, hold)
+    yield from perform_rotations(rotations, hold)
+    for up in VALIDATION[:validation]:
+        yield Place(up)
+        yield Rest(hold)

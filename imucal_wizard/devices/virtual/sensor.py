@@ -1,0 +1,172 @@
+"""The forward model of the virtual sensor: what it truly is, and what it would put out.
+
+``y = S·(x + ε) + b + noise``, then rounded to the step of its converter and clipped to its range.
+The body frame is the accelerometer's: its x axis is the x axis of the body and ``S`` is upper
+triangular, so the true ``M = S⁻¹`` is what a triangular calibration should find.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.devices.virtual import attitude
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+
+MILLI_G = STANDARD_GRAVITY / 1000.0
+DEGREE = np.pi / 180.0
+
+
+@dataclass(frozen=True, eq=False)
+class Triad:
+    """Three axes that sense one vector.
+
+    Attributes:
+        sensitivity: ``S``, reading unit per SI unit, shape (3, 3).
+        bias: ``b``, reading unit, shape (3,).
+        unit: ``m/s^2``, ``rad/s`` or ``count``.
+        density: white noise, SI unit/√Hz, referred to the input.
+        floor: Allan deviation of the bias instability, SI unit.
+        step: least significant bit, reading unit; 0 for none.
+        lowest: smallest reading it can put out.
+        highest: largest reading it can put out.
+    """
+
+    sensitivity: FloatArray
+    bias: FloatArray
+    unit: str
+    density: float = 0.0
+    floor: float = 0.0
+    step: float = 0.0
+    lowest: float = -np.inf
+    highest: float = np.inf
+
+    @property
+    def correction(self) -> FloatArray:
+        """``M = S⁻¹``: what a perfect calibration finds, SI unit per reading unit."""
+        return np.asarray(np.linalg.inv(self.sensitivity), np.float64)
+
+    def reading(self, felt: FloatArray, noise: FloatArray | float = 0.0) -> FloatArray:
+        """Readings of the input ``x + ε``.
+
+        Args:
+            felt: ``x + ε``, SI unit, shape (n, 3).
+            noise: referred to the input through the nominal gain, SI unit, shape (n, 3).
+        """
+        gain = float(np.mean(np.diag(self.sensitivity)))
+        exact = (felt[:, None, :] * self.sensitivity).sum(-1) + self.bias + gain * noise
+        if self.step > 0.0:
+            exact = np.round(exact / self.step) * self.step
+        return np.asarray(np.clip(exact, self.lowest, self.highest), np.float64)
+
+    def in_counts(self, gain: float, offset: float, bits: int = 16) -> "Triad":
+        """The same sensor read as raw counts: ``gain`` counts per SI unit around ``offset``."""
+        lowest = -float(2 ** (bits - 1)) + offset
+        return replace(
+            self,
+            sensitivity=self.sensitivity * gain,
+            bias=self.bias * gain + offset,
+            unit=COUNT,
+            step=1.0,
+            lowest=lowest,
+            highest=lowest + 2.0**bits - 1.0,
+        )
+
+
+@dataclass(frozen=True)
+class Thermal:
+    """Self-heating after switching on: ``T(t) = ambient + rise·(1 − exp(−t/τ))``, °C and s."""
+
+    ambient: float = 24.0
+    rise: float = 4.0
+    tau: float = 180.0
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Chip temperature at these times, °C."""
+        return self.ambient + self.rise * -np.expm1(-time / self.tau)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorModel:
+    """A whole virtual sensor.
+
+    Attributes:
+        accelerometer: three axes of specific force.
+        gyroscope: three axes of angular rate; its matrix holds scale, non-orthogonality and the
+            misalignment to the accelerometer's frame.
+        thermal: the temperature of the chip.
+        temperature_step: resolution of the thermometer, °C.
+    """
+
+    accelerometer: Triad
+    gyroscope: Triad
+    thermal: Thermal = Thermal()
+    temperature_step: float = 1.0 / 16.0
+
+    @classmethod
+    def ideal(cls) -> "SensorModel":
+        """No bias, no error, no noise, no rounding."""
+        return cls(
+            Triad(np.eye(3), np.zeros(3), "m/s^2"),
+            Triad(np.eye(3), np.zeros(3), "rad/s"),
+            temperature_step=0.0,
+        )
+
+    @classmethod
+    def drawn(cls, seed: int = 0) -> "SensorModel":
+        """A sensor of the BNO055's class whose errors are drawn from ``seed``.
+
+        Bias 15–60 mg and 0.3–1 °/s, scale 1–3 % and 1–2 %, non-orthogonality 0.5–1.2°, the
+        gyroscope turned against the accelerometer by 0.3–1° per axis; noise 150 µg/√Hz and
+        0.014 °/s/√Hz; steps of 0.01 m/s² and 1/16 °/s; ranges ±4 g and ±2000 °/s.
+        """
+        rng = np.random.default_rng([seed, 3])
+        force = np.eye(3) + np.diag(_signed(rng, 0.01, 0.03))
+        force[np.triu_indices(3, 1)] = _signed(rng, 0.5, 1.2) * DEGREE
+        turned = attitude.to_world(attitude.exp(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)).T
+        skew = np.eye(3) + np.diag(_signed(rng, 0.01, 0.02))
+        skew[np.tril_indices(3, -1)] = _signed(rng, 0.1, 0.5) * DEGREE
+        accelerometer = Triad(
+            force,
+            _signed(rng, 15.0, 60.0) * MILLI_G,
+            "m/s^2",
+            density=0.150 * MILLI_G,
+            floor=0.030 * MILLI_G,
+            step=0.01,
+            lowest=-4.0 * STANDARD_GRAVITY,
+            highest=4.0 * STANDARD_GRAVITY,
+        )
+        gyroscope = Triad(
+            skew @ turned,
+            _signed(rng, 0.3, 1.0) * DEGREE,
+            "rad/s",
+            density=0.014 * DEGREE,
+            floor=0.0015 * DEGREE,
+            step=DEGREE / 16.0,
+            lowest=-2000.0 * DEGREE,
+            highest=2000.0 * DEGREE,
+        )
+        return cls(accelerometer, gyroscope)
+
+    def offset_binary(self) -> "SensorModel":
+        """Read as unsigned 16-bit counts around 32768, with the gains of an Xsens MTi-G."""
+        return replace(
+            self,
+            accelerometer=self.accelerometer.in_counts(415.0, 32768.0),
+            gyroscope=self.gyroscope.in_counts(4778.0, 32768.0),
+        )
+
+    def signed_counts(self) -> "SensorModel":
+        """Read as signed 16-bit counts, ±4 g and ±500 °/s full scale."""
+        return replace(
+            self,
+            accelerometer=self.accelerometer.in_counts(8192.0 / STANDARD_GRAVITY, 0.0),
+            gyroscope=self.gyroscope.in_counts(65.5 / DEGREE, 0.0),
+        )
+
+
+def _signed(rng: np.random.Generator, smallest: float, largest: float) -> FloatArray:
+    """Three magnitudes in the range, each with a sign by chance."""
+    size: FloatArray = rng.uniform(smallest, largest, 3)
+    sign: FloatArray = rng.choice(np.array([-1.0, 1.0]), 3)
+    return np.multiply(size, sign)

@@ -1,0 +1,122 @@
+"""Recordings of the virtual IMU, written as the program itself reads them."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake
+from imucal_wizard.devices.virtual.hand import VirtualHand
+from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.line import LinePrinter
+from imucal_wizard.devices.virtual.scripts import perform_rotations, pose_names
+from imucal_wizard.devices.virtual.sensor import SensorModel
+from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.errors import RecordingError
+from imucal_wizard.readings import FloatArray
+
+FIRST_REST = 20.0
+TURN_HOLD = 5.0
+BATCH = 4096
+SHAKEN_EVERY = 3
+SHAKE_RMS = 0.05
+"""Vibration of the support in every third pose where rectification is to be seen, m/s²."""
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a perfect calibration of a virtual sensor finds: ``x = M·(y − b)``.
+
+    Attributes:
+        accelerometer_matrix: ``M``, upper triangular, SI unit per reading unit, shape (3, 3).
+        accelerometer_bias: ``b``, reading unit, shape (3,).
+        gyroscope_matrix: ``M`` in the accelerometer's frame.
+        gyroscope_bias: ``b``.
+    """
+
+    accelerometer_matrix: FloatArray
+    accelerometer_bias: FloatArray
+    gyroscope_matrix: FloatArray
+    gyroscope_bias: FloatArray
+
+
+def truth(seed: int = 0, model: SensorModel | None = None) -> Truth:
+    """The true calibration of ``model``, or of the sensor that ``seed`` draws."""
+    sensor = SensorModel.drawn(seed) if model is None else model
+    return Truth(
+        sensor.accelerometer.correction,
+        sensor.accelerometer.bias,
+        sensor.gyroscope.correction,
+        sensor.gyroscope.bias,
+    )
+
+
+def recording_script(
+    poses: str, rng: np.random.Generator, *, hold: float, rotations: int, shaken: bool = False
+) -> Iterator[Action]:
+    """A first rest, the poses, the rotations; a last pose lets the last turn end in a hold."""
+    yield Rest(FIRST_REST)
+    for index, name in enumerate(pose_names(poses, rng)):
+        yield Shake(SHAKE_RMS if shaken and index % SHAKEN_EVERY == 2 else 0.0)
+        yield Place(name)
+        yield Rest(hold)
+    yield Shake(0.0)
+    if rotations:
+        yield from perform_rotations(rotations, TURN_HOLD)
+
+
+def simulate_recording(
+    path: Path | str,
+    *,
+    hidden: Iterable[Hidden | str] = (),
+    seed: int = 0,
+    rate: float = 100.0,
+    poses: str = "18",
+    model: SensorModel | None = None,
+    hold: float | None = None,
+    rotations: int = 6,
+) -> None:
+    """Write a recording: comments, header, one line per sample. Nothing in it tells the truth.
+
+    Args:
+        path: CSV file to write.
+        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
+        seed: of the sensor's errors, the noise and the hand.
+        rate: samples per second.
+        poses: ``6``, ``18``, ``26`` or ``26+repeats``.
+        model: the sensor; drawn from the seed when not given.
+        hold: seconds per pose; 5, or 10 where corners are taken.
+        rotations: turns about each axis at the end.
+
+    Raises:
+        UsageError: an unknown set of poses or hidden effect.
+        RecordingError: the file cannot be written.
+    """
+    effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+    seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
+    shaken = any(effect.term == "vibration-rectification" for effect in effects)
+    names = pose_names(poses, np.random.default_rng([seed, 5]))
+    script = recording_script(
+        poses, np.random.default_rng([seed, 5]), hold=seconds, rotations=rotations, shaken=shaken
+    )
+    sensor = SensorModel.drawn(seed) if model is None else model
+    hand = VirtualHand(rate, seed)
+    hand.perform(script)
+    middle = (FIRST_REST + 0.5 * len(names) * (seconds + 1.2)) / 60.0
+    stream = VirtualStream(hand, sensor, effects, rate=rate, seed=seed, step=middle)
+    comment = f"# a virtual IMU at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
+    try:
+        with Path(path).open("wb") as file:
+            file.write(comment.encode())
+            file.writelines(_lines(hand, stream, LinePrinter(sensor, "\n")))
+    except OSError as error:
+        raise RecordingError(
+            f"{path} cannot be written ({error.strerror}); choose another"
+        ) from None
+
+
+def _lines(hand: VirtualHand, stream: VirtualStream, printer: LinePrinter) -> Iterator[bytes]:
+    yield printer.header
+    while count := hand.remaining(BATCH):
+        yield printer.lines(stream.take(count))

@@ -1,0 +1,105 @@
+"""The samples of the virtual IMU, one after the other: true motion in, readings out.
+
+The samples depend on the seed and on what the hand does, and on nothing else: not on how many are
+asked for at a time, nor on when.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.forward import STEP_TIME, Circumstances
+from imucal_wizard.devices.virtual.hand import VirtualHand
+from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.motion import Motion
+from imucal_wizard.devices.virtual.noise import Noise
+from imucal_wizard.devices.virtual.sensor import DEGREE, SensorModel
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """What the sensor puts out.
+
+    Attributes:
+        time: device time, s, shape (n,).
+        accelerometer: readings, shape (n, 3).
+        gyroscope: readings, shape (n, 3).
+        temperature: °C, shape (n,).
+    """
+
+    time: FloatArray
+    accelerometer: FloatArray
+    gyroscope: FloatArray
+    temperature: FloatArray
+
+
+class VirtualStream:
+    """An endless stream of samples.
+
+    Args:
+        hand: what moves the device.
+        sensor: what feels it.
+        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
+        rate: samples per second, the hand's.
+        seed: of the noise.
+        step: when a ``bias-step`` happens, minutes.
+    """
+
+    def __init__(
+        self,
+        hand: VirtualHand,
+        sensor: SensorModel,
+        hidden: Iterable[Hidden | str] = (),
+        *,
+        rate: float = 100.0,
+        seed: int = 0,
+        step: float = STEP_TIME,
+    ) -> None:
+        self._hand = hand
+        self._sensor = sensor
+        self._hidden = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+        self._step = step
+        triads = sensor.accelerometer, sensor.gyroscope
+        density = np.repeat([triad.density for triad in triads], 3)
+        floor = np.repeat([triad.floor for triad in triads], 3)
+        self._noise = Noise(np.random.default_rng([seed, 4]), rate, density, floor)
+
+    def take(self, n: int) -> Samples:
+        """The next ``n`` samples."""
+        motion = self._hand.advance(n)
+        noise = self._noise.take(n)
+        temperature = self._sensor.thermal.at(motion.time)
+        force, rate = motion.specific_force, motion.rate
+        for effect in self._hidden:
+            error = effect.error(self._circumstances(motion, temperature, effect.sensor))
+            if effect.sensor == "accelerometer":
+                force = force + error
+            else:
+                rate = rate + error
+        return Samples(
+            motion.time,
+            self._sensor.accelerometer.reading(force, noise[:, :3]),
+            self._sensor.gyroscope.reading(rate, noise[:, 3:]),
+            _rounded(temperature, self._sensor.temperature_step),
+        )
+
+    def _circumstances(self, motion: Motion, temperature: FloatArray, sensor: str) -> Circumstances:
+        force, rate = motion.specific_force / STANDARD_GRAVITY, motion.rate / DEGREE
+        return Circumstances(
+            force,
+            rate,
+            temperature,
+            motion.time / 60.0,
+            motion.previous,
+            motion.acceleration / STANDARD_GRAVITY,
+            motion.attitude,
+            force if sensor == "accelerometer" else rate,
+            self._step,
+        )
+
+
+def _rounded(values: FloatArray, step: float) -> FloatArray:
+    return np.round(values / step) * step if step > 0.0 else values
