@@ -1,0 +1,32 @@
+"""Which holds are repeats of one direction."""
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.attitude import IntArray
+
+SAME_DIRECTION = np.radians(12.0)
+"""Holds closer than this are repeats: left out together, compared with one another."""
+
+
+def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
+    """Number of the direction of each hold; a new direction begins beyond ``limit`` of all leaders.
+
+    Args:
+        up: unit up vectors, shape (n, 3).
+        limit: rad.
+
+    Returns:
+        Labels 0, 1, 2 … in order of appearance, shape (n,).
+    """
+    labels = np.empty(len(up), np.int64)
+    leaders: list[FloatArray] = []
+    for index, vector in enumerate(up):
+        cosines = [float(leader @ vector) for leader in leaders]
+        best = int(np.argmax(cosines)) if cosines else -1
+        if best >= 0 and cosines[best] > np.cos(limit):
+            labels[index] = best
+        else:
+            labels[index] = len(leaders)
+            leaders.append(vector)
+    return labels

@@ -1,0 +1,98 @@
+"""From matrix and bias to the parameters people speak of, with their standard errors.
+
+The body frame is Q's: x along the sensor's x axis, y in the plane of its x and y axes. Then
+``M = K·T`` (Q, eq. 3–8) with
+
+    M_xx = k_x      M_xy = k_x θ_yz      M_xz = k_x (θ_yz θ_zx − θ_zy)
+    M_yy = k_y      M_yz = k_y θ_zx      M_zz = k_z
+
+``k`` multiplies the reading (a correction); the sensitivity, reading per input, is ``1/k``.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.result import Parameter
+
+AXES = "xyz"
+
+
+def triangular_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+    """Biases, sensitivities and angles of an upper-triangular calibration."""
+    yz = matrix[0, 1] / matrix[0, 0]
+    zx = matrix[1, 2] / matrix[1, 1]
+    zy = yz * zx - matrix[0, 2] / matrix[0, 0]
+    return {
+        **{f"bias_{axis}": float(bias[i]) for i, axis in enumerate(AXES)},
+        **{f"sensitivity_{axis}": float(1.0 / matrix[i, i]) for i, axis in enumerate(AXES)},
+        "theta_yz": float(yz),
+        "theta_zy": float(zy),
+        "theta_zx": float(zx),
+    }
+
+
+def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+    """Biases, sensitivities and the six cross-axis gains ``M_ij / M_jj`` of a full matrix.
+
+    A cross-axis gain is the part of a rate about axis j that appears about axis i, rad.
+    """
+    values = {f"bias_{axis}": float(bias[i]) for i, axis in enumerate(AXES)}
+    values |= {f"sensitivity_{axis}": float(1.0 / matrix[i, i]) for i, axis in enumerate(AXES)}
+    for i, row in enumerate(AXES):
+        for j, column in enumerate(AXES):
+            if i != j:
+                values[f"cross_{row}{column}"] = float(matrix[i, j] / matrix[j, j])
+    return values
+
+
+def with_errors(
+    convert: Callable[[FloatArray], dict[str, float]],
+    theta: FloatArray,
+    covariance: FloatArray | None,
+    units: Callable[[str], str],
+    dropped: tuple[str, ...],
+) -> tuple[Parameter, ...]:
+    """Parameters with standard errors carried over from the covariance of ``theta``.
+
+    The derivative of the conversion is taken by central differences at a step of a thousandth of
+    each standard deviation, where its curvature is invisible.
+
+    Args:
+        convert: from the solver's parameters, shape (n,), to named values.
+        theta: the solver's parameters.
+        covariance: of ``theta``, or None when nothing is left over to judge it by.
+        units: unit of a parameter by name.
+        dropped: names of parameters the data do not carry.
+    """
+    values = convert(theta)
+    errors: dict[str, float | None] = dict.fromkeys(values)
+    if covariance is not None:
+        slopes = _slopes(convert, theta, np.sqrt(np.diag(covariance)))
+        variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
+        errors = dict(zip(values, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
+    return tuple(
+        Parameter(
+            name,
+            value,
+            None if name in dropped else errors[name],
+            units(name),
+            name not in dropped,
+        )
+        for name, value in values.items()
+    )
+
+
+def _slopes(
+    convert: Callable[[FloatArray], dict[str, float]], theta: FloatArray, scale: FloatArray
+) -> FloatArray:
+    """Derivative of the converted values, shape (values, parameters)."""
+    columns = []
+    for index, sigma in enumerate(scale):
+        step = np.zeros_like(theta)
+        step[index] = 1e-3 * sigma if sigma > 0.0 else 1.0
+        above = np.array(list(convert(theta + step).values()))
+        below = np.array(list(convert(theta - step).values()))
+        columns.append((above - below) / (2.0 * step[index]) if sigma > 0.0 else 0.0 * above)
+    return np.column_stack(columns)
