@@ -155,7 +155,7 @@ def _six_position(work: _Work, holds: Sequence[Hold]) -> Solution:
     for name, direction in FACES.items():
         close = up @ direction > np.cos(np.radians(POSE_TOLERANCE_DEG))
         if close.any():
-            rows = np.flatnonzero(close)
+            rows = np.flatnonzero(close).tolist()
             faces[name] = np.mean([holds[row].accelerometer for row in rows], axis=0)
     bias, sensitivity = six_position(faces, work.problem.magnitude)
     theta = work.problem.theta(np.diag(1.0 / sensitivity), bias)
