@@ -1,0 +1,82 @@
+"""What the values of a recording betray: too few digits, repeats, dead axes."""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.recordings.header import SENSOR_CHANNELS
+from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+
+_REPEATS = 0.2
+_COARSE_STEP = 0.0095
+"""m/s²: steps of 1 mg and more make more error than the noise of any sensor worth calibrating."""
+_LOOKED_AT = 5000
+_ENOUGH = 50
+"""Fewer samples betray nothing."""
+
+
+def check(readings: Readings) -> tuple[str, ...]:
+    """Warnings about the values, each a sentence that says what to do."""
+    if len(readings) < _ENOUGH:
+        return (f"there are only {len(readings)} samples",)
+    return (*_digits(readings), *_repeats(readings), *_dead(readings))
+
+
+def _digits(readings: Readings) -> Iterator[str]:
+    """The smallest step between printed accelerations, when it is coarse."""
+    if readings.accelerometer.unit == COUNT:
+        return
+    step = smallest_step(readings.accelerometer.values[:_LOOKED_AT])
+    if step >= _COARSE_STEP:
+        yield (
+            f"the accelerations come in steps of {step / STANDARD_GRAVITY * 1000:.2g} mg: let the"
+            " device print more digits (in an Arduino sketch Serial.print(x, 5))"
+        )
+
+
+def smallest_step(values: FloatArray) -> float:
+    """Smallest difference between distinct values of the axis that resolves best; 0 without one."""
+    steps = []
+    for axis in values.T:
+        differences = np.diff(np.unique(axis))
+        differences = differences[differences > 1e-9 * max(1.0, float(np.abs(axis).max()))]
+        if len(differences):
+            steps.append(float(differences.min()))
+    return min(steps, default=0.0)
+
+
+def _repeats(readings: Readings) -> Iterator[str]:
+    """Samples that repeat the one before in every channel."""
+    repeated = np.all(np.diff(readings.accelerometer.values, axis=0) == 0.0, axis=1)
+    gyroscope = readings.gyroscope
+    if gyroscope is not None and len(gyroscope) == len(readings):
+        repeated &= np.all(np.diff(gyroscope.values, axis=0) == 0.0, axis=1)
+    share = float(repeated.mean())
+    if share > _REPEATS:
+        yield (
+            f"{share:.0%} of the samples repeat the one before: the device prints faster than it"
+            " measures, or with too few digits; print once per measurement"
+        )
+
+
+def _dead(readings: Readings) -> Iterator[str]:
+    """Axes that always give the same value, or whose value two axes share."""
+    for sensor in ("accelerometer", "gyroscope"):
+        series = getattr(readings, sensor)
+        if series is None or len(series) < _ENOUGH:
+            continue
+        axes = dict(zip(SENSOR_CHANNELS[sensor], series.values.T, strict=True))
+        for name, values in axes.items():
+            if np.ptp(values) == 0.0:
+                yield (
+                    f"{name} never changes from {values[0]:.6g}: the axis is dead or is not sent;"
+                    " look at the columns and at the wiring"
+                )
+        for one, other in itertools.combinations(axes, 2):
+            if np.ptp(axes[one]) > 0.0 and np.array_equal(axes[one], axes[other]):
+                yield (
+                    f"{one} and {other} are the same in every sample: one column was given twice;"
+                    " look at the sketch or at --columns"
+                )

@@ -1,0 +1,126 @@
+"""The one way in: files of one session, in whatever format, to one ``Readings``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.readings import Readings, Series
+from imucal_wizard.recordings.checks import check
+from imucal_wizard.recordings.columns import Samples
+from imucal_wizard.recordings.delimited import read_delimited
+from imucal_wizard.recordings.imu_tk import read_imu_tk
+from imucal_wizard.recordings.options import RecordingOptions
+
+FORMATS = ("csv", "imu_tk")
+"""Names that ``--as`` takes."""
+
+
+def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Readings:
+    """The readings in the files of one session.
+
+    Files that hold different sensors, each with its own times, become one recording.
+
+    Args:
+        paths: the files.
+        options: what is known about them beyond their content.
+
+    Raises:
+        RecordingError: a file cannot be read, or lacks something; the message says what to give.
+        UsageError: the options do not fit the files.
+    """
+    options = options or RecordingOptions()
+    if not paths:
+        raise UsageError("no recording was given; name at least one file")
+    samples = _each(paths, options)
+    series, warnings = _merge(paths, samples)
+    if "accelerometer" not in series:
+        names = ", ".join(sorted(series)) or "no sensor"
+        raise RecordingError(
+            f"{_names(paths)}: there is no accelerometer, only {names}; give the file that holds it"
+            " as well, or name the columns with --columns"
+        )
+    readings = Readings(
+        series["accelerometer"],
+        series.get("gyroscope"),
+        series.get("magnetometer"),
+        series.get("temperature"),
+    )
+    warnings += _apart(readings)
+    return Readings(
+        readings.accelerometer,
+        readings.gyroscope,
+        readings.magnetometer,
+        readings.temperature,
+        tuple(dict.fromkeys((*warnings, *check(readings)))),
+    )
+
+
+def _each(paths: Sequence[Path], options: RecordingOptions) -> list[Samples]:
+    if options.as_format == "imu_tk":
+        return read_imu_tk(paths, options)
+    if options.as_format not in (None, "csv"):
+        raise UsageError(f"--as {options.as_format} is not known; give one of {', '.join(FORMATS)}")
+    samples = []
+    for path in paths:
+        try:
+            samples.append(read_delimited(path, options))
+        except RecordingError as error:
+            says = str(error)
+            raise RecordingError(
+                says if says.startswith(str(path)) else f"{path}: {says}"
+            ) from None
+    return samples
+
+
+def _merge(
+    paths: Sequence[Path], samples: Sequence[Samples]
+) -> tuple[dict[str, Series], list[str]]:
+    """Each sensor from the file that holds it.
+
+    Raises:
+        RecordingError: two files hold the same sensor.
+    """
+    series: dict[str, Series] = {}
+    source: dict[str, Path] = {}
+    warnings: list[str] = []
+    for path, one in zip(paths, samples, strict=False):
+        prefix = f"{path.name}: " if len(paths) > 1 else ""
+        warnings += [prefix + text for text in one.warnings]
+        for sensor, found in one.series.items():
+            if sensor == "temperature" and sensor in series:
+                continue
+            if sensor in series:
+                raise RecordingError(
+                    f"{source[sensor]} and {path} both hold the {sensor}; files given together"
+                    " hold different sensors of one session, so give these one at a time"
+                )
+            series[sensor], source[sensor] = found, path
+    return series, warnings
+
+
+def _apart(readings: Readings) -> list[str]:
+    """A warning when the times of two sensors do not meet.
+
+    Raises:
+        RecordingError: they do not overlap at all.
+    """
+    warnings = []
+    own = readings.accelerometer.time
+    for name in ("gyroscope", "magnetometer"):
+        series = getattr(readings, name)
+        if series is None or series.time is own:
+            continue
+        overlap = min(own[-1], series.time[-1]) - max(own[0], series.time[0])
+        if overlap <= 0:
+            raise RecordingError(
+                f"the times of accelerometer ({own[0]:.6g} to {own[-1]:.6g} s) and {name}"
+                f" ({series.time[0]:.6g} to {series.time[-1]:.6g} s) do not overlap; give files"
+                " whose times have one origin"
+            )
+        if overlap < 0.9 * (own[-1] - own[0]):
+            warnings.append(f"the {name} covers only {overlap:.4g} s of the accelerometer's time")
+    return warnings
+
+
+def _names(paths: Sequence[Path]) -> str:
+    return ", ".join(str(path) for path in paths)
