@@ -16,6 +16,8 @@ class Rotation:
         time: gyroscope sample times from inside ``before`` to inside ``after``, s, shape (n,).
         rate: gyroscope readings at these times, shape (n, 3), rad/s or counts.
         axis: the body axis it was about (``x``, ``y``, ``z``), or None when about none of them.
+        accelerometer: accelerometer readings at these times, shape (n, 3), or None when not kept;
+            they let the fit begin without knowing the gyroscope's unit.
         problem: why it cannot be used (a gap, clipping), or None.
     """
 
@@ -25,3 +27,4 @@ class Rotation:
     rate: FloatArray
     axis: str | None = None
     problem: str | None = None
+    accelerometer: FloatArray | None = None

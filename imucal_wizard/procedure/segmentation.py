@@ -23,6 +23,8 @@ VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
 QUIET_BLOCKS = 20
 SLAB = 200_000
 """Samples cut at a time, so that memory stays flat however long the recording."""
+SHORTEST_TURN = 0.7
+"""Seconds between two holds below which nothing was turned: the window alone takes half of one."""
 OVERLAP = 0.05
 """Seconds of each hold at the ends of a rotation, so that no motion is missed."""
 MEANING_OF_GAP = 2.5
@@ -131,16 +133,29 @@ def candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
             yield factor, holds
 
 
-def rotations_between(holds: Sequence[Hold], gyroscope: Series) -> list[Rotation]:
+def rotations_between(
+    holds: Sequence[Hold], gyroscope: Series, accelerometer: Series
+) -> list[Rotation]:
     """The motions between neighbouring holds, with the reason where one cannot be used."""
     interval = 1.0 / gyroscope.rate
     low, high = gyroscope.values.min(axis=0), gyroscope.values.max(axis=0)
     rotations = []
     for before, after in itertools.pairwise(holds):
+        if after.start - before.end < SHORTEST_TURN:
+            continue  # one rest with a disturbance in it
         part = gyroscope.between(before.end - OVERLAP, after.start + OVERLAP)
         problem = _problem(part, interval, low, high)
-        rotations.append(Rotation(before, after, part.time, part.values, None, problem))
+        force = _at(accelerometer, part.time)
+        rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     return rotations
+
+
+def _at(series: Series, time: FloatArray) -> FloatArray:
+    """Readings at other times than their own, by linear interpolation."""
+    near = series.between(float(time[0]) - 1.0, float(time[-1]) + 1.0) if len(time) else series
+    if not len(time) or not len(near):
+        return np.zeros((len(time), 3))
+    return np.column_stack([np.interp(time, near.time, column) for column in near.values.T])
 
 
 def _problem(part: Series, interval: float, low: FloatArray, high: FloatArray) -> str | None:

@@ -10,7 +10,7 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
-from imucal_wizard.solver.carried import Carried, basis_of, decide
+from imucal_wizard.solver.carried import Carried, basis_of, decide, mean_amplification
 from imucal_wizard.solver.directions import group_directions
 from imucal_wizard.solver.least_squares import Solution, least_squares
 from imucal_wizard.solver.magnitude import (
@@ -41,15 +41,12 @@ class AccelerometerFit:
         up: unit up vector of each hold, calibrated, shape (n, 3).
         labels: number of each hold's direction, shape (n,).
         direction_variance: variance of ``up`` across gravity per hold, rad², shape (n,).
-        predicted_error: rms error on an orientation not measured, SI; what a choice between ways
-            to find the holds is judged by.
     """
 
     fit: SensorFit
     up: FloatArray
     labels: IntArray
     direction_variance: FloatArray
-    predicted_error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +98,38 @@ def fit_accelerometer(
             again = work.solve(start=solution.theta)
             solution = replace(again, iterations=solution.iterations + again.iterations)
     return _report(work, solution, holds, unit)
+
+
+def judge(holds: Sequence[Hold], gravity: float) -> float:
+    """Expected rms error of a calibration from these holds on other orientations, SI.
+
+    The error of each direction left out, times the amplification of the directions there are. The
+    left-out error is that of the linearised fit, ``(I − H_dd)⁻¹ r_d`` for the holds of direction d;
+    good to choose between ways of finding the holds, at a hundredth of the cost of refitting.
+
+    Returns:
+        The error; infinite when the holds carry no calibration, or no direction can be left out.
+    """
+    try:
+        means = np.array([hold.accelerometer for hold in holds])
+        _check(means)
+        work = _prepare(make_problem(means, gravity), holds, "least_squares")
+        theta = work.solve().theta
+    except DataError:
+        return np.inf
+    if work.carried.spare < 1:
+        return np.inf
+    columns = jacobian(theta, work.problem.points) @ work.carried.basis
+    hat = columns @ np.linalg.pinv(columns)
+    errors = residuals(theta, work.problem.points)
+    squares = 0.0
+    for label in range(int(work.labels.max()) + 1):
+        rows = np.flatnonzero(work.labels == label)
+        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
+        squares += float((np.linalg.lstsq(inner, errors[rows], rcond=None)[0] ** 2).sum())
+    up = _leaders(_unit(corrected(theta, work.problem.points)), work.labels)
+    spread = mean_amplification(up, work.carried.basis)
+    return float(np.sqrt(squares / len(errors))) * spread * gravity
 
 
 def _check(means: FloatArray) -> None:
@@ -202,11 +231,8 @@ def _report(work: _Work, solution: Solution, holds: Sequence[Hold], unit: str) -
         iterations=solution.iterations,
         warnings=(work.carried.reason,) if work.carried.reason else (),
     )
-    predicted = np.inf
-    if held_out is not None:
-        predicted = _rms(held_out) * work.carried.amplification
     across = hold_noise(holds).accelerometer / problem.span**2 + (variance or 0.0)
-    return AccelerometerFit(fit, _unit(vectors), work.labels, across, predicted)
+    return AccelerometerFit(fit, _unit(vectors), work.labels, across)
 
 
 def _covariance(

@@ -53,14 +53,24 @@ def design(up: FloatArray) -> FloatArray:
 
 def amplification(directions: FloatArray, basis: FloatArray) -> float:
     """A of these directions, shape (n, 3), for the parameters that ``basis`` frees."""
+    return float(np.sqrt(_variance_everywhere(directions, basis).max()))
+
+
+def mean_amplification(directions: FloatArray, basis: FloatArray) -> float:
+    """The same as rms over the sphere instead of its worst place."""
+    return float(np.sqrt(_variance_everywhere(directions, basis).mean()))
+
+
+def _variance_everywhere(directions: FloatArray, basis: FloatArray) -> FloatArray:
+    """``j(u)ᵀ (XᵀX)⁻¹ j(u)`` at directions all over the sphere; infinite without full rank."""
     rows = design(directions) @ basis
     if len(rows) < rows.shape[1]:
-        return np.inf
+        return np.array([np.inf])
     _, values, axes = np.linalg.svd(rows, full_matrices=False)
     if values[-1] < 1e-9 * values[0]:
-        return np.inf
-    everywhere = design(_sphere()) @ basis @ axes.T / values
-    return float(np.sqrt((everywhere**2).sum(axis=1).max()))
+        return np.array([np.inf])
+    everywhere = design(_SPHERE) @ basis @ axes.T / values
+    return np.asarray((everywhere**2).sum(axis=1))
 
 
 def _sphere(count: int = 400) -> FloatArray:
@@ -70,6 +80,9 @@ def _sphere(count: int = 400) -> FloatArray:
     turn = np.pi * (1.0 + np.sqrt(5.0)) * index
     ring = np.sqrt(1.0 - z * z)
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+_SPHERE = _sphere()
 
 
 def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:

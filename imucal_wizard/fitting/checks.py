@@ -1,0 +1,65 @@
+"""What a finished fit says about mistakes in the recording: units, rates, swapped axes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.solver.accelerometer import AccelerometerFit
+from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+
+FACTORS = (
+    (2.0, "the sampling rate is claimed twice too high"),
+    (0.5, "the sampling rate is claimed twice too low"),
+    (np.pi / 180.0, "the gyroscope's readings are in deg/s, not rad/s"),
+    (180.0 / np.pi, "the gyroscope's readings are in rad/s, not deg/s"),
+    (1e-3, "the gyroscope's readings are in thousandths of the unit given"),
+    (1e3, "the gyroscope's unit is a thousand times too small"),
+)
+"""Scale factors that point to a mistake, and to which. A rate claimed twice too high halves the
+time between samples, so the fit doubles the scale."""
+NEAR = 0.08
+
+
+def accelerometer_warnings(accelerometer: AccelerometerFit, holds: Sequence[Hold]) -> list[str]:
+    """Warnings about the accelerometer's unit and hand-held holds."""
+    notes = list(accelerometer.fit.warnings)
+    fit = accelerometer.fit
+    if fit.bias_unit != COUNT:
+        scale = float(np.mean(np.abs(np.diag(fit.matrix))))
+        for unit, size in (("g", 1.0 / STANDARD_GRAVITY), ("mg", 1e3 / STANDARD_GRAVITY)):
+            if abs(np.log(scale * size)) < NEAR:
+                notes.append(
+                    f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²: the accelerations are "
+                    f"in {unit}; read them with --accel-unit {unit}"
+                )
+    count = sum(hold.hand_held for hold in holds)
+    if count:
+        notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
+    return notes
+
+
+def gyroscope_warnings(fit: SensorFit, unit: str) -> list[str]:
+    """Warnings about rate, unit and axis order that the gyroscope's matrix shows."""
+    notes = []
+    matrix = fit.matrix / (np.linalg.norm(fit.matrix) / np.sqrt(3.0))
+    best = np.abs(matrix).argmax(axis=1)
+    if sorted(best.tolist()) == [0, 1, 2]:
+        wrong = [
+            f"{'-' if matrix[i, j] < 0 else '+'}{'xyz'[j]}" for i, j in enumerate(best.tolist())
+        ]
+        if wrong != ["+x", "+y", "+z"]:
+            notes.append(
+                "the gyroscope's axes are not the accelerometer's: its "
+                f"x, y, z must be taken from {', '.join(wrong)}. Check the wiring or the columns"
+            )
+    if unit != COUNT:
+        scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
+        for factor, meaning in FACTORS:
+            if abs(np.log(scale / factor)) < NEAR:
+                notes.append(
+                    f"the gyroscope's scale comes out as {scale:.3g}: probably {meaning}. Give the "
+                    "true rate with --rate, or the unit with --gyro-unit, and fit again"
+                )
+    return notes

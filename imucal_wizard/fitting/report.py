@@ -1,0 +1,183 @@
+"""The whole fit: holds and rotations in, a report out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.checks import accelerometer_warnings, gyroscope_warnings
+from imucal_wizard.fitting.gyroscope import GyroscopeReport, fit_gyroscope
+from imucal_wizard.fitting.verdict import verdict
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
+from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.procedure.segmentation import candidates, reduce, rotations_between
+from imucal_wizard.procedure.state import Collected
+from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer, judge
+from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """What the user may choose about a fit.
+
+    Attributes:
+        gravity: local gravity, m/s².
+        method: the accelerometer's method.
+        gyroscope_method: ``vector``, ``static`` or ``dynamic``; which of the three is the result.
+    """
+
+    gravity: float = STANDARD_GRAVITY
+    method: str = "least_squares"
+    gyroscope_method: str = "vector"
+
+
+def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
+    """Find the holds and rotations of a recording and fit both sensors.
+
+    Raises:
+        DataError: the recording does not carry a calibration.
+    """
+    options = options or FitOptions()
+    holds = _find_holds(readings, options)
+    rotations: list[Rotation] = []
+    if readings.gyroscope is not None and len(readings.gyroscope):
+        rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
+    rates = {"accelerometer": readings.accelerometer.rate}
+    if readings.gyroscope is not None:
+        rates["gyroscope"] = readings.gyroscope.rate
+    units = _units(readings)
+    return _fit(holds, rotations, rates, units, options, (), readings.warnings)
+
+
+def fit_collected(
+    collected: Collected,
+    units: dict[str, str],
+    rate: float,
+    options: FitOptions | None = None,
+    warnings: tuple[str, ...] = (),
+) -> FitReport:
+    """Fit what the wizard has collected.
+
+    Args:
+        collected: holds and rotations.
+        units: unit of the readings by sensor; a sensor that is not there is left out.
+        rate: samples per second.
+        options: gravity and methods.
+        warnings: what the stream's reader noticed.
+
+    Raises:
+        DataError: the holds do not carry a calibration.
+    """
+    rates = dict.fromkeys(units, rate)
+    return _fit(
+        collected.holds,
+        collected.rotations,
+        rates,
+        units,
+        options or FitOptions(),
+        collected.validation,
+        warnings,
+    )
+
+
+def _units(readings: Readings) -> dict[str, str]:
+    units = {"accelerometer": readings.accelerometer.unit}
+    if readings.gyroscope is not None:
+        units["gyroscope"] = readings.gyroscope.unit
+    return units
+
+
+def _find_holds(readings: Readings, options: FitOptions) -> list[Hold]:
+    """The holds under the stillness limit from which the best calibration follows."""
+    stream = reduce(readings)
+    if stream is None:
+        raise DataError(
+            "the recording is too short: at least two seconds of rest and six still positions are "
+            "needed"
+        )
+    found = [(judge(holds, options.gravity), holds) for _, holds in candidates(stream)]
+    error, best = min(found, key=lambda pair: pair[0])
+    if np.isfinite(error):
+        return best
+    return max((holds for _, holds in found), key=_directions)
+
+
+def _directions(holds: Sequence[Hold]) -> tuple[int, float]:
+    """How many clearly different readings there are, and for how long in all."""
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    leaders: list[FloatArray] = []
+    reach = 0.2 * float(np.ptp(means, axis=0).max()) if len(means) else 0.0
+    for mean in means:
+        if all(np.linalg.norm(mean - leader) > reach for leader in leaders):
+            leaders.append(mean)
+    return len(leaders), sum(hold.end - hold.start for hold in holds)
+
+
+def _fit(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    rates: dict[str, float],
+    units: dict[str, str],
+    options: FitOptions,
+    validation: Sequence[Hold],
+    warnings: tuple[str, ...],
+) -> FitReport:
+    accelerometer = fit_accelerometer(
+        holds, options.gravity, units["accelerometer"], options.method
+    )
+    named = _with_poses(holds, accelerometer)
+    rotations = [_between(rotation, holds, named) for rotation in rotations]
+    sensors = {"accelerometer": _validated(accelerometer.fit, validation, options.gravity)}
+    notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
+    gyroscope: GyroscopeReport | None = None
+    if "gyroscope" in units:
+        gyroscope = fit_gyroscope(
+            named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method
+        )
+        rotations = list(gyroscope.rotations)
+        if gyroscope.fit is not None:
+            sensors["gyroscope"] = gyroscope.fit
+            notes += gyroscope_warnings(gyroscope.fit, units["gyroscope"])
+        notes += gyroscope.warnings
+    report = FitReport(
+        gravity=options.gravity,
+        rates=rates,
+        holds=tuple(named),
+        rotations=tuple(rotations),
+        sensors=sensors,
+        comparison=() if gyroscope is None else gyroscope.comparison,
+        angles=() if gyroscope is None else gyroscope.angles,
+        warnings=tuple(dict.fromkeys(note for note in notes if note)),
+    )
+    return replace(report, verdict=verdict(report))
+
+
+def _with_poses(holds: Sequence[Hold], accelerometer: AccelerometerFit) -> list[Hold]:
+    """The holds with the pose each was in, by the calibrated direction."""
+    return [
+        replace(hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        for hold, up in zip(holds, accelerometer.up, strict=True)
+    ]
+
+
+def _between(rotation: Rotation, old: Sequence[Hold], new: Sequence[Hold]) -> Rotation:
+    """The rotation with its holds replaced by the named ones."""
+    places = {id(hold): index for index, hold in enumerate(old)}
+    return replace(
+        rotation,
+        before=new[places[id(rotation.before)]],
+        after=new[places[id(rotation.after)]],
+    )
+
+
+def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:
+    """The fit with its error on holds that it has not seen."""
+    if not holds:
+        return fit
+    readings = np.array([hold.accelerometer for hold in holds])
+    errors = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1) - gravity
+    return replace(fit, validation_rms=float(np.sqrt(np.mean(errors**2))))
