@@ -42,6 +42,8 @@ def read_delimited(path: Path, options: RecordingOptions) -> Samples:
 def _command(path: Path, text: str, line: Line) -> str:
     """The command that would read a file without a header, as far as the file tells it."""
     width = len(line.fields)
+    if width < len("xyz"):
+        return "its lines have fewer numbers than a sensor has axes; is it a recording of an IMU?"
     columns = _USUAL_COLUMNS.get(width, ",".join(["ax", "ay", "az", *["-"] * (width - 3)]))
     options = f"--columns {columns}"
     if "t" not in columns.split(","):
@@ -57,8 +59,6 @@ def _command(path: Path, text: str, line: Line) -> str:
 
 def _likely_unit(text: str, line: Line, names: list[str]) -> str:
     """The acceleration unit that the example would have."""
-    if "ax" not in names or len(names) < 3:
-        return "m/s^2"
     first = names.index("ax")
     separator, comma = separator_of(line.content)
     layout = Layout(separator, len(line.fields), (first, first + 1, first + 2), comma)

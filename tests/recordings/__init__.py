@@ -1,0 +1,1 @@
+"""Files of every format, clean and broken, to readings."""

@@ -1,0 +1,101 @@
+"""Clocks that wrap, jump, restart, stumble or are missing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.errors import RecordingError
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.recordings import RecordingOptions, read
+from imucal_wizard.recordings.timeline import from_column, from_counter, guess_unit
+from tests.recordings.lines import samples, write
+
+
+def _ticks(count: int = 1000, step: float = 10_000.0) -> FloatArray:
+    return np.arange(count, dtype=np.float64) * step
+
+
+@pytest.mark.parametrize(("unit", "step"), [("us", 10_000.0), ("ms", 10.0)])
+def test_a_clock_of_32_bits_that_wraps_is_put_together(unit: str, step: float) -> None:
+    ticks = (_ticks(step=step) + 2.0**32 - 400 * step) % 2.0**32
+    line = from_column(ticks, unit, None)
+    np.testing.assert_allclose(np.diff(line.time), 0.01, rtol=1e-6)
+    assert line.warnings == ("the device's clock began again at zero once; put together",)
+
+
+def test_a_counter_of_16_bits_that_wraps_keeps_the_samples_that_are_missing() -> None:
+    numbers = np.delete((np.arange(1000.0) + 65_000) % 65_536, 200)
+    line = from_counter(numbers, 100.0)
+    assert line.time[-1] == pytest.approx(9.99)
+    assert any("about 1 samples are missing in 1 gaps" in text for text in line.warnings)
+
+
+def test_single_wrong_times_are_left_out() -> None:
+    time = np.arange(100) / 100.0
+    time[40], time[70] = 99.0, 0.0
+    line = from_column(time, "s", None)
+    assert len(line.time) == 98
+    assert np.all(np.diff(line.time) > 0)
+    assert 40 not in line.rows
+    assert any("2 samples whose time jumps" in text for text in line.warnings)
+
+
+def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap() -> None:
+    time = np.concatenate([np.arange(500), np.arange(500)]) / 100.0
+    line = from_column(time, "s", None)
+    assert len(line.time) == 1000
+    assert np.all(np.diff(line.time) > 0)
+    assert np.diff(line.time).max() == pytest.approx(1.0)
+    assert any("goes back 1 times, first after 4.99" in text for text in line.warnings)
+
+
+def test_missing_samples_are_counted() -> None:
+    time = np.delete(np.arange(1000) / 100.0, slice(300, 350))
+    line = from_column(time, "s", None)
+    assert any("about 50 samples are missing in 1 gaps" in text for text in line.warnings)
+
+
+def test_times_of_a_coarse_clock_are_spread_evenly() -> None:
+    ticks = np.floor(np.arange(1666) / 1.666)
+    line = from_column(ticks, "ms", None)
+    steps = np.diff(line.time)
+    assert np.all(steps > 0)
+    assert steps.mean() == pytest.approx(1 / 1666, rel=1e-3)
+    assert any("coarse clock" in text for text in line.warnings)
+
+
+def test_times_of_arrival_are_told_from_loss() -> None:
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.choice([0.002, 0.03], 1000, p=[0.7, 0.3]))
+    line = from_column(time, "s", None)
+    assert any("jitter" in text for text in line.warnings)
+    assert not any("missing" in text for text in line.warnings)
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"),
+    [(0.01, "s"), (10.0, "ms"), (1.0, "ms"), (0.6, "ms"), (10_000.0, "us"), (1e6, "ns")],
+)
+def test_the_unit_of_a_time_column_is_the_one_with_a_plausible_rate(step: float, unit: str) -> None:
+    found, says = guess_unit(_ticks(step=step), None)
+    assert found == unit
+    assert f"taken as {unit}" in says[0]
+
+
+def test_a_time_column_without_a_plausible_unit_is_asked_for() -> None:
+    with pytest.raises(RecordingError, match=r"t\[ms\]"):
+        guess_unit(np.zeros(10), None)
+
+
+def test_a_rate_that_contradicts_the_times_is_not_used(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    readings = read([path], RecordingOptions(rate=50.0))
+    assert readings.accelerometer.rate == pytest.approx(100.0)
+    assert any("--rate 50 was not used" in text for text in readings.warnings)
+
+
+def test_samples_without_a_time_are_left_out(tmp_path: Path) -> None:
+    values = samples()
+    values[10, 0] = np.nan
+    assert len(read([write(tmp_path / "a.csv", values)])) == 399

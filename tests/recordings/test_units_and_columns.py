@@ -1,0 +1,243 @@
+"""What the columns are and in which unit: said by the header, by the options, or asked for."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.recordings import RecordingOptions, read
+from imucal_wizard.recordings.header import column
+from imucal_wizard.units import STANDARD_GRAVITY
+from tests.recordings.lines import HEADER, samples, write
+
+
+def test_the_contract_csv_gives_si_values_and_no_warning(tmp_path: Path) -> None:
+    values = samples()
+    readings = read([write(tmp_path / "a.csv", values)])
+    assert readings.warnings == ()
+    np.testing.assert_allclose(readings.accelerometer.values, values[:, 1:4], atol=1e-6)
+    np.testing.assert_allclose(readings.accelerometer.time, values[:, 0], atol=1e-9)
+    assert readings.gyroscope is not None
+    assert readings.temperature is not None
+    assert (readings.accelerometer.unit, readings.gyroscope.unit) == ("m/s^2", "rad/s")
+    assert readings.temperature.values.shape == (400, 1)
+
+
+@pytest.mark.parametrize(
+    ("accelerometer", "per_si", "gyroscope", "rate_per_si", "time", "ticks"),
+    [
+        ("g", 1 / STANDARD_GRAVITY, "deg/s", 180 / np.pi, "ms", 1e3),
+        ("mg", 1000 / STANDARD_GRAVITY, "mdeg/s", 180e3 / np.pi, "us", 1e6),
+    ],
+)
+def test_units_in_the_header_are_converted(
+    tmp_path: Path,
+    accelerometer: str,
+    per_si: float,
+    gyroscope: str,
+    rate_per_si: float,
+    time: str,
+    ticks: float,
+) -> None:
+    values = samples()
+    scaled = values * np.array([ticks, *[per_si] * 3, *[rate_per_si] * 3, 1.0])
+    a, g = f"[{accelerometer}]", f"[{gyroscope}]"
+    header = f"t[{time}],ax{a},ay{a},az{a},gx{g},gy{g},gz{g},temp[degC]"
+    readings = read([write(tmp_path / "a.csv", scaled, header)])
+    assert readings.gyroscope is not None
+    np.testing.assert_allclose(readings.accelerometer.values, values[:, 1:4], atol=2e-5)
+    np.testing.assert_allclose(readings.gyroscope.values, values[:, 4:7], atol=2e-6)
+    assert readings.accelerometer.rate == pytest.approx(100.0)
+
+
+def test_columns_may_stand_in_any_order_and_some_may_be_missing(tmp_path: Path) -> None:
+    values = samples()
+    order = [7, 3, 1, 2, 0]
+    header = ",".join(HEADER.split(",")[i] for i in order)
+    readings = read([write(tmp_path / "a.csv", values[:, order], header)])
+    np.testing.assert_allclose(readings.accelerometer.values, values[:, 1:4], atol=1e-6)
+    assert readings.gyroscope is None
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ", ", "])
+def test_any_usual_separator_is_recognised(tmp_path: Path, separator: str) -> None:
+    values = samples()
+    header = HEADER.replace(",", separator)
+    readings = read([write(tmp_path / "a.csv", values, header, separator)])
+    np.testing.assert_allclose(readings.accelerometer.values, values[:, 1:4], atol=1e-6)
+
+
+def test_comments_may_stand_anywhere(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(["# made by hand", *lines[:50], "# a pause", *lines[50:], ""]))
+    readings = read([path])
+    assert len(readings) == 400
+    assert readings.warnings == ()
+
+
+def test_a_header_in_a_comment_counts(tmp_path: Path) -> None:
+    readings = read([write(tmp_path / "a.csv", samples(), "# " + HEADER)])
+    assert len(readings) == 400
+
+
+def test_a_log_that_begins_in_mid_line_and_repeats_its_header_is_read(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    header, *lines = path.read_text().splitlines()
+    path.write_text("\n".join(["3,9.81,0.1", *lines[:100], header, *lines[100:], header, ""]))
+    readings = read([path])
+    assert len(readings) == 400
+    assert any("first line 1" in text for text in readings.warnings)
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "unit"),
+    [
+        ("acc_x", "ax", ""),
+        ("AccX", "ax", ""),
+        ("accel_x", "ax", ""),
+        ("aX", "ax", ""),
+        ("gyr_z", "gz", ""),
+        ("GyroY", "gy", ""),
+        ("linear_acceleration.x", "ax", ""),
+        ("gyro_x_dps", "gx", "deg/s"),
+        ("mag_y [µT]", "my", "uT"),
+        ("timestamp_ms", "t", "ms"),
+        ("micros", "t", "us"),
+        ("n_samples", "counter", ""),
+        ("imu_degC", "temp", "degC"),
+        ("ax (m/s²)", "ax", "m/s^2"),
+        ("humidity_%", "", ""),
+        ("part", "", ""),
+    ],
+)
+def test_common_names_are_understood(name: str, channel: str, unit: str) -> None:
+    found = column(name)
+    assert (found.channel, found.unit) == (channel, unit)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "whole", "unit", "size"),
+    [
+        (9.80665, False, "m/s^2", 9.80665),
+        (1.0, False, "m/s^2", 9.80665),
+        (1000.0, False, "m/s^2", 9.80665),
+        (8192.0, True, "count", 8192.0),
+    ],
+)
+def test_the_acceleration_unit_is_guessed_by_gravity_and_the_guess_is_told(
+    tmp_path: Path, gravity: float, whole: bool, unit: str, size: float
+) -> None:
+    values = samples(gravity=gravity)[:, :4]
+    if whole:
+        values[:, 1:] = np.round(values[:, 1:])
+    readings = read([write(tmp_path / "a.csv", values, "t[s],acc_x,acc_y,acc_z")])
+    assert readings.accelerometer.unit == unit
+    assert np.median(readings.accelerometer.values[:, 2]) == pytest.approx(size, rel=1e-3)
+    assert any("because gravity measures" in text for text in readings.warnings)
+
+
+def test_a_size_of_gravity_that_fits_no_unit_is_asked_for(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples(gravity=42.42)[:, :4], "t[s],ax,ay,az")
+    with pytest.raises(RecordingError, match=r"42.4.*--accel-unit"):
+        read([path])
+
+
+def test_the_gyroscope_unit_is_never_guessed(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples()[:, :7], "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z")
+    with pytest.raises(RecordingError, match="--gyro-unit with one of rad/s"):
+        read([path])
+    readings = read([path], RecordingOptions(gyroscope_unit="deg/s"))
+    assert readings.gyroscope is not None
+    expected = np.radians(samples()[:, 4:7])
+    np.testing.assert_allclose(readings.gyroscope.values, expected, atol=1e-7)
+
+
+@pytest.mark.parametrize(("gravity", "looks"), [(1000.0, "mg"), (1.0, "g")])
+def test_gravity_that_contradicts_the_stated_unit_is_warned_about(
+    tmp_path: Path, gravity: float, looks: str
+) -> None:
+    readings = read([write(tmp_path / "a.csv", samples(gravity=gravity))])
+    assert any(f"looks like {looks}," in text for text in readings.warnings)
+
+
+def test_without_a_header_the_message_gives_the_whole_command(tmp_path: Path) -> None:
+    path = write(tmp_path / "my log.txt", samples()[:, 1:7], "", " ")
+    with pytest.raises(RecordingError) as caught:
+        read([path])
+    says = str(caught.value)
+    assert (
+        f"imucal-wizard fit '{path}' --columns ax,ay,az,gx,gy,gz --rate 100 --accel-unit m/s^2"
+        " --gyro-unit rad/s" in says
+    )
+
+
+def test_without_a_header_the_options_say_what_the_columns_are(tmp_path: Path) -> None:
+    values = samples(gravity=1.0)
+    path = write(tmp_path / "a.txt", values[:, 1:], "", " ")
+    options = RecordingOptions(("ax", "ay", "az", "gx", "gy", "gz", "-"), 50.0, "g", "deg/s")
+    readings = read([path], options)
+    assert readings.accelerometer.rate == pytest.approx(50.0)
+    assert np.median(readings.accelerometer.values[:, 2]) == pytest.approx(9.80665, rel=1e-3)
+    assert readings.temperature is None
+
+
+def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples()[:, 1:4], "ax[g],ay[g],az[g]")
+    with pytest.raises(RecordingError, match="--rate 100"):
+        read([path])
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "says"),
+    [
+        ("t[s],ax[g],ay[g]", 3, "no column az"),
+        ("t[s],ax[g],ay[g],ax[g]", 4, "two columns are ax"),
+        ("t[s],ax[V],ay[V],az[V]", 4, "'V' of column 'ax\\[V\\]' is no unit"),
+        ("t[h],ax[g],ay[g],az[g]", 4, "no unit of time"),
+        ("t[s],ax[g],ay[g],az[count]", 4, "only some axes"),
+        ("t[s],ax[g],ay[g],az[g]", 5, "4 columns are named .* has 5"),
+        ("t[s],gx[rad/s],gy[rad/s],gz[rad/s]", 4, "there is no accelerometer, only gyroscope"),
+        ("one,two,three,four", 4, "no name in 'one,two,three,four' is known"),
+    ],
+)
+def test_what_a_header_lacks_is_named(tmp_path: Path, header: str, columns: int, says: str) -> None:
+    path = write(tmp_path / "a.csv", samples()[:, :columns], header)
+    with pytest.raises(RecordingError, match=says):
+        read([path])
+
+
+def test_files_with_different_sensors_become_one_recording(tmp_path: Path) -> None:
+    slow, fast = samples(400, 80.0), samples(8000, 1600.0)
+    first = write(tmp_path / "acc.csv", slow[:, :4], ",".join(HEADER.split(",")[:4]))
+    header = "t[s],gx[rad/s],gy[rad/s],gz[rad/s]"
+    second = write(tmp_path / "gyr.csv", fast[:, [0, 4, 5, 6]], header)
+    for order in itertools.permutations([first, second]):
+        readings = read(order)
+        assert readings.gyroscope is not None
+        assert (len(readings), len(readings.gyroscope)) == (400, 8000)
+        assert readings.gyroscope.rate == pytest.approx(1600.0, rel=1e-2)
+
+
+def test_two_files_with_the_same_sensor_are_refused(tmp_path: Path) -> None:
+    paths = [write(tmp_path / name, samples()) for name in ("a.csv", "b.csv")]
+    with pytest.raises(RecordingError, match="both hold the accelerometer"):
+        read(paths)
+
+
+def test_files_whose_times_do_not_meet_are_refused(tmp_path: Path) -> None:
+    late = samples()
+    late[:, 0] += 1000.0
+    first = write(tmp_path / "a.csv", samples()[:, :4], ",".join(HEADER.split(",")[:4]))
+    second = write(tmp_path / "b.csv", late[:, [0, 4, 5, 6]], "t[s],gx[rad/s],gy[rad/s],gz[rad/s]")
+    with pytest.raises(RecordingError, match="do not overlap"):
+        read([first, second])
+
+
+def test_no_file_and_an_unknown_format_are_wrong_usage(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="name at least one file"):
+        read([])
+    with pytest.raises(UsageError, match="--as nothing is not known"):
+        read([write(tmp_path / "a.csv", samples())], RecordingOptions(as_format="nothing"))
