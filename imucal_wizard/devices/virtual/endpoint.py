@@ -3,10 +3,13 @@
 import os
 import select
 import socket
+import struct
 import sys
 from typing import Protocol
 
 if sys.platform != "win32":
+    import fcntl
+    import termios
     import tty
 
 
@@ -17,12 +20,11 @@ class Endpoint(Protocol):
     def url(self) -> str:
         """What the other side opens: a device path or ``socket://host:port``."""
 
-    @property
-    def descriptor(self) -> int:
-        """What to wait for with ``select``."""
-
     def connected(self) -> bool:
-        """Whether somebody has opened the other side."""
+        """Whether somebody has the other side open, and has had since this was last asked."""
+
+    def wait(self, wake: socket.socket, seconds: float, *, to_write: bool = False) -> None:
+        """Wait so long, or until ``wake`` has something, or until there is room to write."""
 
     def read(self) -> bytes:
         """What the other side sent; empty when nothing."""
@@ -35,37 +37,57 @@ class Endpoint(Protocol):
 
 
 class Pty:
-    """A pseudo-terminal whose slave is opened like any serial port."""
+    """A pseudo-terminal whose slave is opened like any serial port.
+
+    It works in packet mode: the master is told when the slave's input is emptied, as every serial
+    library does on opening a port, even if the port was closed and opened in the same instant.
+    """
 
     def __init__(self) -> None:
         self._master, slave = os.openpty()
         tty.setraw(slave)
+        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))
         os.set_blocking(self._master, False)
         self.url = os.ttyname(slave)
         # Linux says with POLLHUP that nobody holds the slave, if this side does not hold it either.
         self._slave = slave
+        self._emptied = False
         if sys.platform == "linux":
             os.close(slave)
 
-    @property
-    def descriptor(self) -> int:
-        """The master's."""
-        return self._master
-
     def connected(self) -> bool:
-        """Whether the slave is open."""
-        if sys.platform != "linux":
-            return True
+        """Whether the slave is open; once False when it has been emptied since."""
+        emptied, self._emptied = self._emptied, False
+        return not emptied and not self._hung_up()
+
+    def wait(self, wake: socket.socket, seconds: float, *, to_write: bool = False) -> None:
+        """Wait."""
         poll = select.poll()
-        poll.register(self._master, 0)
-        return not any(event & select.POLLHUP for _, event in poll.poll(0))
+        poll.register(wake, select.POLLIN)
+        if to_write:
+            poll.register(self._master, select.POLLOUT)
+        poll.poll(seconds * 1000.0)
 
     def read(self) -> bytes:
         """Bytes written to the slave."""
+        data = b""
+        while packet := self._packet():
+            if packet[0] == termios.TIOCPKT_DATA:
+                data += packet[1:]
+            elif packet[0] & termios.TIOCPKT_FLUSHREAD:
+                self._emptied = True
+        return data
+
+    def _packet(self) -> bytes:
         try:
             return os.read(self._master, 4096)
         except OSError:  # nothing there, or nobody
             return b""
+
+    def _hung_up(self) -> bool:
+        poll = select.poll()
+        poll.register(self._master, 0)
+        return any(event & select.POLLHUP for _, event in poll.poll(0))
 
     def write(self, data: bytes) -> int:
         """Fill the line's buffer as far as it goes."""
@@ -90,11 +112,6 @@ class Loopback:
         self._client: socket.socket | None = None
         self.url = f"socket://127.0.0.1:{self._server.getsockname()[1]}"
 
-    @property
-    def descriptor(self) -> int:
-        """The client's, or the server's before there is one."""
-        return (self._client or self._server).fileno()
-
     def connected(self) -> bool:
         """Whether a client is there; takes the next one if not."""
         if self._client is None:
@@ -104,6 +121,11 @@ class Loopback:
                 return False
             self._client.setblocking(False)
         return True
+
+    def wait(self, wake: socket.socket, seconds: float, *, to_write: bool = False) -> None:
+        """Wait; a client that calls or speaks ends it too."""
+        line = self._client or self._server
+        select.select([wake, line], [line] if to_write else [], [], seconds)
 
     def read(self) -> bytes:
         """Bytes from the client; forgets a client that has gone."""

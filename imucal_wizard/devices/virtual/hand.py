@@ -215,18 +215,19 @@ class VirtualHand:
     def _move(self, turn: FloatArray, fastest: float | None, error: float) -> Stretch:
         """A turn as a hand makes it: missed a little, wobbling, and shifting the device."""
         miss = np.clip(self._rng.standard_normal(3), -2.5, 2.5) * np.radians(error)
-        swing, phase, shift = self._rng.standard_normal((3, 2, 3))
+        swing, phase, shift = np.clip(self._rng.standard_normal((3, 2, 3)), -2.0, 2.0)
         turn = turn + miss
         angle = float(np.sqrt(turn @ turn))
         peak = np.radians(LEISURELY_DEG if fastest is None else fastest)
         seconds = max(SHORTEST_MOVE, PEAK_OF_MIN_JERK * angle / peak)
-        wobble = Wobble(0.02 * min(angle, 1.5) * swing, np.pi * phase)
+        size = 0.015 * min(angle, 1.5)
+        wobble = Wobble(size * swing / np.array([[1.0], [2.0]]), np.pi * phase)
         rested = (self._sample - self._rest_since) / self._rate >= POSE_AFTER
         return self._after(
             max(1, round(seconds * self._rate)),
             turn=turn,
             wobble=wobble,
-            shift=0.02 * min(angle, 1.5) * shift[0],
+            shift=size * shift[0],
             previous=self._up() if rested else self._stretch.previous,
             tremor=(float(self._trembling), float(self._trembling)),
         )

@@ -1,7 +1,6 @@
 """An IMU that does not exist, on a port that does: a thread that writes its lines."""
 
 import math
-import select
 import socket
 import threading
 import time
@@ -120,26 +119,26 @@ class VirtualImu:
                     if endpoint.connected():
                         self._serve(endpoint, wake)
                     else:
-                        select.select([wake], [], [], TICK)
+                        endpoint.wait(wake, TICK)
             finally:
                 endpoint.close()
 
     def _serve(self, endpoint: Endpoint, wake: socket.socket) -> None:
         """Write to one listener until it goes."""
-        select.select([wake], [], [], GRACE)
+        endpoint.wait(wake, GRACE)
         self._pending, self._header_in = b"", 0
         pace = _Pace()
-        while not self._stopping.is_set() and endpoint.connected():
+        while not self._stopping.is_set():
             if endpoint.read():
                 self._header_in = 0
+            if not endpoint.connected():
+                return
             if not self._pending:
                 self._pending = self._batch(self._allowed(pace))
             sent = endpoint.write(self._pending) if self._pending else 0
             self._pending = self._pending[sent:]
-            if self._pending:
-                select.select([wake], [endpoint.descriptor], [], TICK)
-            elif not math.isinf(self.speed):
-                select.select([wake], [], [], TICK)
+            if self._pending or not sent or not math.isinf(self.speed):
+                endpoint.wait(wake, TICK, to_write=bool(self._pending))
 
     def _allowed(self, pace: "_Pace") -> int:
         """How many samples are due now and not further than the wizard has asked for."""

@@ -1,0 +1,1 @@
+"""The virtual IMU: its motion, its sensor, its line."""
