@@ -1,0 +1,65 @@
+"""The commands. Each is imported when it is called, so that none pays for another's imports."""
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from imucal_wizard.errors import ImucalError
+
+COMMANDS = ("fit", "simulate", "ports", "wizard")
+
+USAGE = """\
+imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is the reference.
+
+  imucal-wizard                    open the wizard (on the virtual IMU unless a port is given)
+  imucal-wizard --port PORT        the wizard on a serial port or URL
+  imucal-wizard --replay FILE...   the wizard on a recording or session
+  imucal-wizard --auto --quit      the virtual hand performs everything
+  imucal-wizard fit FILE...        fit a recording
+  imucal-wizard simulate OUT.csv   write a recording of the virtual IMU
+  imucal-wizard ports              what is plugged in and what speaks there
+
+Options of each: imucal-wizard COMMAND --help; of the wizard: imucal-wizard wizard --help
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the program; the exit status is 0 done, 1 the data do not carry it, 2 wrong usage."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _dispatch(arguments)
+    except ImucalError as error:
+        print(f"imucal-wizard: {_one_line(str(error))}", file=sys.stderr)
+        return error.exit_status
+    except KeyboardInterrupt:
+        print("imucal-wizard: stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # the reader of our output has gone; there is nobody left to tell
+        sys.stderr.close()
+        return 0
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if arguments[:1] in (["-h"], ["--help"], ["help"]):
+        print(USAGE, end="")
+        return 0
+    if arguments[:1] == ["--version"]:
+        from imucal_wizard import __version__
+
+        print(f"imucal-wizard {__version__}")
+        return 0
+    command = "wizard"
+    if arguments and arguments[0] in COMMANDS:
+        command, *arguments = arguments
+    run = import_module(f"imucal_wizard.commands.{command}").run
+    return int(run(arguments))
+
+
+def _one_line(text: str) -> str:
+    """The message on one line, without control characters a device or file may have put in."""
+    return "".join(c if c.isprintable() else " " for c in " ".join(text.split()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

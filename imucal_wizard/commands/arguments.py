@@ -1,0 +1,96 @@
+"""The options that several commands share, and a parser that answers in one line."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+from imucal_wizard.errors import UsageError
+from imucal_wizard.recordings.options import RecordingOptions
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+class Parser(argparse.ArgumentParser):
+    """Argparse whose complaint is one clear line and exit status 2."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong with the options, and where help is."""
+        raise UsageError(f"{message}. See: {self.prog} --help")
+
+
+def add_recording_options(parser: argparse.ArgumentParser) -> None:
+    """What may be said of files that do not say it themselves."""
+    group = parser.add_argument_group("what the files do not say")
+    group.add_argument("--as", dest="as_format", metavar="FORMAT", help="imu_tk: text `t x y z`")
+    group.add_argument("--columns", metavar="NAMES", help="columns in order: ax,ay,az,gx,gy,gz")
+    group.add_argument("--rate", type=_positive, metavar="HZ", help="samples per second")
+    group.add_argument("--accel-unit", metavar="UNIT", help="m/s^2, g, mg or count")
+    group.add_argument("--gyro-unit", metavar="UNIT", help="rad/s, deg/s, mdeg/s or count")
+    group.add_argument("--mag-unit", metavar="UNIT", help="uT, nT, G, mG or count")
+
+
+def add_gravity(parser: argparse.ArgumentParser) -> None:
+    """The local gravity, on which the accelerometer's scale rests."""
+    parser.add_argument(
+        "--gravity",
+        type=_gravity,
+        default=STANDARD_GRAVITY,
+        metavar="M/S2",
+        help=f"local gravity, m/s² (default {STANDARD_GRAVITY}; 9.780 at the equator, 9.832 at "
+        "the poles)",
+    )
+
+
+def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
+    """The shared options as the readers of files take them."""
+    columns = tuple(name.strip() for name in (arguments.columns or "").split(",") if name.strip())
+    return RecordingOptions(
+        columns=columns,
+        rate=arguments.rate,
+        accelerometer_unit=arguments.accel_unit,
+        gyroscope_unit=arguments.gyro_unit,
+        magnetometer_unit=arguments.mag_unit,
+        as_format=arguments.as_format,
+    )
+
+
+def write_json(document: object, place: str) -> None:
+    """Write one JSON document to a file, or to standard output for ``-``.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+    from imucal_wizard.calibration import encode
+
+    data = encode(document)
+    if place == "-":
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    try:
+        Path(place).write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
+
+
+def _positive(text: str) -> float:
+    value = _number(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above zero")
+    return value
+
+
+def _gravity(text: str) -> float:
+    value = _number(text)
+    if not 9.7 <= value <= 9.9:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a gravity on Earth; it lies between 9.76 and 9.84 m/s²"
+        )
+    return value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None

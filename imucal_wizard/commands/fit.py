@@ -1,0 +1,80 @@
+"""``imucal-wizard fit``: a recording in, a calibration out, without a screen."""
+
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from imucal_wizard.commands.arguments import (
+    Parser,
+    add_gravity,
+    add_recording_options,
+    recording_options,
+    write_json,
+)
+from imucal_wizard.errors import DataError
+
+
+def parser() -> Parser:
+    """The options of ``fit``."""
+    made = Parser(
+        prog="imucal-wizard fit",
+        description="Find the holds and rotations of a recording, fit the model, show what is "
+        "left. Files of one session that hold different sensors are given together.",
+    )
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
+    add_recording_options(made)
+    add_gravity(made)
+    made.add_argument(
+        "--method",
+        choices=("least_squares", "newton", "six-position"),
+        default="least_squares",
+        help="the accelerometer's method (default least_squares)",
+    )
+    made.add_argument(
+        "--gyro-method",
+        choices=("vector", "static", "dynamic"),
+        default="vector",
+        help="the gyroscope's method (default vector)",
+    )
+    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
+    made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Fit and report; the exit status is 1 when the data do not carry it."""
+    arguments = parser().parse_args(argv)
+    from imucal_wizard.fitting import FitOptions, fit_readings
+    from imucal_wizard.recordings import read
+
+    readings = read(arguments.files, recording_options(arguments))
+    options = FitOptions(arguments.gravity, arguments.method, arguments.gyro_method)
+    try:
+        report = fit_readings(readings, options)
+    except DataError as error:
+        if arguments.json:
+            from imucal_wizard.document import failure_document
+
+            write_json(failure_document(str(error), readings.warnings), arguments.json)
+        raise
+    if arguments.save:
+        from imucal_wizard.calibration import from_report, save
+
+        source = ", ".join(path.name for path in arguments.files)
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        save(from_report(report, source, now), arguments.save)
+    if arguments.json:
+        from imucal_wizard.document import fit_document
+
+        write_json(fit_document(report), arguments.json)
+    if arguments.json != "-":
+        from imucal_wizard.summary import summary
+
+        print(summary(report))
+        if arguments.save:
+            print(f"saved: {arguments.save}")
+    else:
+        for warning in report.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+    return 0

@@ -1,0 +1,81 @@
+"""``imucal-wizard``: the app that leads through the calibration."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from imucal_wizard.commands.arguments import (
+    Parser,
+    add_gravity,
+    add_recording_options,
+    recording_options,
+)
+from imucal_wizard.errors import UsageError
+from imucal_wizard.tui.options import WizardOptions
+
+
+def parser() -> Parser:
+    """The options of the wizard."""
+    made = Parser(
+        prog="imucal-wizard",
+        description="Open the wizard: on the virtual IMU, on a port, or on a recording.",
+    )
+    source = made.add_argument_group("source")
+    source.add_argument("--port", metavar="PORT_OR_URL", help="/dev/ttyACM0, COM3, socket://H:P")
+    source.add_argument("--baud", type=int, default=115200, metavar="N", help="default 115200")
+    source.add_argument("--format", default="auto", metavar="NAME", help="the stream's format")
+    source.add_argument("--replay", nargs="+", type=Path, default=[], metavar="FILE")
+    source.add_argument("--resume", type=Path, metavar="SESSION", help="go on with a session")
+    source.add_argument("--speed", type=float, default=1.0, metavar="X", help="play X times faster")
+    virtual = made.add_argument_group("virtual IMU")
+    virtual.add_argument("--auto", action="store_true", help="its hand performs everything")
+    virtual.add_argument("--quit", action="store_true", help="leave after the result")
+    virtual.add_argument("--hidden", action="append", default=[], metavar="TERM:SIZE:AXIS")
+    virtual.add_argument("--seed", type=int, default=0, metavar="N", help="which sensor and hand")
+    way = made.add_argument_group("procedure")
+    way.add_argument("--rotations", type=int, default=6, metavar="N", help="per axis (default 6)")
+    way.add_argument("--count-faces", action="store_true", help="do not take the faces again")
+    way.add_argument("--gyro-range", type=float, metavar="DEG_S", help="the gyroscope's full scale")
+    way.add_argument("--sessions", type=Path, metavar="DIR", help="where sessions are kept")
+    way.add_argument("--save", type=Path, metavar="FILE", help="where the calibration goes")
+    way.add_argument("--mute", action="store_true", help="no sounds")
+    add_recording_options(made)
+    add_gravity(made)
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Open the wizard and stay until it is left."""
+    arguments = parser().parse_args(argv)
+    chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
+    if len(chosen) > 1:
+        raise UsageError(f"--{chosen[0]} and --{chosen[1]} are two sources: give one of them")
+    if chosen and (arguments.auto or arguments.hidden):
+        raise UsageError(f"--auto and --hidden belong to the virtual IMU, not to --{chosen[0]}")
+    if not 0.0 < arguments.speed <= 1000.0:
+        raise UsageError("--speed must lie above 0 and at most at 1000")
+    if not 1 <= arguments.rotations <= 100:
+        raise UsageError("--rotations must lie between 1 and 100 for each axis")
+    from imucal_wizard.tui.run import run_wizard
+
+    return run_wizard(
+        WizardOptions(
+            port=arguments.port,
+            baud=arguments.baud,
+            format=arguments.format,
+            replay=tuple(arguments.replay),
+            recording=recording_options(arguments),
+            speed=arguments.speed,
+            auto=arguments.auto,
+            quit=arguments.quit,
+            hidden=tuple(arguments.hidden),
+            seed=arguments.seed,
+            gravity=arguments.gravity,
+            gyroscope_range=arguments.gyro_range,
+            rotations=arguments.rotations,
+            count_faces=arguments.count_faces,
+            resume=arguments.resume,
+            sessions=arguments.sessions,
+            save=arguments.save,
+            muted=arguments.mute,
+        )
+    )

@@ -1,0 +1,67 @@
+"""The JSON of ``fit --json``, as those who script the program read it."""
+
+from typing import Any
+
+import numpy as np
+
+from imucal_wizard.calibration import sensor_record
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.solver.result import FitReport
+
+SCHEMA = "imucal-wizard/fit/1"
+
+
+def fit_document(report: FitReport) -> dict[str, Any]:
+    """A report as the document of the contract; lists and numbers only."""
+    return {
+        "schema": SCHEMA,
+        "rate": report.rates,
+        "gravity": report.gravity,
+        "warnings": list(report.warnings),
+        "verdict": list(report.verdict),
+        "holds": [_hold(hold, report) for hold in report.holds],
+        "rotations": [
+            {
+                "start": rotation.before.end,
+                "end": rotation.after.start,
+                "axis": rotation.axis,
+                "angle": angle,
+                "problem": rotation.problem,
+            }
+            for rotation, angle in zip(report.rotations, report.angles, strict=False)
+        ],
+        "sensors": {name: sensor_record(fit) for name, fit in report.sensors.items()},
+        "comparison": [
+            {name: getattr(row, name) for name in row.__dataclass_fields__}
+            for row in report.comparison
+        ],
+    }
+
+
+def failure_document(reason: str, warnings: tuple[str, ...] = ()) -> dict[str, Any]:
+    """What ``--json`` says when the data do not carry a fit."""
+    return {
+        "schema": SCHEMA,
+        "error": reason,
+        "rate": {},
+        "warnings": [*warnings, reason],
+        "holds": [],
+        "rotations": [],
+        "sensors": {},
+    }
+
+
+def _hold(hold: Hold, report: FitReport) -> dict[str, Any]:
+    accelerometer = report.sensors["accelerometer"]
+    vector = accelerometer.matrix @ (hold.accelerometer - accelerometer.bias)
+    direction = vector / np.linalg.norm(vector)
+    return {
+        "start": hold.start,
+        "end": hold.end,
+        "direction": direction.tolist(),
+        "pose": hold.pose,
+        "mean_accelerometer": hold.accelerometer.tolist(),
+        "mean_gyroscope": None if hold.gyroscope is None else hold.gyroscope.tolist(),
+        "temperature": hold.temperature,
+        "hand_held": hold.hand_held,
+    }

@@ -1,0 +1,51 @@
+"""A fit as text for a terminal that is not the app's: one screen, plain characters."""
+
+from imucal_wizard.fitting.verdict import shown
+from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
+
+
+def summary(report: FitReport) -> str:
+    """What was found, in lines of at most 80 columns where names allow it."""
+    lines = [
+        f"{len(report.holds)} holds, {len(report.rotations)} rotations, "
+        + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items()),
+    ]
+    for name, fit in report.sensors.items():
+        lines += ["", *_sensor(name, fit)]
+    if report.comparison:
+        lines += ["", *_comparison(report)]
+    if report.warnings:
+        lines += ["", *(f"! {warning}" for warning in report.warnings)]
+    return "\n".join([*lines, "", *report.verdict])
+
+
+def _sensor(name: str, fit: SensorFit) -> list[str]:
+    lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
+    lines += [f"  {_parameter(parameter)}" for parameter in fit.parameters]
+    lines.append(
+        f"  error: before {shown(fit, fit.rms_before)}, fitted {shown(fit, fit.rms_fitted)}, "
+        f"held out {shown(fit, fit.rms_held_out)}, noise {shown(fit, fit.floor)}"
+    )
+    return lines
+
+
+def _parameter(parameter: Parameter) -> str:
+    if not parameter.carried:
+        note = "nominal: these data do not carry it"
+    elif parameter.standard_error is None:
+        note = "± not known"
+    else:
+        note = f"± {parameter.standard_error:.2g}"
+    return f"{parameter.name:16} {parameter.value:14.7g} {note} {parameter.unit}"
+
+
+def _comparison(report: FitReport) -> list[str]:
+    lines = ["GYROSCOPE SCALE by three methods (correction, rad/s per reading)"]
+    lines.append("  axis  turns   static          dynamic         vector")
+    for row in report.comparison:
+        cells = [
+            "-" if value is None else f"{value:.6g}"
+            for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
+        ]
+        lines.append(f"  {row.axis:4}  {row.rotations:5}   " + "".join(f"{c:16}" for c in cells))
+    return lines

@@ -1,0 +1,53 @@
+"""What the command line says to the wizard."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from imucal_wizard.recordings.options import RecordingOptions
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class WizardOptions:
+    """How the wizard is opened.
+
+    Attributes:
+        port: port or URL, or None for the virtual IMU or the choice on the screen.
+        baud: bits per second.
+        format: name of the stream's format, or ``auto``.
+        replay: recordings or one session to play instead of a port.
+        recording: what these files do not say themselves; its columns, rate and units also serve
+            for a stream.
+        speed: samples per second of playing, as a multiple of the true rate.
+        auto: the virtual hand performs everything.
+        quit: leave after the result is saved.
+        hidden: effects hidden in the virtual sensor, ``TERM:SIZE:AXIS``.
+        seed: which virtual sensor and hand.
+        gravity: local gravity, m/s².
+        gyroscope_range: full scale, deg/s, or None when not known.
+        rotations: rotations per axis.
+        count_faces: count the up/down faces among the 18 poses.
+        resume: session to go on with, or None.
+        sessions: folder for session files, or None for the user's data folder.
+        save: file for the calibration, or None for a name beside the session.
+        muted: no sounds.
+    """
+
+    port: str | None = None
+    baud: int = 115200
+    format: str = "auto"
+    replay: tuple[Path, ...] = ()
+    recording: RecordingOptions = field(default_factory=RecordingOptions)
+    speed: float = 1.0
+    auto: bool = False
+    quit: bool = False
+    hidden: tuple[str, ...] = ()
+    seed: int = 0
+    gravity: float = STANDARD_GRAVITY
+    gyroscope_range: float | None = None
+    rotations: int = 6
+    count_faces: bool = False
+    resume: Path | None = None
+    sessions: Path | None = None
+    save: Path | None = None
+    muted: bool = False
