@@ -30,11 +30,14 @@ class Rows:
         values: shape (n, number of columns); NaN where a field was empty or not a number.
         malformed: how many lines or frames were thrown away.
         decimals: the largest number of decimals printed, per column; -1 where not text.
+        skipped: how many malformed lines came directly before each row, shape (n,); empty when
+            none did. A stream without time or counter needs it to stay in step.
     """
 
     values: FloatArray
     malformed: int = 0
     decimals: tuple[int, ...] = ()
+    skipped: tuple[int, ...] = ()
 
 
 class Decoder(Protocol):

@@ -1,0 +1,137 @@
+"""Rows of numbers to Readings: SI units or counts, and a time for every sample."""
+
+import numpy as np
+
+from imucal_wizard import units
+from imucal_wizard.devices.clock import DeviceClock, SampleCounter
+from imucal_wizard.devices.formats.base import Column, Rows
+from imucal_wizard.devices.host_clock import HostClock
+from imucal_wizard.devices.rate import period_of
+from imucal_wizard.devices.resolve import places_of
+from imucal_wizard.readings import FloatArray, Readings, Series
+
+
+class Assembler:
+    """Gives every row its units and its time.
+
+    Args:
+        columns: resolved columns, every sensor's with its unit.
+        first: first rows, shape (n, columns), from which the device's period is taken.
+        rate: samples per second where the stream carries no time and it is known.
+    """
+
+    def __init__(
+        self, columns: tuple[Column, ...], first: FloatArray, rate: float | None = None
+    ) -> None:
+        self.columns = columns
+        self.not_finite = 0
+        self.samples = 0
+        self._places = {s: places_of(columns, s) for s in _SENSORS}
+        self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
+        where = {c.channel: i for i, c in enumerate(columns) if c.channel}
+        self._temperature = where.get("temp")
+        self._time = where.get("t")
+        self._count = where.get("counter") if self._time is None else None
+        self._counter = SampleCounter()
+        self._host = HostClock(rate)
+        self._device = self._device_clock(first)
+        self._waiting = np.zeros((0, len(columns)))
+        self._index = 0.0
+
+    def _factor(self, sensor: str, places: list[int]) -> FloatArray:
+        return np.array([units.factor(sensor, self.columns[p].unit) for p in places])
+
+    def _device_clock(self, first: FloatArray) -> DeviceClock | None:
+        if self._time is None:
+            return None
+        factor = units.factor("time", self.columns[self._time].unit)
+        ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
+        self._device_period = period_of(ticks)
+        return DeviceClock(factor, self._device_period, bool(np.mean(np.diff(ticks) == 0) > 0.1))
+
+    @property
+    def device(self) -> DeviceClock | None:
+        """The device's clock, where the stream carries time."""
+        return self._device
+
+    @property
+    def period(self) -> float:
+        """Seconds per sample as known now; 0 before it is known."""
+        return self._device_period if self._device is not None else self._host.period
+
+    @property
+    def lost(self) -> int:
+        """Samples missing by the device's time or count, or by the host's clock."""
+        by_device = self._device.lost if self._device is not None else self._host.lost
+        return by_device + self._counter.lost
+
+    def feed(self, rows: Rows, arrival: float) -> Readings | None:
+        """The samples whose time can be told now; None when there are none."""
+        values = rows.values
+        if not len(values):
+            return None
+        indices = self._indices(rows)
+        needed = values[:, self._needed()]
+        good = np.isfinite(needed).all(axis=1)
+        if not good.all():
+            self.not_finite += int(np.sum(~good))
+            values, indices = values[good], indices[good]
+            if not len(values):
+                return None
+        if self._device is not None and self._time is not None:
+            return self._readings(self._device.feed(values[:, self._time]), values)
+        if self._count is not None:
+            indices = self._counter.feed(values[:, self._count])
+        self._waiting = np.concatenate((self._waiting, values))
+        return self._released(self._host.feed(indices, arrival))
+
+    def flush(self) -> Readings | None:
+        """What still waits for its time, at the end of the stream."""
+        return None if self._device is not None else self._released(self._host.flush())
+
+    def _released(self, times: FloatArray) -> Readings | None:
+        values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]
+        return self._readings(times, values)
+
+    def _indices(self, rows: Rows) -> FloatArray:
+        steps = np.ones(len(rows.values))
+        if rows.skipped:
+            steps += rows.skipped
+        indices: FloatArray = self._index + np.cumsum(steps) - 1.0
+        self._index = float(indices[-1]) + 1.0
+        return indices
+
+    def _needed(self) -> list[int]:
+        extra = [i for i in (self._time, self._count) if i is not None]
+        return self._places["accelerometer"] + self._places["gyroscope"] + extra
+
+    def _readings(self, times: FloatArray, values: FloatArray) -> Readings | None:
+        if not len(times):
+            return None
+        self.samples += len(times)
+        return Readings(
+            self._series("accelerometer", times, values),
+            self._series("gyroscope", times, values) if self._places["gyroscope"] else None,
+            self._field(times, values) if self._places["magnetometer"] else None,
+            self._heat(times, values),
+        )
+
+    def _series(self, sensor: str, times: FloatArray, values: FloatArray) -> Series:
+        places = self._places[sensor]
+        unit = units.si_unit(sensor, self.columns[places[0]].unit)
+        return Series(times, values[:, places] * self._factors[sensor], unit)
+
+    def _field(self, times: FloatArray, values: FloatArray) -> Series:
+        """The magnetometer is slower than the others: absent in most rows of some devices."""
+        there = np.isfinite(values[:, self._places["magnetometer"]]).all(axis=1)
+        return self._series("magnetometer", times[there], values[there])
+
+    def _heat(self, times: FloatArray, values: FloatArray) -> Series | None:
+        if self._temperature is None:
+            return None
+        own = values[:, self._temperature : self._temperature + 1]
+        there = np.isfinite(own[:, 0])
+        return Series(times[there], own[there], units.SI_UNIT["temperature"])
+
+
+_SENSORS = ("accelerometer", "gyroscope", "magnetometer")

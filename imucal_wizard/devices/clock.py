@@ -1,0 +1,117 @@
+"""Device ticks and counters to seconds: wraps, drops, restarts."""
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+
+SEGMENT_GAP = 1.0
+"""Seconds put between two segments where the true distance is not known: no hold survives it."""
+_LONGEST_GAP = 3600.0
+_WRAP_WITHIN = 2.0
+
+
+class DeviceClock:
+    """Seconds since the first sample, from the device's own time.
+
+    The result depends on the ticks alone: not on arrival, not on how the bytes were cut.
+
+    Args:
+        factor: seconds per tick.
+        period: sampling period, s, for counting what is missing.
+        coarse: True where equal times are normal because the printed time is coarser than the
+            period.
+    """
+
+    def __init__(self, factor: float, period: float, coarse: bool = False) -> None:
+        self._factor = factor
+        self._period = period
+        self._limit = 1.5 * period + (2.0 * period if coarse else 0.0)
+        self._moduli = (2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6, 2.0**16, 86400.0 / factor)
+        self._base = 0.0
+        self._offset = 0.0
+        self._last: float | None = None
+        self._last_time = 0.0
+        self.lost = 0
+        self.wraps = 0
+        self.restarts = 0
+        self.jumps = 0
+
+    def feed(self, ticks: FloatArray) -> FloatArray:
+        """Times of these samples, s, never decreasing.
+
+        Args:
+            ticks: device times, shape (n,), finite.
+        """
+        if not len(ticks):
+            return np.zeros(0)
+        if self._last is None:
+            self._base = self._last = float(ticks[0])
+        steps = np.diff(ticks, prepend=self._last) * self._factor
+        times = (ticks - self._base) * self._factor + self._offset
+        for i in np.flatnonzero((steps < 0) | (steps > self._limit)):
+            before = float(times[i - 1]) if i else self._last_time
+            step = self._odd_step(float(steps[i]))
+            if step != steps[i]:
+                self._base, self._offset = float(ticks[i]), before + step
+                times[i:] = (ticks[i:] - self._base) * self._factor + self._offset
+        self._last, self._last_time = float(ticks[-1]), float(times[-1])
+        return times
+
+    def _odd_step(self, step: float) -> float:
+        """What a step that is not one period means, s: a gap, a wrap, or a new segment."""
+        if step < 0:
+            for modulus in self._moduli:
+                unwrapped = step + modulus * self._factor
+                if 0 < unwrapped <= _WRAP_WITHIN:
+                    self.wraps += 1
+                    self._count_lost(unwrapped)
+                    return unwrapped
+            self.restarts += 1
+            return SEGMENT_GAP
+        if step > _LONGEST_GAP:
+            self.jumps += 1
+            return SEGMENT_GAP
+        self._count_lost(step)
+        return step
+
+    def _count_lost(self, step: float) -> None:
+        if step > self._limit:
+            self.lost += round(step / self._period) - 1
+
+
+class SampleCounter:
+    """A running index from the device's sample counter, whatever its width."""
+
+    _MODULI = (2.0**8, 2.0**16, 2.0**32)
+
+    def __init__(self) -> None:
+        self._last: float | None = None
+        self._index = -1.0
+        self.lost = 0
+        self.restarts = 0
+
+    def feed(self, counts: FloatArray) -> FloatArray:
+        """The index of each sample, strictly increasing; missing counts leave holes.
+
+        Args:
+            counts: what the device counted, shape (n,), finite.
+        """
+        out = np.empty(len(counts))
+        for i, count in enumerate(counts.tolist()):
+            self._index += self._step(count)
+            self._last = count
+            out[i] = self._index
+        return out
+
+    def _step(self, count: float) -> float:
+        if self._last is None:
+            return 1.0
+        step = count - self._last
+        if step <= 0:
+            near = [step + m for m in self._MODULI if 0 < step + m <= m / 4]
+            step = near[0] if near else 0.0
+        if step <= 0 or step > 1e6:
+            self.restarts += 1
+            return 1.0
+        self.lost += int(step) - 1
+        return step

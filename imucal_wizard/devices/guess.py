@@ -1,0 +1,144 @@
+"""What numbers without names or units probably are. Gravity tells; a resting gyroscope does not."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard import units
+from imucal_wizard.readings import FloatArray
+
+_COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
+_FIELDS = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
+
+
+@dataclass(frozen=True)
+class UnitGuess:
+    """A guess and its reason.
+
+    Attributes:
+        unit: unit word, or ``""`` when there is none to be had.
+        why: one sentence for the user.
+    """
+
+    unit: str
+    why: str
+
+
+def accelerometer_unit(values: FloatArray) -> UnitGuess:
+    """The unit in which gravity has the size that is seen.
+
+    Args:
+        values: readings, shape (n, 3), most of them at rest.
+    """
+    size = float(np.median(np.linalg.norm(values, axis=1)))
+    if _offset_binary(values):
+        why = "The accelerometer is centred at 32768: raw counts with an offset (offset binary)."
+        return UnitGuess(units.COUNT, why)
+    for unit, gravity, tolerance in (("m/s^2", 9.80665, 0.2), ("g", 1.0, 0.2), ("mg", 1e3, 0.2)):
+        if abs(size / gravity - 1) < tolerance:
+            return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
+    for counts in _COUNTS_PER_G:
+        if abs(size / counts - 1) < 0.15:
+            why = f"Gravity reads {size:.0f}: raw counts, nominally {counts:.0f} per g."
+            return UnitGuess(units.COUNT, why)
+    if size < 0.5:
+        return UnitGuess(
+            "",
+            f"Gravity reads only {size:.3g}: this is no accelerometer at rest, or the device has "
+            f"taken gravity out (linear acceleration). Choose other columns or its raw output.",
+        )
+    why = f"Gravity reads {size:.4g}, which is no unit known here: taken as raw counts."
+    return UnitGuess(units.COUNT, why)
+
+
+def magnetometer_unit(values: FloatArray) -> UnitGuess:
+    """The unit in which the Earth's field has the size that is seen."""
+    size = float(np.median(np.linalg.norm(values, axis=1)))
+    for low, high, unit in _FIELDS:
+        if low <= size <= high:
+            return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
+    return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
+
+
+def time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
+    """The unit of a time column, by how fast it runs beside the host's clock.
+
+    Args:
+        ticks: device times, shape (n,).
+        arrivals: when each arrived, s, shape (n,).
+    """
+    steps = np.diff(ticks)
+    device = float(np.sum(steps[steps > 0]))
+    host = float(arrivals[-1] - arrivals[0])
+    if device <= 0:
+        return UnitGuess("", "The time column does not run.")
+    if host > 0.3:
+        unit = min(units.TIME, key=lambda u: abs(math.log(device * units.TIME[u] / host)))
+        if 0.25 < device * units.TIME[unit] / host < 4.0:
+            why = f"The time column runs {device / host:.4g} per second, so it is in {unit}."
+            return UnitGuess(unit, why)
+        return UnitGuess("", f"The time column runs {device / host:.4g} per second: no unit fits.")
+    step = float(np.median(steps[steps > 0]))
+    whole = bool(np.all(ticks == np.round(ticks)))
+    unit = "s" if step < 1 and not whole else "ms" if step < 200 else "us"
+    return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
+
+
+def runs_like_time(values: FloatArray) -> bool:
+    """Whether a column mostly steps forward and back once at most (a restart, a wrap)."""
+    steps = np.diff(values)
+    return len(steps) > 3 and int(np.sum(steps < 0)) <= 1 and float(np.mean(steps > 0)) > 0.5
+
+
+def counts_samples(values: FloatArray) -> bool:
+    """Whether a column grows by one from sample to sample, a wrap apart."""
+    steps = np.diff(values)
+    return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
+
+
+def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
+    """Which channel each column of a stream without names probably is.
+
+    Args:
+        values: shape (n, columns).
+
+    Returns:
+        One channel per column (``""`` where there is no idea), and whether that is sure enough to
+        go on without asking.
+    """
+    width = values.shape[1]
+    found = [""] * width
+    rest = list(range(width))
+    for place in (0, width - 1):
+        column = values[:, place]
+        if place in rest and width > 3 and counts_samples(column):
+            # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
+            found[place] = "counter"
+            rest.remove(place)
+        elif place in rest and width > 3 and runs_like_time(column):
+            found[place] = "t"
+            rest.remove(place)
+    if len(rest) not in (3, 4, 6, 7, 9, 10) or rest != list(range(rest[0], rest[-1] + 1)):
+        return tuple(found), False
+    if len(rest) % 3 == 1:
+        found[rest.pop()] = "temp"
+    triples = [rest[i : i + 3] for i in range(0, len(rest), 3)]
+    sizes = [float(np.median(np.linalg.norm(values[:, t], axis=1))) for t in triples]
+    plain = [i for i, size in enumerate(sizes[:2]) if _is_gravity(size)]
+    order = "gam" if plain == [1] else "agm"
+    for sensor, triple in zip(order, triples, strict=False):
+        for axis, place in zip("xyz", triple, strict=True):
+            found[place] = sensor + axis
+    return tuple(found), len(plain) == 1
+
+
+def _is_gravity(size: float) -> bool:
+    return any(abs(size / g - 1) < 0.15 for g in (9.80665, 1.0, 1000.0))
+
+
+def _offset_binary(values: FloatArray) -> bool:
+    """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
+    middle = np.median(values, axis=0)
+    whole = bool(np.all(values == np.round(values)))
+    return whole and bool(np.all(np.abs(middle - 32768) < 12000)) and float(np.min(values)) >= 0

@@ -1,0 +1,109 @@
+"""Seconds for streams without device time: the index over a rate measured from arrivals."""
+
+import numpy as np
+
+from imucal_wizard.devices.rate import RateFit
+from imucal_wizard.readings import FloatArray
+
+WARM_UP = 2.0
+"""Seconds of arrivals before the rate is good enough to start with."""
+_WARM_UP_POINTS = 10
+_STALL = 0.25
+"""A silence this long may hide lost samples."""
+_SETTLED = 0.05
+"""Seconds after a silence until what the system had kept for us has been read."""
+
+
+class HostClock:
+    """Times of samples from their index and arrival. The same arrivals give the same times.
+
+    A single arrival says little (links deliver in bursts); the least-squares slope over all of
+    them says the rate. After a long silence the samples wait until it is plain whether they were
+    only late or some are missing.
+
+    Args:
+        rate: samples per second where it is known; None to measure it.
+    """
+
+    def __init__(self, rate: float | None = None) -> None:
+        self._given = 1.0 / rate if rate else 0.0
+        self._fit = RateFit()
+        self._waiting: list[FloatArray] = []
+        self._warm = bool(rate)
+        self._stalled: float | None = None
+        self._last_arrival: float | None = None
+        self._last_index: float | None = None
+        self._last_time = 0.0
+        self._shift = 0.0
+        self.lost = 0
+
+    @property
+    def period(self) -> float:
+        """Seconds per sample as known now; 0 before anything is known."""
+        return self._given or self._fit.period
+
+    @property
+    def ready(self) -> bool:
+        """Whether times come out already."""
+        return self._warm
+
+    def feed(self, indices: FloatArray, arrival: float) -> FloatArray:
+        """Times of the samples that can be told now, oldest first; the others wait.
+
+        Args:
+            indices: running index of each new sample, increasing, shape (n,), n > 0.
+            arrival: when they came, s on any clock that only goes forward.
+        """
+        self._notice_silence(arrival)
+        self._waiting.append(indices + self._shift)
+        if not self._settle(arrival):
+            return np.zeros(0)
+        self._fit.add(float(self._waiting[-1][-1]), arrival)
+        if not self._warm:
+            self._warm = self._fit.span >= WARM_UP and self._fit.points >= _WARM_UP_POINTS
+            if not self._warm or not self.period:
+                self._warm = False
+                return np.zeros(0)
+        return self._release()
+
+    def flush(self) -> FloatArray:
+        """Times of everything that still waits, at the end of the stream."""
+        return self._release() if self.period else np.zeros(0)
+
+    def _notice_silence(self, arrival: float) -> None:
+        last, self._last_arrival = self._last_arrival, arrival
+        usual = 4.0 * self.period
+        if self._warm and last is not None and arrival - last > max(_STALL, usual):
+            self._stalled = self._stalled if self._stalled is not None else arrival
+
+    def _settle(self, arrival: float) -> bool:
+        """After a silence: wait, then decide whether samples are missing; True when settled."""
+        if self._stalled is None:
+            return True
+        if arrival - self._stalled < _SETTLED:
+            return False
+        missing = self._missing(arrival)
+        if missing > 0:
+            self.lost += missing
+            self._shift += missing
+            self._waiting = [piece + missing for piece in self._waiting]
+        self._stalled = None
+        return True
+
+    def _missing(self, arrival: float) -> int:
+        """How many samples behind its time the newest one is; 0 while that is within the jitter."""
+        if self._fit.points < _WARM_UP_POINTS or not self._fit.period:
+            return 0
+        late = arrival - self._fit.expected(float(self._waiting[-1][-1]))
+        return round(late / self.period) if late > 0.5 * _STALL else 0
+
+    def _release(self) -> FloatArray:
+        indices = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
+        self._waiting = []
+        if not len(indices):
+            return indices
+        if self._last_index is None:
+            self._last_index = float(indices[0])
+        times = self._last_time + (indices - self._last_index) * self.period
+        self._last_index, self._last_time = float(indices[-1]), float(times[-1])
+        return times

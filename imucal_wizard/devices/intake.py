@@ -1,0 +1,190 @@
+"""The whole way from bytes to Readings: format, columns, units, clock."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.devices.assemble import Assembler
+from imucal_wizard.devices.formats import decoder_for
+from imucal_wizard.devices.formats.base import Column, Decoder
+from imucal_wizard.devices.plain import plain
+from imucal_wizard.devices.search import Found, Search
+from imucal_wizard.devices.setup import AUTO, StreamSetup
+from imucal_wizard.readings import FloatArray, Readings, join
+
+__all__ = ["Intake", "Preview", "StreamSetup"]
+
+
+@dataclass(frozen=True)
+class Preview:
+    """The newest line as it came, and what was read from it.
+
+    Attributes:
+        line: the text, safe to show.
+        values: one number per column, as printed; empty while no row was read.
+    """
+
+    line: str = ""
+    values: tuple[float, ...] = ()
+
+
+class Intake:
+    """Bytes in, Readings out.
+
+    Until format, columns, units and rate are known the bytes are kept; then everything from the
+    first byte on comes out. The same chunks with the same arrivals give the same Readings to the
+    last bit; where the stream carries its own time, neither the arrivals nor the cuts matter.
+
+    Args:
+        setup: what is known of the stream.
+    """
+
+    def __init__(self, setup: StreamSetup | None = None) -> None:
+        self._asked = setup or StreamSetup()
+        self._search = Search(self._asked)
+        self._held: list[tuple[bytes, float]] = []
+        self._found: Found | None = None
+        self._decoder: Decoder | None = None
+        self._assembler: Assembler | None = None
+        self._malformed = 0
+        self._decimals: tuple[int, ...] = ()
+        self._rate = 0.0
+        self._line = b""
+        self._latest: FloatArray = np.zeros((0, 0))
+
+    @property
+    def ready(self) -> bool:
+        """Whether format, columns, units and rate are known, so that Readings come out."""
+        return self._rate > 0
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
+        return () if self._found else self._search.needs
+
+    @property
+    def problem(self) -> str:
+        """Why nothing can be read and what to do, where that is so; else ``""``."""
+        return "" if self._found else self._search.problem
+
+    @property
+    def format(self) -> str:
+        """Name of the format; ``""`` while it is not known."""
+        return self._found.format if self._found else self._search.format
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns as far as they are known, with a proposal where they must be asked."""
+        return self._found.columns if self._found else self._search.columns
+
+    @property
+    def setup(self) -> StreamSetup:
+        """The setup as far as it is resolved; an Intake made with it reads the same bytes alike."""
+        return replace(self._asked, format=self.format or AUTO, columns=self.columns)
+
+    @property
+    def rate(self) -> float:
+        """Samples per second, as known when the first Readings came out; 0 before."""
+        return self._rate
+
+    @property
+    def measured_rate(self) -> float:
+        """Samples per second as known now; 0 before it is known."""
+        period = self._assembler.period if self._assembler else 0.0
+        return 1.0 / period if period else 0.0
+
+    @property
+    def samples(self) -> int:
+        """How many samples have come out."""
+        return self._assembler.samples if self._assembler else 0
+
+    @property
+    def lost(self) -> int:
+        """How many samples are missing by the device's time or count, or by the host's clock."""
+        return self._assembler.lost if self._assembler else 0
+
+    @property
+    def malformed(self) -> int:
+        """How many lines or frames were thrown away."""
+        return self._malformed
+
+    @property
+    def digits(self) -> int | None:
+        """Printed decimals of the accelerometer columns; None where the stream is not text."""
+        printed = self._decimals or self._search.decimals
+        places = [i for i, c in enumerate(self.columns) if c.channel in ("ax", "ay", "az")]
+        there = [printed[i] for i in places if i < len(printed)]
+        return max(there) if there and max(there) >= 0 else None
+
+    @property
+    def preview(self) -> Preview:
+        """The newest line and its values."""
+        lines = [line for line in self._line.splitlines() if line.strip()]
+        latest = self._latest if self._found else self._search.latest
+        row = tuple(float(v) for v in latest[-1]) if len(latest) else ()
+        return Preview(plain(lines[-1]) if lines else "", row)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was noticed, each once, newest last; every one says what to do."""
+        return self._search.notes
+
+    def feed(self, data: bytes, arrival: float) -> Readings | None:
+        """Take what has come.
+
+        Args:
+            data: bytes, cut anywhere.
+            arrival: when they came, s, on a clock that only goes forward.
+
+        Returns:
+            The samples that these bytes complete; None when there are none, or not yet.
+        """
+        if b"\n" in data:
+            self._line = data
+        if self._decoder is not None and self._assembler is not None:
+            return self._run(self._decoder, self._assembler, data, arrival)
+        self._held.append((data, arrival))
+        for piece in data.splitlines(keepends=True):
+            found = self._search.feed(piece, arrival)
+            if found is not None:
+                return self._start(found)
+        return None
+
+    def flush(self) -> Readings | None:
+        """The samples that still wait for their time, at the end of the stream."""
+        return self._assembler.flush() if self._assembler else None
+
+    def reconfigured(self, setup: StreamSetup) -> "tuple[Intake, Readings | None]":
+        """An Intake with another setup that has already been fed what this one still keeps.
+
+        Once Readings have come out nothing is kept: the new one goes on with the next bytes.
+        """
+        other = Intake(setup)
+        return other, _joined(other.feed(*chunk) for chunk in self._held)
+
+    def _start(self, found: Found) -> Readings | None:
+        """Everything is known: decode from the first byte."""
+        self._found = found
+        decoder = self._decoder = decoder_for(found.format, found.columns)
+        assembler = self._assembler = Assembler(found.columns, found.first, self._asked.rate)
+        held, self._held = self._held, []
+        return _joined(self._run(decoder, assembler, *chunk) for chunk in held)
+
+    def _run(
+        self, decoder: Decoder, assembler: Assembler, data: bytes, arrival: float
+    ) -> Readings | None:
+        rows = decoder.feed(data)
+        self._malformed += rows.malformed
+        self._decimals = rows.decimals or self._decimals
+        if len(rows.values):
+            self._latest = rows.values
+        readings = assembler.feed(rows, arrival)
+        if not self._rate and assembler.samples:
+            self._rate = self.measured_rate
+        return readings
+
+
+def _joined(parts: Iterable[Readings | None]) -> Readings | None:
+    there = [part for part in parts if part is not None]
+    return join(there) if there else None

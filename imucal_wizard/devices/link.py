@@ -1,0 +1,218 @@
+"""One Transport before pyserial: a port, a pseudo-terminal or a URL; opened, read, lost, found."""
+
+import os
+import select
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from imucal_wizard.devices import link_errors
+from imucal_wizard.devices.plain import plain
+from imucal_wizard.devices.ports import PortInfo, list_ports, same_device
+from imucal_wizard.errors import LinkError
+
+__all__ = ["LINK_BREAK", "PortInfo", "Transport", "list_ports"]
+
+LINK_BREAK = b"\x00\n"
+"""What ``read`` gives first after the device has come back.
+
+It spoils the line that the loss cut in two, so that no half line is ever joined to another half:
+every decoder throws away the line before it and does not trust the one after it.
+"""
+
+if sys.platform == "win32":
+    _LOST: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
+else:
+    import termios
+
+    _LOST = (OSError, TypeError, ValueError, termios.error)
+    # TypeError and ValueError: another thread has closed the port meanwhile
+
+_GATHER = 0.012
+"""Seconds for which bytes that keep coming are gathered into one chunk."""
+_PAUSE = 0.002
+"""Seconds between two looks while gathering; a tty holds 4 KiB, 5 ms at 8,000 lines/s."""
+_SLOW = 512
+"""So few bytes in ``_PAUSE`` are no fast stream: nothing is gained by waiting for more."""
+
+
+class Transport:
+    """A stream of bytes from a device.
+
+    Args:
+        port_or_url: ``/dev/ttyACM0``, ``COM5``, a pseudo-terminal, ``socket://HOST:PORT``,
+            ``rfc2217://HOST:PORT``.
+        baud: speed; ignored by native USB, pseudo-terminals and sockets.
+        find: what lists the ports, when the device is looked for again.
+    """
+
+    def __init__(
+        self,
+        port_or_url: str,
+        baud: int = 115200,
+        *,
+        find: Callable[[], list[PortInfo]] = list_ports,
+    ) -> None:
+        self.port = port_or_url
+        self.baud = baud
+        self._find = find
+        self._serial: Any = None
+        self._fd: int | None = None
+        self._identity: PortInfo | None = None
+        self._pending = b""
+
+    @property
+    def description(self) -> str:
+        """What is read, in words: the port and what is known of the device."""
+        info = self._identity
+        words = (info.hint or info.description) if info else ""
+        return plain(f"{self.port}, {words}" if words else self.port)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the port is open as far as is known."""
+        return self._serial is not None
+
+    def open(self) -> None:
+        """Open the port, for this program alone where the system can promise that.
+
+        Raises:
+            LinkError: the port is missing, busy, forbidden, refused or no port at all.
+        """
+        self.close()
+        ports = self._find() if "://" not in self.port else []
+        self._serial = self._opened(self.port, ports)
+        self._identity = same_device(self.port, ports) or self._identity
+        direct = sys.platform != "win32" and self.port.partition("://")[1:] == ("", "")
+        if direct or self.port.startswith("socket://"):
+            self._fd = self._serial.fileno()
+
+    def _opened(self, port: str, ports: list[PortInfo]) -> Any:
+        import serial
+
+        options: dict[str, Any] = {"timeout": 0.05, "write_timeout": 1.0}
+        if "://" not in port and sys.platform != "win32":
+            options["exclusive"] = True
+        try:
+            return serial.serial_for_url(port, self.baud, **options)
+        except _LOST as error:
+            known = [info.device for info in ports]
+            raise LinkError(link_errors.cannot_open(plain(port), error, known)) from error
+
+    def read(self, timeout: float = 0.05) -> bytes:
+        """Everything that has arrived; waits at most ``timeout`` seconds for the first byte.
+
+        Returns:
+            The bytes; ``b""`` when nothing came.
+
+        Raises:
+            LinkError: the device is gone. The port is closed; ``reopen`` looks for it.
+        """
+        if self._pending:
+            data, self._pending = self._pending, b""
+            return data
+        if self._serial is None:
+            raise LinkError(f"{plain(self.port)} is not open: open it first.")
+        try:
+            if self._fd is not None:
+                return _gathered(self._fd, timeout)
+            return self._read_any(timeout)
+        except _LOST as error:
+            self.close()
+            raise LinkError(link_errors.lost(plain(self.port), error)) from error
+
+    def _read_any(self, timeout: float) -> bytes:
+        """The way through pyserial alone: Windows and remote ports."""
+        self._serial.timeout = timeout
+        if "://" in self.port:
+            return bytes(self._serial.read(4096))
+        data: bytes = self._serial.read(1)
+        return data + bytes(self._serial.read(self._serial.in_waiting)) if data else b""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the device.
+
+        Raises:
+            LinkError: the device is gone or takes nothing.
+        """
+        if self._serial is None:
+            raise LinkError(f"{plain(self.port)} is not open: open it first.")
+        try:
+            self._serial.write(data)
+        except _LOST as error:
+            self.close()
+            raise LinkError(link_errors.lost(plain(self.port), error)) from error
+
+    def reopen(self) -> bool:
+        """Look once for the same device, under its old name or another, and open it.
+
+        A USB device is known again by vendor, product and serial number; another device that
+        has taken the old name is not opened.
+
+        Returns:
+            True when it is open again; the next ``read`` begins with ``LINK_BREAK``.
+        """
+        self.close()
+        identity = self._identity
+        if identity is not None and identity.vid_pid:
+            found = _again(identity, self._find())
+            if found is None:
+                return False
+            self.port = found.device
+        try:
+            self.open()
+        except LinkError:
+            return False
+        self._pending = LINK_BREAK
+        return True
+
+    def close(self) -> None:
+        """Close the port; closing a closed or lost port does nothing."""
+        port, self._serial, self._fd = self._serial, None, None
+        if port is None:
+            return
+        try:
+            port.close()
+        except _LOST:
+            return  # the device went away first, and with it what had to be closed
+
+
+def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
+    """The port where the same device is now; a twin without serial number only at the old name."""
+    same = [p for p in ports if p.vid_pid == identity.vid_pid]
+    same = [p for p in same if p.serial_number == identity.serial_number]
+    at_old_name = [p for p in same if p.device == identity.device]
+    if at_old_name:
+        return at_old_name[0]
+    return same[0] if len(same) == 1 else None
+
+
+def _readable(fd: int, timeout: float) -> bool:
+    return bool(select.select([fd], [], [], timeout)[0])
+
+
+def _gathered(fd: int, timeout: float) -> bytes:
+    """Wait for the first bytes; while they keep coming fast, gather for a moment.
+
+    A slow stream is handed over at once. A fast one comes in few large chunks, which costs a
+    third; no look is later than ``_PAUSE``, so that the terminal's buffer never fills.
+    """
+    if not _readable(fd, timeout):
+        return b""
+    data = _taken(fd)
+    end = time.monotonic() + _GATHER
+    while time.monotonic() < end:
+        time.sleep(_PAUSE)
+        if _readable(fd, 0.0):
+            data += _taken(fd)
+        elif len(data) < _SLOW:
+            break
+    return data
+
+
+def _taken(fd: int) -> bytes:
+    data = os.read(fd, 65536)
+    if not data:
+        raise OSError("end of the stream")
+    return data

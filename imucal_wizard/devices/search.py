@@ -1,0 +1,118 @@
+"""Finding out, line by line, what a stream is: format, columns, units."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.devices.detect import Detector
+from imucal_wizard.devices.formats import decoder_for
+from imucal_wizard.devices.formats.base import Column, Decoder
+from imucal_wizard.devices.resolve import FIRST_ROWS, first_stretch, resolve
+from imucal_wizard.devices.setup import AUTO, StreamSetup
+from imucal_wizard.readings import FloatArray
+
+_PROBE_LINES = 16384
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """All that must be known before Readings can be made.
+
+    Attributes:
+        format: name of the format.
+        columns: every column, with its unit.
+        first: first rows of the stream, for the device's period.
+    """
+
+    format: str
+    columns: tuple[Column, ...]
+    first: FloatArray
+
+
+class Search:
+    """Looks at the beginning of a stream until everything is known.
+
+    Fed with one line at a time, so that the answer does not depend on how the bytes were cut. The
+    rows seen here are thrown away: the stream is decoded from its start once it is known.
+
+    Args:
+        setup: what is known already.
+    """
+
+    def __init__(self, setup: StreamSetup) -> None:
+        self._setup = setup
+        self._detector = Detector()
+        self._decoder: Decoder | None = None
+        if setup.format != AUTO:
+            self._decoder = decoder_for(setup.format, setup.columns)
+        self._undecoded: list[tuple[bytes, float]] = []
+        self._values: list[FloatArray] = []
+        self._arrivals: list[float] = []
+        self._columns: tuple[Column, ...] = ()
+        self._next = FIRST_ROWS
+        self.needs: tuple[str, ...] = ()
+        self.notes: tuple[str, ...] = ()
+        self.decimals: tuple[int, ...] = ()
+        self.latest: FloatArray = np.zeros((0, 0))
+
+    @property
+    def format(self) -> str:
+        """Name of the format; ``""`` while it is not known."""
+        return self._decoder.name if self._decoder else ""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns as far as they are known or guessed."""
+        return self._columns or (self._decoder.columns if self._decoder else ())
+
+    @property
+    def problem(self) -> str:
+        """Why nothing can be read, where that is so; else ``""``."""
+        return self._detector.problem if self._decoder is None else ""
+
+    def feed(self, piece: bytes, arrival: float) -> Found | None:
+        """Look at one line more.
+
+        Args:
+            piece: at most one line, or a part of one.
+            arrival: when it came, s.
+
+        Returns:
+            What was found once all of it is known; None before.
+        """
+        if self._decoder is not None:
+            return self._decode(self._decoder, piece, arrival)
+        self._undecoded.append((piece, arrival))
+        name = self._detector.feed(piece)
+        if not name:
+            return None
+        self._decoder = decoder_for(name, self._setup.columns)
+        waiting, self._undecoded = self._undecoded, []
+        answers = [self._decode(self._decoder, *chunk) for chunk in waiting]
+        return next((found for found in answers if found is not None), None)
+
+    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> Found | None:
+        before = decoder.columns
+        rows = decoder.feed(piece)
+        self.decimals = rows.decimals or self.decimals
+        if len(rows.values):
+            self.latest = rows.values
+            if len(self._arrivals) < _PROBE_LINES:
+                self._values.append(rows.values)
+                self._arrivals += [arrival] * len(rows.values)
+        count = len(self._arrivals)
+        due = len(rows.values) > 0 and (count >= self._next or count == _PROBE_LINES)
+        if due:  # ever less often, so that looking stays cheap while the user is being asked
+            self._next = max(count + FIRST_ROWS, count * 5 // 4)
+        changed = decoder.columns != before and count >= FIRST_ROWS
+        return self._resolve(decoder) if due or changed else None
+
+    def _resolve(self, decoder: Decoder) -> Found | None:
+        values = np.concatenate(self._values)
+        found = resolve(self._setup, decoder.columns, values, np.array(self._arrivals))
+        self._columns, self.needs, self.notes = found.columns, found.needs, found.notes
+        if found.needs:
+            return None
+        full = len(self._arrivals) >= _PROBE_LINES
+        first = first_stretch(found.columns, values, full=full)
+        return None if first is None else Found(decoder.name, found.columns, first)

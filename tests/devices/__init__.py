@@ -1,0 +1,1 @@
+"""Bytes in: ports, clocks, formats."""
