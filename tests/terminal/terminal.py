@@ -1,0 +1,141 @@
+"""A pseudo-terminal with a screen that can be read, and a program in it."""
+
+import fcntl
+import os
+import pty
+import select
+import signal
+import struct
+import sys
+import termios
+import time
+from collections.abc import Callable, Sequence
+from typing import Self
+
+import pyte
+
+POLL = 0.02
+
+
+class Terminal:
+    """Runs a program in a pseudo-terminal of a given size and keeps its screen.
+
+    Args:
+        command: program and arguments.
+        columns: width of the terminal.
+        rows: height.
+        environment: variables beyond the present ones.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        columns: int = 80,
+        rows: int = 24,
+        environment: dict[str, str] | None = None,
+    ) -> None:
+        self.screen = pyte.Screen(columns, rows)
+        self.bells = 0
+        self.history: list[str] = []
+        self._stream = pyte.ByteStream(self.screen)
+        self._status: int | None = None
+        self.pid, self._fd = pty.fork()
+        if self.pid == 0:  # the child becomes the program
+            extra = {"TERM": "xterm-256color", "COLORTERM": "truecolor", **(environment or {})}
+            os.execvpe(command[0], list(command), {**os.environ, **extra})  # noqa: S606 - our own program
+        size = struct.pack("HHHH", rows, columns, 0, 0)
+        fcntl.ioctl(self._fd, termios.TIOCSWINSZ, size)
+
+    def resize(self, columns: int, rows: int) -> None:
+        """Change the terminal's size as a person dragging its corner does."""
+        self.screen.resize(rows, columns)
+        fcntl.ioctl(self._fd, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        os.kill(self.pid, signal.SIGWINCH)
+
+    @property
+    def text(self) -> str:
+        """The screen as it stands, a line per row."""
+        return "\n".join(line.rstrip() for line in self.screen.display)
+
+    def press(self, keys: str) -> None:
+        """Type these characters."""
+        os.write(self._fd, keys.encode())
+
+    def pump(self, seconds: float = 0.0) -> None:
+        """Read what the program draws, for at most this long (at least what is there)."""
+        deadline = time.monotonic() + seconds
+        while True:
+            left = max(deadline - time.monotonic(), 0.0)
+            ready, _, _ = select.select([self._fd], [], [], min(left, POLL))
+            if ready:
+                try:
+                    data = os.read(self._fd, 65536)
+                except OSError:  # the program has closed the terminal
+                    data = b""
+                if not data:
+                    return
+                self.bells += data.count(b"\x07")
+                self._stream.feed(data)
+            elif left <= 0.0:
+                return
+
+    def wait_for(self, what: str | Callable[[str], bool], timeout: float = 30.0) -> str:
+        """The screen once it shows a text, or meets a condition.
+
+        Raises:
+            AssertionError: it has not come in time; the message holds the screen.
+        """
+        meets = (lambda text: what in text) if isinstance(what, str) else what
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            self.pump(POLL)
+            if meets(self.text):
+                return self.text
+            if self.status() is not None:
+                self.pump(POLL)
+                if meets(self.text):
+                    return self.text
+                break
+        wanted = what if isinstance(what, str) else "the condition"
+        raise AssertionError(f"the screen never showed {wanted!r}; it shows:\n{self.text}")
+
+    def status(self) -> int | None:
+        """Exit status of the program, or None while it runs; minus the number of a signal."""
+        if self._status is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self._status = os.waitstatus_to_exitcode(status)
+        return self._status
+
+    def wait(self, timeout: float = 30.0) -> int:
+        """Exit status once the program has ended.
+
+        Raises:
+            AssertionError: it still runs; the message holds the screen.
+        """
+        deadline = time.monotonic() + timeout
+        while time.monotonic() < deadline:
+            self.pump(POLL)
+            if (status := self.status()) is not None:
+                self.pump(POLL)
+                return status
+        raise AssertionError(f"the program still runs; its screen shows:\n{self.text}")
+
+    def close(self) -> None:
+        """End the program if it still runs, and the terminal."""
+        if self.status() is None:
+            os.kill(self.pid, signal.SIGKILL)
+            os.waitpid(self.pid, 0)
+            self._status = -signal.SIGKILL
+        os.close(self._fd)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def program(*arguments: str) -> list[str]:
+    """The command line of the program under the present interpreter."""
+    return [sys.executable, "-m", "imucal_wizard", *arguments]
