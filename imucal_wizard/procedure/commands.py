@@ -1,0 +1,159 @@
+"""What the operator may ask for at any time; each is safe in each step."""
+
+from collections.abc import Callable
+
+from imucal_wizard.errors import UsageError
+from imucal_wizard.procedure.conductor import MEASURING, Conductor
+from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.limits import coarse
+from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.wording import TITLES, label, plural
+
+
+class Commands:
+    """Carries out commands by name."""
+
+    def __init__(self, conductor: Conductor) -> None:
+        self._conductor = conductor
+        self._scene = conductor.scene
+        self._table: dict[str, Callable[[], None]] = {
+            "start": self._start,
+            "skip": self._skip,
+            "undo": self._undo,
+            "repeat": self._repeat,
+            "back": self._back,
+            "loosen": self._loosen,
+            "take": self._take,
+            "remeasure": self._remeasure,
+            "count-faces": self._count_faces,
+            "validate": lambda: conductor.enter(StepKind.VALIDATE),
+            "save": lambda: conductor.enter(StepKind.SAVE),
+        }
+
+    def obey(self, name: str, argument: str = "") -> None:
+        """Carry out one command.
+
+        Raises:
+            UsageError: there is no such command or step.
+        """
+        if name == "goto":
+            self._goto(argument)
+        elif name in self._table:
+            self._table[name]()
+        else:
+            known = ", ".join([*self._table, "goto STEP"])
+            raise UsageError(f"there is no command {name!r}; give one of {known}")
+
+    def _say(self, text: str) -> None:
+        self._scene.emit(EventKind.WARNING, text)
+
+    def _start(self) -> None:
+        if self._conductor.step is StepKind.SOURCE:
+            self._conductor.go_on()
+
+    def _goto(self, argument: str) -> None:
+        kinds = self._scene.procedure.kinds
+        if argument not in list(kinds):
+            known = ", ".join(kinds)
+            raise UsageError(f"there is no step {argument!r}; give one of {known}")
+        self._conductor.return_to = None
+        self._conductor.enter(StepKind(argument))
+
+    def _back(self) -> None:
+        kinds = self._scene.procedure.kinds
+        self._conductor.return_to = None
+        self._conductor.enter(kinds[max(kinds.index(self._conductor.step) - 1, 0)])
+
+    def _skip(self) -> None:
+        conductor, kind = self._conductor, self._conductor.step
+        if kind is StepKind.SAVE:
+            return
+        measured = kind in (*MEASURING, StepKind.VALIDATE) and conductor.return_to is None
+        if measured and not conductor.stage.finished:
+            consequence = self._scene.procedure.step(kind).skipped
+            conductor.skipped[kind] = consequence
+            self._scene.emit(EventKind.STEP_SKIPPED, f"{TITLES[kind]} skipped: {consequence}.")
+        if kind is StepKind.SETTLE:
+            self._typical_limits()
+        conductor.go_on()
+
+    def _typical_limits(self) -> None:
+        """Without a measured noise: the limits it had before, or coarse ones."""
+        scene = self._scene
+        limits = self._conductor.settle.limits
+        one_g = scene.upright.radius
+        scene.watch.set_limits(limits or coarse(one_g, scene.units, gyroscope=scene.has_gyroscope))
+
+    def _undo(self) -> None:
+        conductor, scene = self._conductor, self._scene
+        last = scene.ledger.last()
+        if last is None:
+            self._say("There is nothing to undo.")
+            return
+        step, run = last.step, scene.run
+        if isinstance(last, KeptHold) and last.step is StepKind.SETTLE:
+            step = next(iter(last.ticks))
+            last.ticks.clear()
+            text = "The last pose is taken back."
+        else:
+            scene.ledger.remove(last)
+            text = f"{_named(last)} is taken back."
+        if conductor.step is not step:
+            conductor.enter(step)
+        if run.kept is last:
+            run.used = True
+        conductor.stage.enter()
+        scene.emit(EventKind.UNDONE, text)
+
+    def _repeat(self) -> None:
+        conductor, kind = self._conductor, self._conductor.step
+        if kind not in (*MEASURING, StepKind.VALIDATE):
+            return
+        dropped = 0 if kind is StepKind.SETTLE else self._scene.ledger.clear(kind)
+        noun = "rotation" if kind is StepKind.ROTATIONS else "hold"
+        conductor.restart_run()
+        conductor.enter(kind)
+        lost = f": {plural(dropped, noun)} taken back" if dropped else ""
+        self._scene.emit(EventKind.UNDONE, f"{TITLES[kind]} begins again{lost}.")
+
+    def _loosen(self) -> None:
+        watch = self._scene.watch
+        if watch.loosen():
+            watch.rest()
+            self._say(f"The limits are {watch.loosened:.0f} times wider now.")
+        else:
+            self._say("The limits are as wide as they may be: take it hand-held instead.")
+
+    def _take(self) -> None:
+        reason = self._conductor.take()
+        if reason:
+            self._say(f"Not taken: {reason}.")
+
+    def _remeasure(self) -> None:
+        conductor = self._conductor
+        if conductor.step in (StepKind.SETTLE, StepKind.SOURCE):
+            return
+        conductor.return_to = conductor.step
+        conductor.enter(StepKind.SETTLE)
+        self._say("The noise is measured again: put it down and leave it.")
+
+    def _count_faces(self) -> None:
+        conductor, scene = self._conductor, self._scene
+        poses = set(scene.procedure.step(StepKind.POSES).poses)
+        counted = 0
+        for kept in scene.ledger.holds:
+            pose = kept.ticks.get(StepKind.UP_DOWN)
+            if pose in poses and StepKind.POSES not in kept.ticks:
+                kept.ticks[StepKind.POSES] = pose
+                counted += 1
+        self._say(f"{plural(counted, 'face')} of the up/down step counted among the poses.")
+        if conductor.step is StepKind.POSES:
+            conductor.stage.enter()
+            if conductor.stage.finished:
+                conductor.advance()
+
+
+def _named(last: object) -> str:
+    if isinstance(last, KeptHold):
+        return label(last.hold.pose) if last.hold.pose else "The last hold"
+    return "The last rotation"

@@ -1,0 +1,154 @@
+"""What has been measured so far, to which step it belongs, and what undo takes back."""
+
+from dataclasses import dataclass, field, replace
+
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.readings import FloatArray
+
+
+@dataclass(eq=False)
+class KeptHold:
+    """A hold that may still be growing.
+
+    Attributes:
+        hold: what is known of it so far.
+        step: the step it was taken in.
+        ticks: the pose it stands for in each step that it counts for.
+        dropped: taken back; nothing may start from it.
+    """
+
+    hold: Hold
+    step: StepKind
+    ticks: dict[StepKind, str] = field(default_factory=dict)
+    dropped: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts, s."""
+        return self.hold.end - self.hold.start
+
+    def update(self, hold: Hold) -> None:
+        """The same hold, longer."""
+        self.hold = replace(hold, pose=self.hold.pose, hand_held=self.hold.hand_held)
+
+
+@dataclass(eq=False)
+class KeptRotation:
+    """The motion between two kept holds.
+
+    Attributes:
+        before: the hold it starts from.
+        after: the hold it ends in.
+        time: gyroscope sample times, s, shape (n,).
+        rate: gyroscope readings, shape (n, 3).
+        step: the step in which it ended.
+        axis: the body axis it was about, or None.
+        problem: why it cannot be used, or None.
+        angle: signed angle about ``axis``, degrees.
+        fastest: largest rate about ``axis``, °/s or counts.
+        counts: one of the rotations that the step asked for.
+    """
+
+    before: KeptHold
+    after: KeptHold
+    time: FloatArray
+    rate: FloatArray
+    step: StepKind
+    axis: str | None = None
+    problem: str | None = None
+    angle: float = 0.0
+    fastest: float = 0.0
+    counts: bool = False
+
+    def rotation(self) -> Rotation:
+        """The frozen rotation, with its holds as they are now."""
+        before, after = self.before.hold, self.after.hold
+        return Rotation(before, after, self.time, self.rate, self.axis, self.problem)
+
+
+class Ledger:
+    """All holds and rotations in time order."""
+
+    def __init__(self) -> None:
+        self.holds: list[KeptHold] = []
+        self.rotations: list[KeptRotation] = []
+        self.validation: list[KeptHold] = []
+        self._log: list[KeptHold | KeptRotation] = []
+
+    def add_hold(self, kept: KeptHold) -> None:
+        """Keep a hold; those of the validation apart from the rest."""
+        validating = kept.step is StepKind.VALIDATE
+        (self.validation if validating else self.holds).append(kept)
+        self._log.append(kept)
+
+    def add_rotation(self, kept: KeptRotation) -> None:
+        """Keep the motion between two holds."""
+        self.rotations.append(kept)
+
+    def count(self, kept: KeptRotation, axis: str) -> None:
+        """One of the rotations asked for; undo can take it back."""
+        kept.axis, kept.counts = axis, True
+        self._log.append(kept)
+
+    def last(self) -> KeptHold | KeptRotation | None:
+        """What undo would take back: a rotation, or a hold that is not merely a rotation's end."""
+        for kept in reversed(self._log):
+            if isinstance(kept, KeptRotation):
+                return kept
+            if kept.step is not StepKind.ROTATIONS and (
+                kept.ticks or kept.step is not StepKind.SETTLE
+            ):
+                return kept
+        return None
+
+    def remove(self, kept: KeptHold | KeptRotation) -> None:
+        """Forget a hold and the motions that touch it, or a rotation."""
+        self._log = [entry for entry in self._log if entry is not kept]
+        if isinstance(kept, KeptRotation):
+            self.rotations = [entry for entry in self.rotations if entry is not kept]
+            return
+        kept.dropped = True
+        self.holds = [entry for entry in self.holds if entry is not kept]
+        self.validation = [entry for entry in self.validation if entry is not kept]
+        touching = [r for r in self.rotations if r.before is kept or r.after is kept]
+        for rotation in touching:
+            self.remove(rotation)
+
+    def clear(self, step: StepKind) -> int:
+        """Forget what was taken in one step; how many holds and asked-for rotations that was."""
+        held = [kept for kept in (*self.holds, *self.validation) if kept.step is step]
+        turned = [kept for kept in self.rotations if kept.step is step]
+        asked = sum(kept.counts for kept in turned)
+        for rotation in turned:
+            self.remove(rotation)
+        for hold in held:
+            self.remove(hold)
+        for other in self.holds:
+            other.ticks.pop(step, None)
+        return asked if step is StepKind.ROTATIONS else len(held)
+
+    def ticked(self, step: StepKind) -> dict[str, KeptHold]:
+        """The newest hold of each pose taken in a step."""
+        return {kept.ticks[step]: kept for kept in self.holds if step in kept.ticks}
+
+    def turns(self, axis: str) -> list[KeptRotation]:
+        """The rotations of the rotation step about one axis."""
+        return [kept for kept in self.rotations if kept.counts and kept.axis == axis]
+
+    def collected(self) -> Collected:
+        """Everything, frozen."""
+        kept = self.holds
+
+        def of(step: StepKind) -> tuple[int, ...]:
+            return tuple(index for index, entry in enumerate(kept) if step in entry.ticks)
+
+        return Collected(
+            holds=tuple(entry.hold for entry in kept),
+            rotations=tuple(entry.rotation() for entry in self.rotations),
+            up_down=of(StepKind.UP_DOWN),
+            poses=of(StepKind.POSES),
+            turns=tuple(i for i, entry in enumerate(self.rotations) if entry.counts),
+            validation=tuple(entry.hold for entry in self.validation),
+        )

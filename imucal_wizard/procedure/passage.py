@@ -1,0 +1,63 @@
+"""The motion since the last hold: its samples, kept only as long as they may be needed."""
+
+from collections import deque
+
+import numpy as np
+
+from imucal_wizard.procedure.holds import GUARD_BLOCKS
+from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.moments import Moment
+from imucal_wizard.readings import FloatArray
+
+LONGEST_SECONDS = 60.0
+"""A motion longer than this tells a gyroscope's drift and little else."""
+
+
+class Passage:
+    """The samples from inside the last kept hold to now; bounded, so that memory stays flat."""
+
+    def __init__(self) -> None:
+        self._parts: deque[Moment] = deque()
+        self._seconds = 0.0
+        self.before: KeptHold | None = None
+        self.moved = False
+        """Whether the device has moved since."""
+        self.lost = ""
+        """Why there is no hold to start from, or ""."""
+
+    def rest(self, kept: KeptHold) -> None:
+        """The device rests in a kept hold: only the hold's last whole block is needed."""
+        self.before, self.lost, self.moved = kept, "", False
+        while len(self._parts) > GUARD_BLOCKS + 1:
+            self._seconds -= self._parts.popleft().seconds
+
+    def add(self, moment: Moment, *, still: bool) -> None:
+        """Take the next moment."""
+        self.moved |= not still
+        self._parts.append(moment)
+        self._seconds += moment.seconds
+        while self._seconds > LONGEST_SECONDS:
+            self._seconds -= self._parts.popleft().seconds
+            if self.before is not None:
+                self.before = None
+                self.lost = f"it took longer than {LONGEST_SECONDS:.0f} s"
+
+    def samples(self, after: KeptHold) -> tuple[FloatArray, FloatArray, bool] | None:
+        """Times and rates from inside ``before`` to inside ``after``, and whether some are missing.
+
+        None without a gyroscope.
+        """
+        parts = list(self._parts)
+        starts = [float(part.block.start[0]) for part in parts]
+        past = len(starts)
+        if after.hold.start in starts:
+            past -= starts[::-1].index(after.hold.start)
+        parts = parts[:past]
+        rates = [part.rate for part in parts if part.rate is not None]
+        if not rates:
+            return None
+        time = np.concatenate([part.time for part in parts])
+        rate = np.concatenate(rates)
+        # The gap flag of the first part tells of what lies before it.
+        broken = any(bool(part.block.gap[0]) for part in parts[1:])
+        return time, rate, broken or not bool(np.isfinite(rate).all())

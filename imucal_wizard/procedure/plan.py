@@ -1,0 +1,116 @@
+"""The procedure as data: which steps there are, and what each of them needs."""
+
+from dataclasses import dataclass, replace
+
+from imucal_wizard.procedure.poses import EDGES, FACES
+from imucal_wizard.procedure.state import StepKind
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the procedure.
+
+    Attributes:
+        kind: which step.
+        seconds: how long the device must be at rest for one hold, s.
+        poses: names of the poses to take (up/down, poses).
+        per_axis: how many rotations about each axis (rotations).
+        minimum_deg: a rotation smaller than this says too little, degrees (rotations).
+        orientations: how many new orientations (validation).
+        apart_deg: how far a new orientation lies from every one known, degrees (validation).
+        skipped: what it means for the result when the step is left out.
+    """
+
+    kind: StepKind
+    seconds: float = 2.0
+    poses: tuple[str, ...] = ()
+    per_axis: int = 0
+    minimum_deg: float = 20.0
+    orientations: int = 0
+    apart_deg: float = 15.0
+    skipped: str = ""
+
+
+START_POSES: dict[str, str] = {"x": "+z", "y": "+z", "z": "+x"}
+"""The pose in which rotations about each axis begin: the axis must lie level (Q's figure 2)."""
+
+STANDARD_STEPS: tuple[Step, ...] = (
+    Step(StepKind.SOURCE),
+    Step(
+        StepKind.SETTLE,
+        seconds=10.0,
+        skipped="the limits of rest are typical values, not this device's noise",
+    ),
+    Step(
+        StepKind.UP_DOWN,
+        poses=tuple(FACES),
+        skipped="no start values: the fit starts from the nominal scale",
+    ),
+    Step(
+        StepKind.POSES,
+        poses=(*FACES, *EDGES),
+        skipped="fewer directions: parameters they do not carry stay at their nominal values",
+    ),
+    Step(
+        StepKind.ROTATIONS,
+        seconds=3.0,
+        per_axis=6,
+        skipped="the gyroscope gets its bias only: no scale, no misalignment",
+    ),
+    Step(StepKind.RESULT),
+    Step(
+        StepKind.VALIDATE,
+        orientations=4,
+        skipped="the error is known only from the data that were fitted",
+    ),
+    Step(StepKind.SAVE),
+)
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """The steps in their order, each kind at most once.
+
+    Attributes:
+        steps: the steps.
+        count_faces: the faces of the up/down step count among the poses too.
+    """
+
+    steps: tuple[Step, ...] = STANDARD_STEPS
+    count_faces: bool = False
+
+    def step(self, kind: StepKind) -> Step:
+        """The step of this kind; a step without needs when the procedure does not have it."""
+        return next((step for step in self.steps if step.kind is kind), Step(kind))
+
+    @property
+    def kinds(self) -> tuple[StepKind, ...]:
+        """The kinds of steps in their order."""
+        return tuple(step.kind for step in self.steps)
+
+
+def standard(
+    rotations_per_axis: int = 6,
+    *,
+    settle_seconds: float = 10.0,
+    hold_seconds: float = 2.0,
+    rotation_hold_seconds: float = 3.0,
+    count_faces: bool = False,
+) -> Procedure:
+    """Q's procedure with the settings that a person may choose; Q itself takes 18 rotations."""
+    seconds = {
+        StepKind.SETTLE: settle_seconds,
+        StepKind.UP_DOWN: hold_seconds,
+        StepKind.POSES: hold_seconds,
+        StepKind.ROTATIONS: rotation_hold_seconds,
+        StepKind.VALIDATE: hold_seconds,
+    }
+    steps = (
+        replace(
+            step,
+            seconds=seconds.get(step.kind, step.seconds),
+            per_axis=rotations_per_axis if step.kind is StepKind.ROTATIONS else 0,
+        )
+        for step in STANDARD_STEPS
+    )
+    return Procedure(tuple(steps), count_faces)

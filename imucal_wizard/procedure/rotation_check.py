@@ -1,0 +1,68 @@
+"""Whether a rotation can be trusted: missing samples, clipping, the axis it was about."""
+
+import numpy as np
+
+from imucal_wizard.procedure.poses import AXES
+from imucal_wizard.readings import FloatArray
+
+AT_RANGE = 0.995
+"""Share of the full scale from which a reading is taken as clipped."""
+PLATEAU = 4
+"""So many equal samples at the extreme of a fast turn are a clipped peak."""
+STEEP = 5.0
+"""A clipped peak is entered this many resolution steps at once; a smooth one is not."""
+MOSTLY = 0.75
+"""Share of the squared rate that must be about the axis (30° off it)."""
+
+
+def clipped(rate: FloatArray, rest: FloatArray, full_scale: float | None) -> str | None:
+    """The axis that reached the end of its range during a rotation, or None.
+
+    Where the full scale is not known, a clipped peak is told by equal samples at the extreme that
+    are entered with a jump.
+
+    Args:
+        rate: readings, shape (n, 3).
+        rest: the reading at rest, shape (3,).
+        full_scale: largest rate the gyroscope shows, in the reading's unit, or None.
+    """
+    for index, axis in enumerate(AXES):
+        if full_scale is not None and np.abs(rate[:, index]).max(initial=0.0) >= (
+            AT_RANGE * full_scale
+        ):
+            return axis
+        turned = rate[:, index] - rest[index]
+        if _flat_top(turned) or _flat_top(-turned):
+            return axis
+    return None
+
+
+def _flat_top(values: FloatArray) -> bool:
+    if len(values) <= PLATEAU or not float(values.max()) > 0.0:
+        return False
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min(initial=np.inf))
+    at_top = np.flatnonzero(values == values.max())
+    if len(at_top) < PLATEAU or at_top[0] == 0:
+        return False
+    together = np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1)
+    return any(
+        len(plateau) >= PLATEAU and steps[plateau[0] - 1] >= STEEP * resolution
+        for plateau in together
+    )
+
+
+def shares(rate: FloatArray, rest: FloatArray) -> FloatArray:
+    """Each axis' share of the squared rate of a motion, shape (3,)."""
+    energy = ((rate - rest) ** 2).sum(axis=0)
+    total = float(energy.sum())
+    return energy / total if total > 0.0 else np.zeros(3)
+
+
+def speeds(peaks: list[float]) -> int:
+    """How many clearly different speeds there are: each 1.4 times the one before, at most 3."""
+    count, last = 0, 0.0
+    for peak in sorted(peaks):
+        if peak >= 1.4 * last and peak > 0.0:
+            count, last = count + 1, peak
+    return min(count, 3)

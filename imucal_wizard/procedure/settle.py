@@ -1,0 +1,128 @@
+"""The settle step: ten seconds of rest, and what the device shows when nothing moves.
+
+No noise is known yet, so rest is judged against coarse limits, against the run's own typical
+spread, and against where it began: a device that turns slowly shows a small spread for ever.
+"""
+
+import numpy as np
+
+from imucal_wizard.procedure.moments import Moment
+from imucal_wizard.procedure.poses import AXES
+from imucal_wizard.procedure.scales import Scales
+from imucal_wizard.procedure.stillness import Noise, Windows, measure_noise
+from imucal_wizard.readings import FloatArray
+
+JUMP = 4.0
+"""A window this many times the run's typical spread is a movement."""
+DRIFT_G = 0.003
+CALMER = 3.0
+"""A second half this many times calmer than the first: the first half was not rest yet."""
+FIRST_WINDOWS = 10
+
+
+class Settling:
+    """The windows of the present run, and the smallest step of each axis."""
+
+    def __init__(self, units: Scales, *, keep: int) -> None:
+        self._units = units
+        self._keep = keep
+        self._run: list[Windows] = []
+        self._means: list[FloatArray] = []
+        self._all: list[Windows] = []
+        self._quantum: list[FloatArray] = [np.full(3, np.inf), np.full(3, np.inf)]
+
+    @property
+    def quantum(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest step seen on each accelerometer and gyroscope axis; 0 where none was."""
+        first, second = (np.where(np.isfinite(q), q, 0.0) for q in self._quantum)
+        return first, second
+
+    def add(self, moment: Moment, one_g: float) -> str:
+        """Take a moment that is within the coarse limits; why it is a movement all the same, or "".
+
+        Args:
+            moment: the newest block and window.
+            one_g: what the accelerometer reads for one gravity, in its unit.
+        """
+        self._see_steps(moment)
+        reason = self._departs(moment, one_g)
+        if reason:
+            self.broken()
+        else:
+            self._run.append(moment.window)
+            self._means.append(moment.mean_a)
+            self._run = self._run[-self._keep :]
+        return reason
+
+    def remember(self, moment: Moment) -> None:
+        """Note any full window, still or not, for noise taken at the operator's word."""
+        if moment.full:
+            self._all = [*self._all[-self._keep + 1 :], moment.window]
+
+    def broken(self) -> None:
+        """It moved: the run begins again."""
+        self._run, self._means = [], []
+
+    def calm(self) -> bool:
+        """Whether both halves of the run show the same noise; else the first half is dropped."""
+        half = len(self._run) // 2
+        first, second = self._noise(self._run[:half]), self._noise(self._run[half:])
+        if first is None or second is None:
+            return False
+        calmer = first.std_a > np.maximum(CALMER * second.std_a, self.quantum[0])
+        return not bool(calmer.any())
+
+    def noise(self, *, any_window: bool = False) -> Noise | None:
+        """The noise of the run, or of the newest windows whether still or not."""
+        return self._noise(self._all if any_window else self._run)
+
+    @staticmethod
+    def _noise(windows: list[Windows]) -> Noise | None:
+        return measure_noise(stacked(windows)) if windows else None
+
+    def _departs(self, moment: Moment, one_g: float) -> str:
+        if len(self._run) < FIRST_WINDOWS:
+            return ""
+        typical = measure_noise(stacked(self._run))
+        if typical is None:
+            return ""
+        step_a, step_g = self.quantum
+        floor_a = np.maximum(step_a, DRIFT_G * one_g / 3.0)
+        over = moment.window.std_a[0] > np.maximum(JUMP * typical.std_a, floor_a)
+        if over.any():
+            return f"{AXES[int(np.argmax(over))]} was shaken"
+        if moment.window.std_g is not None and typical.std_g is not None:
+            over = moment.window.std_g[0] > np.maximum(JUMP * typical.std_g, step_g)
+            if over.any():
+                return f"it turned about {AXES[int(np.argmax(over))]}"
+        return self._wandered(typical, one_g)
+
+    def _wandered(self, typical: Noise, one_g: float) -> str:
+        first = np.mean(self._means[:FIRST_WINDOWS], axis=0)
+        newest = np.mean(self._means[-FIRST_WINDOWS:], axis=0)
+        apart = np.abs(newest - first)
+        limit = np.maximum(JUMP * typical.std_a, np.maximum(self.quantum[0], DRIFT_G * one_g))
+        if (apart <= limit).all():
+            return ""
+        axis = int(np.argmax(apart / limit))
+        units = self._units
+        return f"{AXES[axis]} wandered by {apart[axis] * units.mg:.0f} {units.mg_unit}"
+
+    def _see_steps(self, moment: Moment) -> None:
+        for index, samples in enumerate((moment.acceleration, moment.rate)):
+            if samples is not None:
+                steps = np.diff(np.sort(samples, axis=0), axis=0)
+                smallest = np.where(steps > 0.0, steps, np.inf).min(axis=0)
+                self._quantum[index] = np.minimum(self._quantum[index], smallest)
+
+
+def stacked(windows: list[Windows]) -> Windows:
+    """Single windows as one table."""
+    rates = [window.std_g for window in windows if window.std_g is not None]
+    means = [window.mean_g for window in windows if window.mean_g is not None]
+    return Windows(
+        np.concatenate([window.std_a for window in windows]),
+        np.concatenate(rates) if rates else None,
+        np.concatenate(means) if means else None,
+        np.concatenate([window.full for window in windows]),
+    )

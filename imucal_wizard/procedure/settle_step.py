@@ -1,0 +1,95 @@
+"""The settle step at work: from a device that lies still to limits of rest."""
+
+from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.limits import coarse, fine
+from imucal_wizard.procedure.moments import Moment
+from imucal_wizard.procedure.plan import Step
+from imucal_wizard.procedure.scene import Scene
+from imucal_wizard.procedure.settle import Settling
+from imucal_wizard.procedure.state import EventKind, Status
+from imucal_wizard.procedure.stillness import Limits, Noise
+
+
+class SettleStage:
+    """Measures the noise and sets the limits of the steps that follow."""
+
+    def __init__(self, scene: Scene, step: Step) -> None:
+        self._scene = scene
+        self.seconds = step.seconds
+        self._settling = Settling(scene.units, keep=1)
+        self.noise: Noise | None = None
+        self.limits: Limits | None = None
+        self.finished = False
+        self.why = ""
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Seconds of rest, seconds wanted."""
+        done = self.seconds if self.finished else min(self._scene.held, self.seconds)
+        return done, self.seconds
+
+    def enter(self) -> None:
+        """Begin again, with coarse limits."""
+        self.finished = False
+        self.why = ""
+        self._settling = Settling(self._scene.units, keep=max(round(self.seconds * 20.0), 20))
+        self._scene.watch.set_limits(self.coarse())
+
+    def coarse(self) -> Limits:
+        """Limits before any noise is known."""
+        scene = self._scene
+        return coarse(scene.upright.radius, scene.units, gyroscope=scene.has_gyroscope)
+
+    def admits(self, moment: Moment) -> bool:
+        """Whether a window within the coarse limits belongs to the run; keeps the reason."""
+        self._settling.remember(moment)
+        if not self._scene.watch.still:
+            self._settling.broken()
+            self.why = self._scene.watch.reason or "samples are missing"
+            return False
+        self.why = self._settling.add(moment, self._scene.upright.radius)
+        return not self.why
+
+    def follow(self, moment: Moment) -> None:
+        """Nothing more than `admits` has seen."""
+
+    def ready(self) -> str:
+        """Why the run does not count although it is long enough, or ""."""
+        if self._settling.calm():
+            return ""
+        self._settling.broken()
+        return "it has only just become calm"
+
+    def completed(self, kept: KeptHold) -> None:
+        """Ten seconds of rest are over: set the limits."""
+        self.noise = self._settling.noise(any_window=kept.hold.hand_held)
+        if self.noise is None:
+            return
+        scene = self._scene
+        one_g = scene.upright.radius
+        self.limits = fine(self.noise, self._settling.quantum, one_g, scene.units)
+        scene.watch.set_limits(self.limits)
+        self.finished = True
+        scene.emit(EventKind.HOLD_TAKEN, f"Noise measured: {scene.units.noise_text(self.noise)}.")
+        self._doubt()
+
+    def _doubt(self) -> None:
+        """Say so when gravity does not look like gravity."""
+        units = self._scene.units
+        if not units.accelerometer_known:
+            return
+        size = self._scene.upright.radius
+        if not 0.8 < size / units.gravity < 1.25:
+            self._scene.emit(
+                EventKind.WARNING,
+                f"Gravity reads {size:.3g} m/s² instead of {units.gravity:.3g}: "
+                "check the accelerometer's unit in the source step.",
+            )
+
+    def view(self) -> Status:
+        """Put it down and leave it."""
+        return Status(
+            instruction="PUT IT DOWN",
+            detail=f"leave it alone for {self.seconds:.0f} s: its noise is measured",
+            progress=self.tally,
+        )

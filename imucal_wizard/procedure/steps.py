@@ -1,0 +1,85 @@
+"""The procedure at work: a state machine fed with readings, that nobody has to press a key for."""
+
+from imucal_wizard.procedure.commands import Commands
+from imucal_wizard.procedure.conductor import Conductor
+from imucal_wizard.procedure.moments import MomentMaker
+from imucal_wizard.procedure.overview import overview
+from imucal_wizard.procedure.plan import Procedure, Step, standard
+from imucal_wizard.procedure.scales import Scales
+from imucal_wizard.procedure.state import Collected, Event, Status
+from imucal_wizard.readings import Readings
+from imucal_wizard.units import STANDARD_GRAVITY
+
+__all__ = ["Machine", "Procedure", "Step", "standard"]
+
+
+class Machine:
+    """Leads through a procedure.
+
+    All decisions are made block by block in sample time: the same samples and commands give the
+    same holds to the last bit, however the samples are cut and however fast they come.
+
+    Args:
+        procedure: the steps and their needs.
+        rate: samples per second.
+        accelerometer_unit: ``m/s^2`` or ``count``.
+        gyroscope_unit: ``rad/s`` or ``count``.
+        gravity: local gravity, m/s².
+        gyroscope_range: full scale of the gyroscope in its unit, or None when not known.
+    """
+
+    def __init__(
+        self,
+        procedure: Procedure | None = None,
+        *,
+        rate: float,
+        accelerometer_unit: str = "m/s^2",
+        gyroscope_unit: str = "rad/s",
+        gravity: float = STANDARD_GRAVITY,
+        gyroscope_range: float | None = None,
+    ) -> None:
+        units = Scales(accelerometer_unit, gyroscope_unit, gravity)
+        self._moments = MomentMaker(rate)
+        self._conductor = Conductor(procedure or Procedure(), units, gyroscope_range)
+        self._commands = Commands(self._conductor)
+        self._status: Status | None = None
+
+    def feed(self, readings: Readings) -> tuple[Event, ...]:
+        """Take the next readings; what happened in them."""
+        moments = self._moments.feed(readings)
+        for moment in moments:
+            self._conductor.follow(moment)
+        if moments:
+            self._status = None
+        return self._conductor.scene.drain()
+
+    def command(self, name: str, argument: str = "") -> tuple[Event, ...]:
+        """Obey the operator; what happened.
+
+        Args:
+            name: ``start``, ``skip``, ``undo``, ``repeat``, ``goto``, ``back``, ``loosen``,
+                ``take``, ``remeasure``, ``count-faces``, ``validate`` or ``save``.
+            argument: the step's name for ``goto``.
+
+        Raises:
+            UsageError: there is no such command or step.
+        """
+        self._commands.obey(name, argument)
+        self._status = None
+        return self._conductor.scene.drain()
+
+    def flush(self) -> tuple[Event, ...]:
+        """The data have ended: a hold still running is complete as it is."""
+        self._conductor.end()
+        self._status = None
+        return self._conductor.scene.drain()
+
+    def status(self) -> Status:
+        """Everything a screen shows, frozen."""
+        if self._status is None:
+            self._status = overview(self._conductor)
+        return self._status
+
+    def collected(self) -> Collected:
+        """What has been measured; a hold that still grows is as long as it is by now."""
+        return self._conductor.collected()

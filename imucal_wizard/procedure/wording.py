@@ -1,0 +1,48 @@
+"""The words of the procedure: short, plain, and about what to do now."""
+
+from imucal_wizard.procedure.poses import DIRECTIONS, spoken, turn_towards
+from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.readings import FloatArray
+
+TITLES: dict[StepKind, str] = {
+    StepKind.SOURCE: "Source",
+    StepKind.SETTLE: "Settle",
+    StepKind.UP_DOWN: "Up/down",
+    StepKind.POSES: "Poses",
+    StepKind.ROTATIONS: "Rotations",
+    StepKind.RESULT: "Result",
+    StepKind.VALIDATE: "Validate",
+    StepKind.SAVE: "Save",
+}
+
+
+def label(pose: str) -> str:
+    """A pose in capitals: ``+x-y`` is "+X −Y"."""
+    faces = [pose[index : index + 2] for index in range(0, len(pose), 2)]
+    return " ".join(faces).upper().replace("-", "−")
+
+
+def turn_up(pose: str) -> str:
+    """The instruction to take a pose: "TURN +X −Y UP"."""
+    return f"TURN {label(pose)} UP"
+
+
+def how_to_turn(up: FloatArray, pose: str) -> str:
+    """The way from here to a pose: "23° away: turn it about z, to the left"."""
+    return towards(up, DIRECTIONS[pose])
+
+
+def towards(up: FloatArray, wanted: FloatArray) -> str:
+    """The way from here to a direction."""
+    axis, sense, angle = turn_towards(up, wanted)
+    return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
+
+
+def detail(pose: str) -> str:
+    """The pose once more, in plain words."""
+    return spoken(pose)
+
+
+def plural(count: int, word: str) -> str:
+    """A count with its noun."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
