@@ -1,0 +1,145 @@
+"""The app: it holds the source, asks it for a snapshot and gives that to the screen in front."""
+
+import time
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import App
+from textual.binding import Binding, BindingType
+
+from imucal_wizard.tui.hand_keys import HandKeys
+from imucal_wizard.tui.screens.help_screen import HelpScreen
+from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.settings import FRAMES_PER_SECOND, Settings
+from imucal_wizard.tui.sounds import Sounds
+from imucal_wizard.tui.source import Hand, Saved, Services, Source, SourceChoice
+from imucal_wizard.tui.wizard import conduct
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import Snapshot
+    from imucal_wizard.solver.result import FitReport
+
+MEASURING = ("settle", "up-down", "poses", "rotations")
+"""Steps that cannot go on when the source has ended."""
+
+
+class WizardApp(App[Saved]):
+    """The wizard in the terminal. Returns where the calibration was saved, or None.
+
+    Args:
+        services: what the app is given to work with.
+        settings: how it behaves.
+        choice: the source chosen already, or None to let the operator choose.
+    """
+
+    TITLE = "imucal-wizard"
+    CSS_PATH = "wizard.tcss"
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+q", "leave", "quit", show=False, priority=True),
+        Binding("ctrl+c", "leave", "quit", show=False, priority=True),
+    ]
+
+    def __init__(
+        self,
+        services: Services,
+        settings: Settings | None = None,
+        choice: SourceChoice | None = None,
+    ) -> None:
+        super().__init__()
+        self.services = services
+        self.settings = settings or Settings()
+        self.choice = choice
+        self.source: Source | None = None
+        self.hand_keys: HandKeys | None = None
+        self.snapshot: Snapshot | None = None
+        self.report: FitReport | None = None
+        self.saved: Saved | None = None
+        self.sounds = Sounds(self.bell, self.set_timer, time.monotonic)
+        self.sounds.muted = self.settings.muted
+        self._heard = 0
+        self._shown: tuple[object, int] = (None, -1)
+        self._ended_early = False
+
+    def on_mount(self) -> None:
+        """Begin to ask for snapshots and to lead through the steps."""
+        self.set_interval(1.0 / FRAMES_PER_SECOND, self.tick)
+        self.run_worker(conduct(self), name="wizard")
+
+    def on_unmount(self) -> None:
+        """Leave no thread behind."""
+        self.drop_source()
+
+    def use_source(self, source: Source) -> None:
+        """Read from this source from now on."""
+        self.drop_source()
+        self.source, self.snapshot, self._heard = source, None, 0
+        self._ended_early = False
+        hand = getattr(source, "hand", None)
+        if isinstance(hand, Hand):
+            self.hand_keys = HandKeys(hand)
+        source.start()
+
+    def drop_source(self) -> None:
+        """Stop the source; what it has measured is on disk already."""
+        source, self.source, self.hand_keys = self.source, None, None
+        if source is not None:
+            source.stop()
+
+    def tick(self) -> None:
+        """Take one snapshot and show it where it says something new."""
+        if self.source is None:
+            return
+        snapshot = self.source.snapshot()
+        screen = self.screen
+        if self._shown == (screen, snapshot.serial) or not screen.is_mounted:
+            return
+        self.snapshot = snapshot
+        self._hear(snapshot)
+        if snapshot.finished:
+            self._end_early(snapshot)
+        if isinstance(screen, LiveScreen):
+            self._shown = (screen, snapshot.serial)
+            screen.take(snapshot)
+
+    def order(self, name: str, argument: str = "") -> None:
+        """Hand a command to the procedure."""
+        if self.source is not None:
+            self.source.command(name, argument)
+
+    def action_explain(self) -> None:
+        """Explain the step in plain words."""
+        screen = self.screen
+        if isinstance(screen, LiveScreen):
+            self.push_screen(HelpScreen(screen.step, hand=self.hand_keys is not None))
+
+    def action_mute(self) -> None:
+        """Switch the sounds off or on."""
+        self.sounds.muted = not self.sounds.muted
+        self._shown = (None, -1)
+
+    def action_leave(self) -> None:
+        """Leave; everything measured is written down already."""
+        self.drop_source()
+        self.exit(self.saved)
+
+    @property
+    def waiting_words(self) -> str:
+        """What to say while the procedure has not said anything yet."""
+        return "ONE MOMENT"
+
+    def _hear(self, snapshot: "Snapshot") -> None:
+        new = snapshot.event_count - self._heard
+        self._heard = snapshot.event_count
+        if new > 0:
+            self.sounds.hear(snapshot.events[-new:])
+
+    def _end_early(self, snapshot: "Snapshot") -> None:
+        """A recording that ends in the middle is fitted with what it has."""
+        if self._ended_early or snapshot.status.holds == 0:
+            return
+        if snapshot.status.step in MEASURING:
+            self._ended_early = True
+            self.order("goto", "result")
+        elif snapshot.status.step == "validate":
+            self._ended_early = True
+            self.order("save")

@@ -1,0 +1,192 @@
+"""A fit in words, numbers and dots: the rows that the result screens show."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.tui.residual_plot import dot_plot
+from imucal_wizard.tui.text import Line, Span, line, number, signed, unit_sign, wrapped
+from imucal_wizard.units import STANDARD_GRAVITY
+
+_SHOWN: dict[str, tuple[float, str]] = {
+    "m/s^2": (1000.0 / STANDARD_GRAVITY, "mg"),
+    "rad": (180.0 / math.pi, "°"),
+}
+"""Factor and unit in which people read an error."""
+_ERROR = {"accelerometer": "|a|", "gyroscope": "closure"}
+"""What the error of a sensor is of: the magnitude, or the angle between carried and measured up."""
+_GAP = line("")
+
+
+def shown(value: float | None, unit: str, digits: int = 3) -> str:
+    """An error with the unit people read it in; a dash when there is none."""
+    if value is None:
+        return "–"
+    factor, sign = _SHOWN.get(unit, (1.0, unit_sign(unit)))
+    space = "" if sign == "°" else " "
+    return f"{number(value * factor, digits)}{space}{sign}"
+
+
+def summary_rows(report: FitReport, width: int) -> list[Line]:
+    """Verdict, before → after → held out, plots, the three gyroscope methods, holds, warnings."""
+    rows = [*verdict_rows(report, width), _GAP, *error_rows(report), _GAP]
+    for fit in report.sensors.values():
+        rows += [*plot_rows(fit, width), _GAP]
+    if report.comparison:
+        rows += [*comparison_rows(report.comparison, report.sensors.get("gyroscope")), _GAP]
+    rows += warning_rows(report, width)
+    return rows + hold_rows(report)
+
+
+def verdict_rows(report: FitReport, width: int) -> list[Line]:
+    """The plain sentences, the most important first."""
+    rows: list[Line] = []
+    for i, sentence in enumerate(report.verdict):
+        rows += wrapped(
+            f"{'▸' if i == 0 else ' '} {sentence}", width, "strong" if i == 0 else "", "  "
+        )
+    return rows
+
+
+def error_rows(report: FitReport) -> list[Line]:
+    """One row per sensor: before, after, held out, validation, noise."""
+    validated = any(fit.validation_rms is not None for fit in report.sensors.values())
+    last = "new poses" if validated else ""
+    head = f"{'':<19}{'before':>9}   {'after':>9} {'held out':>10} {'noise':>10} {last:>10}"
+    return [line(head, "quiet"), *(_error_row(fit, validated) for fit in report.sensors.values())]
+
+
+def _error_row(fit: SensorFit, validated: bool) -> Line:
+    missing = fit.floor is not None and (fit.rms_held_out or fit.rms_fitted) > 3.0 * fit.floor
+    new = shown(fit.validation_rms, fit.unit) if validated else ""
+    noise = "±" + shown(fit.floor, fit.unit, 2) if fit.floor is not None else "–"
+    return (
+        (f"{fit.sensor} {_ERROR.get(fit.sensor, ''):<7}"[:19].ljust(19), "strong"),
+        (f"{shown(fit.rms_before, fit.unit):>9} → ", "quiet"),
+        (f"{shown(fit.rms_fitted, fit.unit):>9}", ""),
+        (f" {shown(fit.rms_held_out, fit.unit):>10}", "warn" if missing else "good"),
+        (f" {noise:>10}", "quiet"),
+        (f" {new:>10}" if validated else "", "strong"),
+        (" ▲" if missing else "", "warn"),
+    )
+
+
+def plot_rows(fit: SensorFit, width: int) -> list[Line]:
+    """The residual of each hold or rotation, with the band that noise makes."""
+    factor, unit = _SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
+    each = "rotation" if fit.sensor == "gyroscope" else "hold"
+    noise = "" if fit.floor is None else f", ┈ = noise ±{shown(fit.floor, fit.unit, 2)}"
+    head: Line = (
+        (f"{fit.sensor}: ", "strong"),
+        (f"what is left of each {each}, {unit}{noise}", "quiet"),
+    )
+    floor = None if fit.floor is None else fit.floor * factor
+    return [head, *dot_plot(np.asarray(fit.residuals, float).ravel() * factor, floor, width)]
+
+
+def comparison_rows(comparison: Sequence[AxisComparison], fit: SensorFit | None) -> list[Line]:
+    """The gyroscope by three methods side by side: corrections ``k`` and biases."""
+    unit = unit_sign(fit.bias_unit) if fit is not None else ""
+    rows: list[Line] = [
+        (
+            ("gyroscope by three methods", "strong"),
+            ("  corrected rate = k · (reading − bias)", "quiet"),
+        ),
+        line(f"axis turns   {'static':<18}{'dynamic':<18}{'nine parameters':<18}", "quiet"),
+    ]
+    for one in comparison:
+        scales = (
+            _with_error(one.static_scale, one.static_scale_error),
+            _with_error(one.dynamic_scale, one.dynamic_scale_error),
+            _with_error(one.vector_scale, one.vector_scale_error),
+        )
+        biases = (
+            _with_error(one.static_bias, None),
+            _with_error(one.dynamic_bias, one.dynamic_bias_error),
+            _with_error(one.vector_bias, None),
+        )
+        rows.append(_three(f" {one.axis}  {one.rotations:>3}  k   ", scales))
+        rows.append(_three("         b   ", biases, unit))
+    return rows
+
+
+def _three(head: str, texts: tuple[str, str, str], unit: str = "") -> Line:
+    cells: list[Span] = [(f"{text:<18}", "") for text in texts]
+    return ((f"{head:<13}", "quiet"), *cells, (unit, "quiet"))
+
+
+def _with_error(value: float | None, error: float | None) -> str:
+    if value is None:
+        return "–"
+    return number(value, 5) if error is None else f"{number(value, 5)} ± {number(error, 2)}"
+
+
+def hold_rows(report: FitReport) -> list[Line]:
+    """Every hold with its pose and what is left of it."""
+    fit = report.sensors.get("accelerometer")
+    if fit is None:
+        return []
+    rows = [
+        line("each hold", "strong"),
+        line("    #  pose     start     length  temperature  left over   held out", "quiet"),
+    ]
+    left, out = np.asarray(fit.residuals, float).ravel(), fit.held_out
+    for i, hold in enumerate(report.holds[: len(left)]):
+        warm = "–" if hold.temperature is None else f"{hold.temperature:.1f} °C"
+        held = shown(float(out[i]), fit.unit) if out is not None and i < len(out) else "–"
+        span = f" {hold.start:>7.1f} s {hold.end - hold.start:>6.1f} s  {warm:>11}"
+        errors = f"  {shown(float(left[i]), fit.unit):>9}  {held:>9}"
+        words = f"{i + 1:>5}  {signed(hold.pose or '–'):<8}{span}{errors}"
+        rows.append(((words, ""), ("  hand-held" if hold.hand_held else "", "warn")))
+    return rows
+
+
+def warning_rows(report: FitReport, width: int) -> list[Line]:
+    """What the user must know, each once."""
+    texts = list(report.warnings)
+    for fit in report.sensors.values():
+        texts += [f"{fit.sensor}: {text}" for text in fit.warnings]
+    rows: list[Line] = []
+    for text in dict.fromkeys(texts):
+        rows += wrapped(f"▲ {text}", width, "warn", indent="  ")
+    return [*rows, _GAP] if rows else []
+
+
+def parameter_rows(report: FitReport, width: int) -> list[Line]:
+    """Every parameter with its standard error and unit, and how to apply them."""
+    rows: list[Line] = []
+    for fit in report.sensors.values():
+        terms = " + ".join(fit.model)
+        rows += [((fit.sensor, "strong"), (f"   {terms}, method {fit.method}", "quiet"))]
+        rows += [_parameter(parameter) for parameter in fit.parameters]
+        rows += [_GAP, *_apply(fit), _GAP]
+    return [cut for row in rows for cut in _fitting(row, width)]
+
+
+def _fitting(row: Line, width: int) -> list[Line]:
+    if sum(len(text) for text, _ in row) <= width:
+        return [row]
+    return wrapped("".join(text for text, _ in row), width, row[0][1], indent="    ")
+
+
+def _parameter(parameter: Parameter) -> Line:
+    error = parameter.standard_error
+    value = f"{number(parameter.value, 6):>13}"
+    spread = f"± {number(error, 2):<10}" if error is not None else " " * 12
+    return (
+        (f"  {parameter.name:<24}", ""),
+        (value, "strong"),
+        (f" {spread} {unit_sign(parameter.unit)}", ""),
+        ("" if parameter.carried else " ▲ not carried", "warn"),
+    )
+
+
+def _apply(fit: SensorFit) -> list[Line]:
+    head = f"  corrected = M · (reading − b)   columns of M, then b in {unit_sign(fit.bias_unit)}"
+    rows = [line(head, "quiet")]
+    for matrix_row, bias in zip(np.asarray(fit.matrix), np.asarray(fit.bias), strict=True):
+        cells = "".join(f"{number(float(value), 7):>14}" for value in matrix_row)
+        rows.append(line(f"  {cells}  {number(float(bias), 7):>14}"))
+    return rows

@@ -1,0 +1,138 @@
+"""Help for the step in front, in plain words."""
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen
+
+from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.widgets.lines import Lines
+
+_WORDS: dict[str, tuple[str, ...]] = {
+    "source": (
+        (
+            "Choose where the samples come from: a port, the virtual IMU (a sensor "
+            "that exists only in this program, to practise on), a recording, or an earlier session."
+        ),
+        (
+            "The preview shows what arrives. When the device lies still, the size of gravity "
+            "should be near 9.81 m/s², 1 g or 1000 mg; then the unit is right. The gyroscope's "
+            "unit cannot be seen at rest; if it is not known you are asked for it."
+        ),
+    ),
+    "settle": (
+        (
+            "Lay the device down on something that does not shake and take your hands off. The "
+            "program measures how much every axis trembles by itself; from that it knows later "
+            "what still means. If it never gets still: the table shakes, or a cable pulls."
+        ),
+    ),
+    "up-down": (
+        (
+            "Put each of the six faces up once, in any order. Hold the device against something "
+            "solid until the bar is full; you hear two quick bells. No exact alignment is needed: "
+            "20° off is fine. The table shows the first estimate of bias and sensitivity."
+        ),
+    ),
+    "poses": (
+        (
+            "Now 18 poses: the six faces again, and the twelve edges (the device leans at 45°, for "
+            "instance on a wedge or against a book). Any pose that is still missing counts, "
+            "whichever is asked for. Lean it on something: a hand alone is rarely still enough."
+        ),
+        "● taken   ◎ asked for next   · missing   [brackets] where the device is now",
+    ),
+    "rotations": (
+        (
+            "Hold still, turn the device about the axis that is named, stop, hold still again. Any "
+            "angle up to 170° will do, and it need not be exact. Turn both ways, at several "
+            "speeds, but not so fast that the gyroscope reaches the end of its range."
+        ),
+    ),
+    "result": (
+        (
+            "Before, after, held out: the error without calibration, with it on the data it was "
+            "made from, and with it on directions it had not seen. The last is the honest one. "
+            "The plot shows what is left of each hold; the band is what noise alone makes."
+        ),
+        "v measures a few new orientations, s saves at once, t shows every parameter.",
+    ),
+    "validate": (
+        (
+            "A few new orientations that the fit has not seen. What is left of the error "
+            "there is what to expect in use. Hold the device still in each, as before."
+        ),
+    ),
+    "save": ("The calibration is on disk. The place is shown; q leaves.",),
+}
+_ALWAYS = (
+    ("u", "takes back the last hold or rotation; nothing else is lost"),
+    ("s", "skips the step; what that costs is said"),
+    ("r", "does the step again from its beginning"),
+    ("b", "goes back one step"),
+    ("m", "sounds off or on"),
+    ("q", "leaves; everything is written down and the session can be taken up again"),
+)
+_HAND = (
+    ("← →", "turn the virtual device about its z axis by 15°"),
+    ("↑ ↓", "about its y axis"),
+    ("a d", "about its x axis"),
+    ("space", "bring it into the pose asked for"),
+    ("T", "hold it in a trembling hand, or lay it down"),
+    ("H", "let the virtual hand do everything, or take over again"),
+)
+_SOUNDS = (
+    "Sounds: one bell = still or moving; two quick = taken; three quick = step done; slow bells = "
+    "look at the screen."
+)
+
+
+class HelpScreen(ModalScreen[None]):
+    """What this step wants and what the keys do.
+
+    Args:
+        step: the step to explain.
+        hand: whether there is a virtual hand.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,question_mark,enter,space", "dismiss", "close"),
+        Binding("q", "app.leave", "quit"),
+    ]
+
+    def __init__(self, step: str, *, hand: bool = False) -> None:
+        super().__init__()
+        self._step = step
+        self._hand = hand
+
+    def compose(self) -> ComposeResult:
+        """One scrolling text."""
+        with VerticalScroll(classes="box") as box:
+            box.border_title = f"help: {self._step}"
+            box.border_subtitle = "any time: esc closes, ↑↓ scroll"
+            yield Lines()
+
+    def on_resize(self) -> None:
+        """Wrap for the width there is."""
+        lines = self.query_one(Lines)
+        lines.show(self._rows(max(40, min(96, self.app.size.width * 9 // 10 - 10))))
+
+    def _rows(self, width: int) -> list[Line]:
+        rows: list[Line] = []
+        for text in _WORDS.get(self._step, ()):
+            rows += [*wrapped(text, width), line("")]
+        rows += self._keys(_ALWAYS, width)
+        if self._hand:
+            rows += [line(""), line("The virtual hand:", "strong"), *self._keys(_HAND, width)]
+        return [*rows, line(""), *wrapped(_SOUNDS, width)]
+
+    @staticmethod
+    def _keys(keys: tuple[tuple[str, str], ...], width: int) -> list[Line]:
+        rows: list[Line] = []
+        for key, text in keys:
+            first, *rest = wrapped(text, width - 8)
+            rows.append(((f"{key:<7} ", "key"), first[0]))
+            rows += [((" " * 8, ""), row[0]) for row in rest]
+        return rows

@@ -1,0 +1,105 @@
+"""What all screens have in common that follow the stream."""
+
+from typing import TYPE_CHECKING, ClassVar, cast
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+from textual.widgets import Static
+
+from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
+from imucal_wizard.tui.widgets.step_header import StepHeader
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import Snapshot
+    from imucal_wizard.tui.app import WizardApp
+
+SMALLEST = (80, 24)
+"""Columns and rows the screens are made for."""
+
+
+class LiveScreen(Screen[str]):
+    """A header with the steps, a footer with the keys, and a snapshot 15 times a second.
+
+    Its result is the step of the machine that comes next.
+    """
+
+    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
+        (0, "-too-narrow"),
+        (SMALLEST[0], "-normal"),
+        (130, "-wide"),
+    ]
+    VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
+        (0, "-too-short"),
+        (SMALLEST[1], "-usual"),
+        (38, "-tall"),
+    ]
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "app.explain", "help"),
+        Binding("m", "app.mute", "sound"),
+        Binding("q", "app.leave", "quit"),
+    ]
+    step: str = "source"
+    """The step of the machine this screen is about."""
+    keys: ClassVar[Keys] = (("?", "help"), ("m", "sound"), ("q", "quit"))
+    """What the footer shows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ended = False
+
+    @property
+    def wizard(self) -> "WizardApp":
+        """The app, as what it is."""
+        return cast("WizardApp", self.app)
+
+    def compose(self) -> ComposeResult:
+        """Header, body, footer, and a word for terminals that are too small."""
+        yield StepHeader()
+        yield from self.body()
+        yield KeyFooter()
+        yield Static(id="too-small", markup=False)
+
+    def body(self) -> ComposeResult:
+        """What is between header and footer."""
+        yield from ()
+
+    def on_mount(self) -> None:
+        """Show what there is to show."""
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Show everything for the size there is."""
+        self.footer()
+        if self.wizard.snapshot is not None:
+            self.take(self.wizard.snapshot)
+        else:
+            self.query_one(StepHeader).tell(self.step)
+
+    def on_resize(self) -> None:
+        """Rows and columns decide how much the header and footer can say."""
+        columns, rows = self.app.size
+        self.query_one("#too-small", Static).update(
+            f"This terminal has {columns}×{rows} characters. Make it at least "
+            f"{SMALLEST[0]}×{SMALLEST[1]}, or the letters smaller. Measuring goes on meanwhile."
+        )
+        self.call_after_refresh(self.redraw)
+
+    def end(self, step: str) -> None:
+        """Leave this screen once; the wizard shows the one of ``step`` next."""
+        if not self._ended:
+            self._ended = True
+            self.dismiss(step)
+
+    def footer(self) -> None:
+        """Show the keys."""
+        self.query_one(KeyFooter).offer(self.keys)
+
+    def take(self, snapshot: "Snapshot") -> None:
+        """Show a snapshot; end when the machine has gone to another step."""
+        status = snapshot.status
+        if status.step != self.step:
+            self.end(status.step)
+            return
+        skipped = {str(step) for step, _ in status.skipped}
+        self.query_one(StepHeader).tell(str(self.step), status.elapsed, skipped)

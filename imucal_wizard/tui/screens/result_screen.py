@@ -1,0 +1,135 @@
+"""The result: what was found, how good it is, what is missing."""
+
+import asyncio
+import time
+from typing import ClassVar
+
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.events import Key
+
+from imucal_wizard.errors import ImucalError
+from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
+from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.screens.table_screen import TableScreen
+from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.widgets.key_footer import Keys
+from imucal_wizard.tui.widgets.lines import Lines
+
+
+class ResultScreen(LiveScreen):
+    """Fits in a thread, shows the report; validation follows by a key or by itself."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("v", "order('validate')", "validate"),
+        Binding("s", "order('save')", "save"),
+        Binding("t", "table", "table of parameters"),
+        Binding("u", "order('undo')", "undo"),
+        Binding("b", "order('back')", "back"),
+    ]
+    step = "result"
+    keys: ClassVar[Keys] = (
+        ("v", "validate"),
+        ("s", "save"),
+        ("t", "parameters"),
+        ("↑↓", "scroll"),
+        ("b", "back"),
+        ("?", "help"),
+        ("q", "quit"),
+    )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._problem = ""
+        self._deadline: float | None = None
+
+    def body(self) -> ComposeResult:
+        """A page that scrolls, and a row that says what happens next."""
+        with VerticalScroll(classes="page"):
+            yield Lines(id="report")
+        yield Lines(id="next")
+
+    def on_mount(self) -> None:
+        """Fit at once."""
+        super().on_mount()
+        self.query_one(VerticalScroll).focus()
+        if self.wizard.report is None and not self._problem:
+            self.fit()
+
+    def on_screen_resume(self) -> None:
+        """Back from a box above: the countdown starts again only when it was running."""
+        self.redraw()
+
+    @work(exclusive=True)
+    async def fit(self) -> None:
+        """Fit what was collected, in a thread."""
+        source, snapshot = self.wizard.source, self.wizard.snapshot
+        if source is None or snapshot is None:
+            return
+        try:
+            self.wizard.report = await asyncio.to_thread(
+                self.wizard.services.fit, source.collected(), snapshot
+            )
+        except ImucalError as error:
+            self._problem = str(error)
+        else:
+            self._deadline = time.monotonic() + self.wizard.settings.countdown
+            self.set_interval(0.5, self._count_down)
+        self.redraw()
+
+    def on_key(self, event: Key) -> None:
+        """Any key stops the countdown."""
+        if event.key not in ("v", "s"):
+            self._deadline = None
+            self._tell_next()
+
+    def action_order(self, name: str) -> None:
+        """Hand a command to the machine; what was fitted is forgotten when the data change."""
+        if name in ("undo", "back"):
+            self.wizard.report = None
+        self.wizard.order(name)
+
+    def action_table(self) -> None:
+        """Every parameter with its standard error."""
+        report = self.wizard.report
+        if report is not None:
+            self.app.push_screen(TableScreen(lambda width: parameter_rows(report, width)))
+
+    def redraw(self) -> None:
+        """Lay the report out for the width there is."""
+        super().redraw()
+        width = max(60, self.app.size.width - 4)
+        self.query_one("#report", Lines).show(self._rows(width))
+        self._tell_next()
+
+    def _rows(self, width: int) -> list[Line]:
+        if self._problem:
+            return [
+                *wrapped(f"▲ {self._problem}", width, "bad", indent="  "),
+                line(""),
+                *wrapped("b goes back to measure more; nothing is lost.", width),
+            ]
+        if self.wizard.report is None:
+            status = self.wizard.snapshot.status if self.wizard.snapshot else None
+            count = f"{status.holds} holds and {status.rotations} rotations" if status else ""
+            return [line(""), line(f"Fitting {count} …", "accent")]
+        return summary_rows(self.wizard.report, width)
+
+    def _count_down(self) -> None:
+        if self._deadline is None or self.app.screen is not self:
+            return
+        if time.monotonic() >= self._deadline:
+            self._deadline = None
+            self.wizard.order("validate")
+        self._tell_next()
+
+    def _tell_next(self) -> None:
+        text = "v: a few new poses that the fit has not seen   s: save without"
+        if self._deadline is not None:
+            left = max(0, round(self._deadline - time.monotonic()))
+            text = (
+                f"validation with a few new poses begins by itself in {left} s; any key stops that"
+            )
+        self.query_one("#next", Lines).show([line(f" {text}", "accent")])

@@ -1,0 +1,98 @@
+"""The last step: the calibration is written, and the place shown."""
+
+import asyncio
+from typing import ClassVar
+
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+
+from imucal_wizard.errors import ImucalError
+from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
+from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.screens.table_screen import TableScreen
+from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.widgets.big_text import BigText
+from imucal_wizard.tui.widgets.key_footer import Keys
+from imucal_wizard.tui.widgets.lines import Lines
+
+
+class SaveScreen(LiveScreen):
+    """Fits again with the validation, saves, says where."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("t", "table", "table of parameters"),
+        Binding("b", "back", "back"),
+        Binding("enter", "app.leave", "leave"),
+    ]
+    step = "save"
+    keys: ClassVar[Keys] = (
+        ("q", "leave"),
+        ("t", "parameters"),
+        ("↑↓", "scroll"),
+        ("b", "back"),
+        ("?", "help"),
+    )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rows: list[Line] = [line("Writing the calibration …", "accent")]
+        self._begun = False
+
+    def body(self) -> ComposeResult:
+        """A word that is read from afar, the place, and the result once more."""
+        yield BigText(id="instruction")
+        with VerticalScroll(classes="page"):
+            yield Lines(id="report")
+
+    def on_mount(self) -> None:
+        """Save at once."""
+        super().on_mount()
+        self.query_one(VerticalScroll).focus()
+        if not self._begun:
+            self._begun = True
+            self.save()
+
+    @work(exclusive=True)
+    async def save(self) -> None:
+        """Fit once more, so that the validation is in it, and write the file, in a thread."""
+        app = self.wizard
+        source, snapshot = app.source, app.snapshot
+        if source is None or snapshot is None:
+            return
+        try:
+            app.report = await asyncio.to_thread(app.services.fit, source.collected(), snapshot)
+            app.saved = await asyncio.to_thread(app.services.save, app.report)
+        except (ImucalError, OSError) as error:
+            self._rows = wrapped(f"▲ not saved: {error}", 76, "bad", indent="  ")
+            self._say("NOT SAVED", "bad")
+            return
+        self._say("SAVED", "good")
+        if app.settings.quit_after:
+            app.action_leave()
+
+    def action_back(self) -> None:
+        """Measure more; the file stays, a later save gets a name of its own."""
+        self.wizard.report = None
+        self.wizard.order("back")
+
+    def action_table(self) -> None:
+        """Every parameter with its standard error."""
+        report = self.wizard.report
+        if report is not None:
+            self.app.push_screen(TableScreen(lambda width: parameter_rows(report, width)))
+
+    def _say(self, word: str, style: str) -> None:
+        self.query_one(BigText).say(word, style)
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Lay the report out for the width there is."""
+        super().redraw()
+        width = max(60, self.app.size.width - 4)
+        rows = list(self._rows)
+        if self.wizard.saved is not None and self.wizard.report is not None:
+            rows = wrapped(f"✓ {self.wizard.saved.path}", width, "good", indent="  ")
+            rows += [line(""), *summary_rows(self.wizard.report, width)]
+        self.query_one("#report", Lines).show(rows)

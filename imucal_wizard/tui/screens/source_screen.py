@@ -1,0 +1,176 @@
+"""The first step: where the samples come from, and whether they make sense."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.widgets import Input, OptionList
+from textual.widgets.option_list import Option
+
+from imucal_wizard.errors import ImucalError
+from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.text import clean, line, wrapped
+from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
+from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.tui.widgets.preview import Preview
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import Snapshot
+
+VIRTUAL = SourceChoice(
+    SourceKind.VIRTUAL,
+    title="virtual IMU",
+    detail="a sensor made of software: to practise on, no hardware needed",
+)
+_QUESTION = "Where do the samples come from?   ↑↓ and enter"
+
+
+class SourceScreen(LiveScreen):
+    """A list of sources on the left; what arrives from the chosen one on the right."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "other", "another source"),
+        Binding("f5", "look", "look again"),
+    ]
+    step = "source"
+    keys: ClassVar[Keys] = (
+        ("↑↓", "choose"),
+        ("enter", "open"),
+        ("tab", "type a file or URL"),
+        ("F5", "look again"),
+        ("?", "help"),
+        ("q", "quit"),
+    )
+    open_keys: ClassVar[Keys] = (
+        ("enter", "start calibrating"),
+        ("esc", "another source"),
+        ("?", "help"),
+        ("m", "sound"),
+        ("q", "quit"),
+    )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._choices: list[SourceChoice] = [VIRTUAL]
+        self._chosen: SourceChoice | None = None
+        self._started = False
+
+    def body(self) -> ComposeResult:
+        """List and preview; a place to type below."""
+        yield Lines(id="question")
+        with Horizontal(id="source"):
+            with Vertical(id="choices"):
+                yield OptionList(id="list", markup=False)
+                yield Input(placeholder="file or URL, then enter", id="typed")
+            yield Preview()
+
+    def on_mount(self) -> None:
+        """Show what is known at once; look for ports and sessions meanwhile."""
+        super().on_mount()
+        if self._chosen is not None:
+            return
+        self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
+        self._list()
+        self.query_one(OptionList).focus()
+        if self.wizard.choice is not None:
+            self._open(self.wizard.choice)
+        else:
+            self.action_look()
+
+    @work(exclusive=True, group="look")
+    async def action_look(self) -> None:
+        """Look for ports and for sessions to go on with."""
+        services = self.wizard.services
+        found = [VIRTUAL]
+        for look in (services.ports, services.earlier):
+            found += await asyncio.to_thread(self._found, look)
+        self._choices = found
+        self._list()
+
+    @staticmethod
+    def _found(look: Callable[[], Sequence[SourceChoice]]) -> list[SourceChoice]:
+        try:
+            return list(look())
+        except (ImucalError, OSError):  # a list that cannot be made leaves the other sources
+            return []
+
+    def _list(self) -> None:
+        place = self.query_one(OptionList)
+        keep = place.highlighted or 0
+        place.set_options([Option(_prompt(choice)) for choice in self._choices])
+        place.highlighted = min(keep, len(self._choices) - 1)
+
+    @on(OptionList.OptionSelected)
+    def _picked(self, event: OptionList.OptionSelected) -> None:
+        if self.wizard.source is None:
+            self._open(self._choices[event.option_index])
+        else:
+            self.action_start()
+
+    @on(Input.Submitted)
+    def _typed(self, event: Input.Submitted) -> None:
+        typed = event.value.strip()
+        if typed:
+            kind = SourceKind.PORT if "://" in typed or typed.startswith("/dev/") else None
+            self._open(SourceChoice(kind or SourceKind.FILE, typed, typed))
+
+    @work(exclusive=True, group="open")
+    async def _open(self, choice: SourceChoice) -> None:
+        self._chosen = choice
+        self._say(f"Opening {choice.title or choice.target} …")
+        try:
+            source = await asyncio.to_thread(self.wizard.services.open_source, choice)
+            self.wizard.use_source(source)
+        except ImucalError as error:
+            self._chosen = None
+            self._say(f"▲ {error}", "bad")
+            return
+        self._say(f"{choice.title or choice.target}: is this what you expect?   enter starts")
+        self.query_one(OptionList).focus()
+        self.footer()
+
+    def footer(self) -> None:
+        """The keys of choosing, or those of looking at a stream."""
+        self.query_one(KeyFooter).offer(self.open_keys if self.wizard.source else self.keys)
+
+    def action_other(self) -> None:
+        """Close this source and choose another."""
+        self.wizard.drop_source()
+        self._chosen = None
+        self._started = False
+        self.query_one(Preview).show([])
+        self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
+        self.footer()
+        self.action_look()
+
+    def action_start(self) -> None:
+        """The stream is what it should be: go on."""
+        self.wizard.order("start")
+
+    def take(self, snapshot: "Snapshot") -> None:
+        """Show what arrives; start by itself where nobody is asked."""
+        super().take(snapshot)
+        self.query_one(Preview).tell(snapshot.stream)
+        stream = snapshot.stream
+        alone = self.wizard.settings.auto or (
+            self._chosen is not None and self._chosen.kind in (SourceKind.FILE, SourceKind.SESSION)
+        )
+        if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
+            self._started = True
+            self.action_start()
+
+    def _say(self, text: str, style: str = "strong") -> None:
+        place = self.query_one("#question", Lines)
+        place.show(wrapped(text, place.size.width or 78, style))
+
+
+def _prompt(choice: SourceChoice) -> Content:
+    """Two rows; never read as markup."""
+    title = Content(clean(choice.title or choice.target)).stylize("bold")
+    return title + Content("\n  " + clean(choice.detail)) if choice.detail else title

@@ -1,0 +1,113 @@
+"""What the screens ask of a source of samples, and what the app is given to work with."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import Snapshot
+    from imucal_wizard.procedure.state import Collected
+    from imucal_wizard.solver.result import FitReport
+
+
+class Source(Protocol):
+    """A stream with its procedure, running in a thread of its own."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more will come."""
+
+    def start(self) -> None:
+        """Begin to read."""
+
+    def stop(self) -> None:
+        """Stop reading; back within 100 ms."""
+
+    def snapshot(self) -> "Snapshot":
+        """The newest picture of everything."""
+
+    def command(self, name: str, argument: str = "") -> None:
+        """Hand a command to the procedure."""
+
+    def collected(self) -> "Collected":
+        """What has been measured so far."""
+
+
+@runtime_checkable
+class Hand(Protocol):
+    """The virtual hand that moves the virtual device."""
+
+    following: bool
+    """Whether it does everything by itself."""
+
+    @property
+    def trembling(self) -> bool:
+        """Whether the device is held and not laid down."""
+
+    def turn(self, axis: str, degrees: float) -> None:
+        """Turn the device about one of its axes."""
+
+    def snap_to(self, target: str) -> None:
+        """Bring a pose on top."""
+
+    def tremble(self, on: bool) -> None:
+        """Hold the device in the hand, or lay it down."""
+
+
+class SourceKind(StrEnum):
+    """Where samples can come from."""
+
+    VIRTUAL = "virtual"
+    PORT = "port"
+    FILE = "file"
+    SESSION = "session"
+
+
+@dataclass(frozen=True)
+class SourceChoice:
+    """What the operator chose to read from.
+
+    Attributes:
+        kind: a virtual device, a port or URL, a recording, an earlier session.
+        target: device name, URL or path; "" for the virtual device.
+        title: in words.
+        detail: one more line in words.
+    """
+
+    kind: SourceKind
+    target: str = ""
+    title: str = ""
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """Where a calibration was written, and what to say of it when the app has closed."""
+
+    path: Path
+    says: tuple[str, ...] = ()
+
+
+def _none() -> Sequence[SourceChoice]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Services:
+    """Everything the app cannot do itself, given to it, so that tests give something simpler.
+
+    Attributes:
+        open_source: makes the source chosen; not started yet. Runs in a thread.
+        fit: fits what was collected. Runs in a thread.
+        save: writes the result. Runs in a thread.
+        ports: what is plugged in. Runs in a thread.
+        earlier: sessions that can be taken up again, newest first. Runs in a thread.
+    """
+
+    open_source: Callable[[SourceChoice], Source]
+    fit: "Callable[[Collected, Snapshot], FitReport]"
+    save: "Callable[[FitReport], Saved]"
+    ports: Callable[[], Sequence[SourceChoice]] = _none
+    earlier: Callable[[], Sequence[SourceChoice]] = _none

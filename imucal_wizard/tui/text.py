@@ -1,0 +1,86 @@
+"""Words and numbers for a screen: what devices say is made harmless, numbers are kept short."""
+
+import math
+import textwrap
+import unicodedata
+
+Span = tuple[str, str]
+"""A piece of text and the name of its style (``""``, ``strong``, ``quiet``, ``good`` …)."""
+Line = tuple[Span, ...]
+"""One row of a screen."""
+
+
+def clean(text: str) -> str:
+    """The text without what a terminal could obey: control and format characters."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(" " if c in "\t\n\r" else c for c in text if c in "\t\n\r" or _harmless(c))
+
+
+def _harmless(character: str) -> bool:
+    return unicodedata.category(character) not in ("Cc", "Cf", "Cs", "Co", "Cn")
+
+
+def line(text: str, style: str = "") -> Line:
+    """A row in one style."""
+    return ((text, style),)
+
+
+def width_of(row: Line) -> int:
+    """How many characters a row has."""
+    return sum(len(text) for text, _ in row)
+
+
+def wrapped(text: str, width: int, style: str = "", indent: str = "") -> list[Line]:
+    """The text as rows of at most ``width`` characters; rows after the first are indented."""
+    rows = textwrap.wrap(clean(text), max(8, width), subsequent_indent=indent)
+    return [line(row, style) for row in rows]
+
+
+def signed(name: str) -> str:
+    """A pose's name as people write it: ``+x-y`` becomes ``+x−y``."""
+    return name.replace("-", "−")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with about ``digits`` significant digits and a true minus sign."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e6:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    whole = len(str(int(abs(value)))) if abs(value) >= 1 else -_leading_zeros(value)
+    return f"{value:.{max(0, digits - whole)}f}".replace("-", "−")
+
+
+def _leading_zeros(value: float) -> int:
+    return max(0, -math.floor(math.log10(abs(value))) - 1)
+
+
+def clock(seconds: float) -> str:
+    """Seconds as ``04:12``."""
+    whole = max(0, int(seconds))
+    return f"{whole // 60:02d}:{whole % 60:02d}"
+
+
+def bar(fraction: float, width: int) -> str:
+    """A bar that is ``fraction`` full, between two edges, ``width`` characters in all."""
+    inner = max(1, width - 2)
+    filled = 0 if math.isnan(fraction) else round(min(1.0, max(0.0, fraction)) * inner)
+    return "▕" + "█" * filled + "░" * (inner - filled) + "▏"
+
+
+_UNITS = {
+    "m/s^2": "m/s²",
+    "deg/s": "°/s",
+    "mdeg/s": "m°/s",
+    "degC": "°C",
+    "uT": "µT",
+    "deg": "°",
+}
+
+
+def unit_sign(unit: str) -> str:
+    """A unit word as people write it: ``m/s^2`` becomes ``m/s²``."""
+    return _UNITS.get(unit, clean(unit).replace("^2", "²"))

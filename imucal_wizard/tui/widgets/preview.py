@@ -1,0 +1,84 @@
+"""What arrives from a source, decoded: values, units, rate, losses, the size of gravity, digits."""
+
+import math
+from typing import TYPE_CHECKING
+
+from imucal_wizard.tui.text import Line, line, number, unit_sign, wrapped
+from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import StreamStatus
+
+_GRAVITY = 9.80665
+_NEAR = 0.15
+"""A gravity within 15 % of what it should be is a matter of calibration, not of units."""
+_FEW_DIGITS = 3
+
+
+class Preview(Lines):
+    """The stream in a few rows of words and numbers."""
+
+    def tell(self, stream: "StreamStatus") -> None:
+        """Show the newest values."""
+        width = max(30, self.size.width)
+        rows = [line(stream.source or "source", "strong"), self._state(stream), line("")]
+        rows += self._values("acceleration", stream.accelerometer, stream.accelerometer_unit)
+        rows += self._values("turn rate", stream.gyroscope, stream.gyroscope_unit)
+        if stream.temperature is not None:
+            rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
+        rows += _gravity(stream, width)
+        rows += _digits(stream, width)
+        if stream.problem:
+            rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
+        for warning in stream.warnings[-3:]:
+            rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
+        self.show(rows)
+
+    @staticmethod
+    def _state(stream: "StreamStatus") -> Line:
+        if not stream.samples:
+            return line("waiting for the first sample …", "quiet")
+        rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
+        text = f"{stream.format or 'format not known yet'}, {rate}, {stream.samples} samples, "
+        return (
+            (text, ""),
+            (f"{stream.lost} lost", "warn" if stream.lost else "good"),
+            (f", {stream.malformed} unreadable" if stream.malformed else "", "warn"),
+        )
+
+    @staticmethod
+    def _values(name: str, values: tuple[float, float, float] | None, unit: str) -> list[Line]:
+        if values is None:
+            return [_pair(name, "none", "quiet")]
+        largest = max(1.0, *(abs(value) for value in values if math.isfinite(value)))
+        decimals = max(0, 3 - int(math.log10(largest)))
+        numbers = " ".join(
+            f"{axis} {value:.{decimals}f}" for axis, value in zip("xyz", values, strict=True)
+        )
+        return [_pair(name, f"{numbers} {unit_sign(unit)}".replace("-", "−"))]
+
+
+def _pair(name: str, text: str, style: str = "") -> Line:
+    return (f"{name:<13}", "quiet"), (text, style)
+
+
+def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
+    if stream.gravity is None:
+        return []
+    size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
+    if stream.accelerometer_unit == "count":
+        return [_pair("gravity", f"{size}: raw counts, the fit finds the scale")]
+    if math.isclose(stream.gravity, _GRAVITY, rel_tol=_NEAR):
+        return [_pair("gravity", f"{size}  ✓ right at rest", "good")]
+    advice = "▲ at rest it should be near 9.81 m/s²: is it moving, or is the unit wrong?"
+    return [_pair("gravity", size, "warn"), *wrapped(advice, width, "warn", indent="  ")]
+
+
+def _digits(stream: "StreamStatus", width: int) -> list[Line]:
+    if stream.digits is None:
+        return []
+    rows = [_pair("printed", f"{stream.digits} decimals")]
+    if stream.digits < _FEW_DIGITS and stream.accelerometer_unit != "count":
+        advice = "▲ few decimals hide the noise: print more, for instance Serial.print(x, 5)"
+        rows += wrapped(advice, width, "warn", indent="  ")
+    return rows

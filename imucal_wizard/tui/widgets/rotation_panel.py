@@ -1,0 +1,73 @@
+"""The rotation under way: angle so far, rate against the range, what is done and still wanted."""
+
+from imucal_wizard.procedure.state import RotationStatus
+from imucal_wizard.tui.text import Line, Span, bar, number
+from imucal_wizard.tui.widgets.lines import Lines
+
+_FULL = 170.0
+"""Rotations up to this many degrees can be told apart from their other way round."""
+_SPEEDS = 3
+
+
+class RotationPanel(Lines):
+    """Four rows."""
+
+    DEFAULT_CSS = "RotationPanel { height: 4; }"
+
+    def tell(self, rotation: RotationStatus) -> None:
+        """Show the newest state."""
+        width = self.size.width or 78
+        self.show([_angle(rotation, width), _rate(rotation), _done(rotation), _wanted(rotation)])
+
+
+def _angle(rotation: RotationStatus, width: int) -> Line:
+    half = max(8, min(30, (width - 40) // 2))
+    filled = min(half, round(abs(rotation.angle) / _FULL * half))
+    left = "·" * (half - filled) + "█" * filled if rotation.angle < 0 else "·" * half
+    right = "█" * filled + "·" * (half - filled) if rotation.angle > 0 else "·" * half
+    angle = f"{rotation.angle:+.0f}°".replace("-", "−")
+    return (
+        (" so far  ", "quiet"),
+        (f"{angle:>5}  ", "strong"),
+        (f"▕{left}┃{right}▏", ""),
+        (" any angle to ±170°", "quiet"),
+    )
+
+
+def _rate(rotation: RotationStatus) -> Line:
+    limit = rotation.range_limit
+    words = f"{number(rotation.rate)} °/s, fastest {number(rotation.fastest)}"
+    if limit is None:
+        return (" rate    ", "quiet"), (words, "")
+    share = rotation.fastest / limit
+    verdict: Span = ("good", "good") if share < 0.9 else ("▲ too fast: it would clip", "warn")
+    return (
+        (" rate    ", "quiet"),
+        (f"{words}, range {number(limit)}  ", ""),
+        (bar(share, 14) + " ", ""),
+        verdict,
+    )
+
+
+def _done(rotation: RotationStatus) -> Line:
+    angles = " ".join(f"{angle:+.0f}°" for angle in rotation.done[-8:]).replace("-", "−")
+    head = f" done    {len(rotation.done)} of {rotation.wanted}  "
+    return (head, "quiet"), (angles, "strong")
+
+
+def _wanted(rotation: RotationStatus) -> Line:
+    speeds = rotation.speeds >= _SPEEDS
+    return (
+        (" wanted  ", "quiet"),
+        (f"both senses {_tick(rotation.senses)}", _tone(rotation.senses)),
+        (f"   three speeds {_tick(speeds)} ({min(rotation.speeds, _SPEEDS)})", _tone(speeds)),
+        (f"   {rotation.advice}", "accent"),
+    )
+
+
+def _tick(done: bool) -> str:
+    return "✓" if done else "✗"
+
+
+def _tone(done: bool) -> str:
+    return "good" if done else ""

@@ -1,0 +1,33 @@
+"""The stream in one row: rate, lost samples, temperature, noise, problems."""
+
+from typing import TYPE_CHECKING
+
+from imucal_wizard.tui.text import Span, clean
+from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.live.snapshot import StreamStatus
+
+
+class StreamLine(Lines):
+    """``100.0 Hz, 0 lost, 24.6 °C   noise 1.2 mg``."""
+
+    DEFAULT_CSS = "StreamLine { height: 1; }"
+
+    def tell(self, stream: "StreamStatus", noise: str = "", muted: bool = False) -> None:
+        """Show the newest state of the stream."""
+        spans: list[Span] = [(" ", "")]
+        if not stream.connected:
+            spans.append(("▲ not connected  ", "bad"))
+        spans.append((f"{stream.rate:.1f} Hz, " if stream.rate else "rate not known yet, ", ""))
+        spans.append((f"{stream.lost} lost", "warn" if stream.lost else ""))
+        if stream.malformed:
+            spans.append((f", {stream.malformed} unreadable", "warn"))
+        if stream.temperature is not None:
+            spans.append((f", {stream.temperature:.1f} °C".replace("-", "−"), ""))
+        if noise:
+            spans.append((f"   noise {clean(noise)}", ""))
+        spans.append((f"   {stream.source}", "quiet"))
+        if muted:
+            spans.append(("   sound off", "warn"))
+        self.show([tuple(spans)])

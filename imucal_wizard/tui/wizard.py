@@ -1,0 +1,59 @@
+"""The wizard is one coroutine: the domain decides which step it is, the screen follows."""
+
+import asyncio
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.screens.source_screen import SourceScreen
+
+if TYPE_CHECKING:
+    from imucal_wizard.tui.app import WizardApp
+
+_SCREENS = "imucal_wizard.tui.screens"
+_POSE_STEPS = ("up-down", "poses", "validate")
+
+
+async def conduct(app: "WizardApp") -> None:
+    """Show the screen of the step the machine is in until the app is left.
+
+    A screen ends with the step that the machine has gone to, forwards or backwards.
+    """
+    first = app.push_screen_wait(SourceScreen())
+    loading = asyncio.create_task(asyncio.to_thread(_load))
+    step = await first
+    await loading
+    while True:
+        step = await app.push_screen_wait(screen_for(step))
+
+
+def _load() -> None:
+    """Import the screens that need numpy while the first one is being looked at."""
+    for name in ("settle_screen", "pose_screen", "rotation_screen", "result_screen", "save_screen"):
+        import_module(f"{_SCREENS}.{name}")
+
+
+def screen_for(step: str) -> LiveScreen:
+    """The screen of a step of the machine."""
+    if step in _POSE_STEPS:
+        from imucal_wizard.procedure.state import StepKind
+        from imucal_wizard.tui.screens.pose_screen import PoseScreen
+
+        return PoseScreen(StepKind(step))
+    if step == "settle":
+        from imucal_wizard.tui.screens.settle_screen import SettleScreen
+
+        return SettleScreen()
+    if step == "rotations":
+        from imucal_wizard.tui.screens.rotation_screen import RotationScreen
+
+        return RotationScreen()
+    if step == "result":
+        from imucal_wizard.tui.screens.result_screen import ResultScreen
+
+        return ResultScreen()
+    if step == "save":
+        from imucal_wizard.tui.screens.save_screen import SaveScreen
+
+        return SaveScreen()
+    return SourceScreen()

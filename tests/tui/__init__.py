@@ -1,0 +1,1 @@
+"""What the screens show, at several sizes, fed with canned snapshots."""

@@ -1,0 +1,286 @@
+"""A source that says what a test tells it to say, and canned snapshots."""
+
+import itertools
+import math
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.poses import DIRECTIONS, EDGES, FACES
+from imucal_wizard.procedure.state import (
+    AxisMotion,
+    AxisStart,
+    Collected,
+    Event,
+    EventKind,
+    RotationStatus,
+    Status,
+    StepKind,
+    StillStatus,
+)
+from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.tui.source import Saved, Services, SourceChoice
+
+GRAVITY = 9.80665
+STREAM = StreamStatus(
+    source="virtual IMU",
+    format="text",
+    connected=True,
+    rate=100.0,
+    samples=1234,
+    temperature=24.6,
+    accelerometer=(0.12, -0.31, 9.79),
+    gyroscope=(0.01, -0.002, 0.003),
+    gravity=9.795,
+    digits=6,
+)
+_NAMES = [*FACES, *EDGES]
+
+
+@dataclass
+class FakeHand:
+    """Notes what it is told."""
+
+    trembling: bool = False
+    following: bool = False
+    told: list[tuple[str, object]] = field(default_factory=list)
+
+    def turn(self, axis: str, degrees: float) -> None:
+        """A turn."""
+        self.told.append((axis, degrees))
+
+    def snap_to(self, target: str) -> None:
+        """A pose."""
+        self.told.append(("snap", target))
+
+    def tremble(self, on: bool) -> None:
+        """Held, or laid down."""
+        self.trembling = on
+
+
+class FakeSource:
+    """Shows the snapshots it is given; notes the commands it gets."""
+
+    def __init__(self, status: Status | None = None, stream: StreamStatus = STREAM) -> None:
+        self._serial = itertools.count(1)
+        self.commands: list[tuple[str, str]] = []
+        self.running = False
+        self.finished = False
+        self.events: tuple[Event, ...] = ()
+        self.setups: list[object] = []
+        self.stream = stream
+        self.say(status or Status())
+
+    def say(self, status: Status) -> None:
+        """From now on this is the state of the procedure."""
+        self.status = status
+        self._serial_now = next(self._serial)
+
+    def happen(self, *events: Event) -> None:
+        """These events happen now."""
+        self.events += events
+        self.say(replace(self.status, last_event=events[-1]))
+
+    def start(self) -> None:
+        """It runs."""
+        self.running = True
+
+    def stop(self) -> None:
+        """It rests."""
+        self.running = False
+
+    def command(self, name: str, argument: str = "") -> None:
+        """Some commands move the procedure on at once."""
+        self.commands.append((name, argument))
+        following = {
+            "start": StepKind.SETTLE,
+            "validate": StepKind.VALIDATE,
+            "save": StepKind.SAVE,
+        }
+        if name in following:
+            self.say(replace(self.status, step=following[name]))
+
+    def collected(self) -> Collected:
+        """Nothing."""
+        return Collected((), ())
+
+    def snapshot(self) -> Snapshot:
+        """The newest."""
+        return Snapshot(
+            serial=self._serial_now,
+            stream=self.stream,
+            status=self.status,
+            events=self.events[-50:],
+            event_count=len(self.events),
+            traces=traces(),
+            attitude=None,
+            finished=self.finished,
+        )
+
+
+def traces(n: int = 400, phase: float = 0.0) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+    """Six sines."""
+    t = np.linspace(phase, phase + 10, n)[:, None]
+    return np.hstack([9.8 * np.sin(0.5 * t + np.arange(3)), 2 * np.cos(t + np.arange(3))])
+
+
+def motions(worst: float = 0.3) -> tuple[AxisMotion, ...]:
+    """Six axes, of which the last turns at ``worst`` °/s against 0.8."""
+    quiet = [AxisMotion(f"a{axis}", 1.3, 4.0, "mg") for axis in "xyz"]
+    turning = [AxisMotion(f"g{axis}", 0.2, 0.8, "°/s") for axis in "xy"]
+    return (*quiet, *turning, AxisMotion("gz", worst, 0.8, "°/s"))
+
+
+def moving() -> StillStatus:
+    """Not still: z turns at 2.9 °/s."""
+    all_axes = motions(2.9)
+    return StillStatus(motions=all_axes, worst=all_axes[-1], held=0.0, needed=2.0, waiting=3.0)
+
+
+def still(held: float = 1.3) -> StillStatus:
+    """Still for ``held`` of 2 s."""
+    return StillStatus(still=True, motions=motions(), worst=motions()[-1], held=held, needed=2.0)
+
+
+def poses_status(done: int = 7) -> Status:
+    """In the 18 poses, on the way to +x−y."""
+    names = [n for n in _NAMES if n != "+x-y"]
+    return Status(
+        step=StepKind.POSES,
+        elapsed=252.0,
+        instruction="TURN +X −Y UP",
+        detail="the edge between the +x and −y faces on top",
+        guidance="23° away: turn it about z, to the left",
+        still=moving(),
+        up=(0.5, -0.3, math.sqrt(1 - 0.34)),
+        wanted="+x-y",
+        recognised=None,
+        off_by=23.0,
+        done=tuple(names[:done]),
+        missing=("+x-y", *names[done:]),
+        progress=(done, 18),
+        noise="1.2 mg, 0.06 °/s",
+        last_event=Event(EventKind.HOLD_TAKEN, 250.0, "−y taken, 23° from the corner of nothing"),
+        holds=13,
+    )
+
+
+def up_down_status() -> Status:
+    """In the up/down step, with one axis complete."""
+    return Status(
+        step=StepKind.UP_DOWN,
+        elapsed=45.0,
+        instruction="TURN −Y UP",
+        detail="the −y face on top",
+        guidance="88° away: turn it about x, to the right",
+        still=still(),
+        up=(0.0, 0.05, 0.998),
+        wanted="-y",
+        off_by=88.0,
+        done=("+x", "-x", "+z"),
+        missing=("+y", "-y", "-z"),
+        progress=(3, 6),
+        start_values=(
+            AxisStart("x", 9.93, -9.71, 0.11, 9.82),
+            AxisStart("y"),
+            AxisStart("z", 9.71, None),
+        ),
+        noise="1.2 mg, 0.06 °/s",
+        holds=3,
+    )
+
+
+def settle_status() -> Status:
+    """Measuring the noise."""
+    return Status(
+        step=StepKind.SETTLE,
+        elapsed=4.0,
+        instruction="LAY IT DOWN",
+        detail="on something solid, hands off",
+        still=still(4.0),
+        up=(0.0, 0.05, 0.998),
+        progress=(4.0, 10.0),
+    )
+
+
+def rotations_status() -> Status:
+    """In the rotations about x."""
+    return Status(
+        step=StepKind.ROTATIONS,
+        elapsed=400.0,
+        instruction="ROTATE ABOUT X",
+        detail="z is up: turn it to the right and stop",
+        guidance="then hold still for 3 s",
+        still=moving(),
+        up=(0.0, 0.7, 0.7),
+        progress=(3, 18),
+        rotation=RotationStatus(
+            "x", "+z", 87.0, 104.0, 131.0, 250.0, (92.0, -78.0, 140.0), 6, True, 2, "go slower"
+        ),
+        noise="1.2 mg, 0.06 °/s",
+        holds=30,
+        rotations=3,
+    )
+
+
+def hold(pose: str = "+x", scale: float = 1.0) -> Hold:
+    """A hold in a pose."""
+    mean = GRAVITY * scale * DIRECTIONS[pose]
+    return Hold(0.0, 2.0, mean, np.eye(3) * 1e-8, np.zeros(3), np.eye(3) * 1e-10, 200, 24.6, pose)
+
+
+def report(validated: bool = False) -> FitReport:
+    """A fit with something missing in the gyroscope."""
+    rng = np.random.default_rng(1)
+    eye = np.eye(3)
+    accelerometer = SensorFit(
+        "accelerometer", ("bias", "scale", "non-orthogonality"), "least_squares", "own",
+        eye * 1.01, np.array([0.1, -0.2, 0.05]), "m/s^2",
+        (
+            Parameter("bias_x", 0.1, 0.0004, "m/s^2"),
+            Parameter("sensitivity_x", 0.991, 0.00005, ""),
+            Parameter("non_orthogonality_xy", 0.012, 0.00007, "rad"),
+            Parameter("non_orthogonality_yz", 0.0, None, "rad", carried=False),
+        ),
+        "m/s^2", 0.308, 0.00108, 0.00157, 0.0009, rng.normal(0, 0.001, 24),
+        validation_rms=0.0019 if validated else None,
+    )  # fmt: skip
+    gyroscope = SensorFit(
+        "gyroscope", ("bias", "scale", "non-orthogonality"), "vector", "accelerometer",
+        eye, np.zeros(3), "rad/s",
+        (Parameter("bias_x", 0.01, 0.0001, "rad/s"),),
+        "rad", 0.0838, 0.0091, 0.0108, 0.0018, rng.normal(0, 0.009, 18),
+    )  # fmt: skip
+    comparison = tuple(
+        AxisComparison(axis, 6, 0.0101, 0.975, 0.004, 0.0102, 0.0003, 0.976, 0.002,
+                       0.0101, 0.9752, 0.0006)
+        for axis in "xyz"
+    )  # fmt: skip
+    return FitReport(
+        GRAVITY,
+        {"accelerometer": 100.0, "gyroscope": 100.0},
+        tuple(hold(name) for name in (*FACES, *FACES, *EDGES)),
+        (),
+        {"accelerometer": accelerometer, "gyroscope": gyroscope},
+        comparison,
+        (
+            "The accelerometer is as good as its noise allows: 0.16 mg on directions not seen.",
+            "The gyroscope's closure is 6 times what the noise makes: something is missing.",
+        ),
+        ("the stream lost 3 samples",),
+    )
+
+
+def services(source: FakeSource, path: Path = Path("calibration.json")) -> Services:
+    """Services around one fake source."""
+
+    def save(_report: FitReport) -> Saved:
+        return Saved(path, (f"saved {path}",))
+
+    def open_source(_choice: SourceChoice) -> FakeSource:
+        return source
+
+    return Services(open_source, lambda _collected, _snapshot: report(), save)

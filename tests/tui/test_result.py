@@ -1,0 +1,107 @@
+"""The result, its table, the validation and the place where it is saved."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.report_rows import summary_rows
+from imucal_wizard.tui.settings import Settings
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from tests.tui import fakes
+from tests.tui.waiting import seen, shows, until
+
+USUAL = (80, 24)
+LARGE = (160, 50)
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[int, int]) -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=size) as pilot:
+        await shows(
+            pilot, "as good as its noise allows", "31.4 mg →  0.110 mg", "0.160 mg",
+            "4.80° →    0.521°", "0.619°", "▲", "begins by itself in",
+        )  # fmt: skip
+
+
+async def test_everything_is_reached_by_scrolling() -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "31.4 mg")
+        await pilot.press("pagedown")
+        await shows(pilot, "nine parameters", "0.97520 ± 0.00060")
+        await pilot.press("end")
+        await shows(pilot, "−y−z")
+
+
+async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "31.4 mg")
+        await pilot.press("t")
+        await shows(
+            pilot, "bias_x", "0.100000 ± 0.00040", "m/s²", "not carried", "M · (reading − b)"
+        )
+        await pilot.press("escape")
+        await until(pilot, lambda: "not carried" not in seen(pilot))
+
+
+async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
+    source = fakes.FakeSource(RESULT)
+    app = WizardApp(fakes.services(source), Settings(countdown=0.1), VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: ("validate", "") in source.commands)
+        await shows(pilot, "▸VALIDATE")
+
+
+async def test_any_key_stops_the_countdown() -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "begins by itself in")
+        await pilot.press("down")
+        await until(pilot, lambda: "by itself" not in seen(pilot))
+        await pilot.press("s")
+        await shows(pilot, "calibration.json")
+
+
+async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    path = tmp_path / "calibration.json"
+    app = WizardApp(fakes.services(source, path), Settings(quit_after=True), VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: not app.is_running)
+    assert app.return_value is not None
+    assert app.return_value.path == path
+
+
+async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -> None:
+    def refuse(_collected: object, _snapshot: object) -> FitReport:
+        raise DataError("4 holds do not carry a fit; hold at least 6 poses")
+
+    source = fakes.FakeSource(RESULT)
+    services = replace(fakes.services(source), fit=refuse)
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▲ 4 holds do not carry a fit", "b goes back")
+        await pilot.press("b")
+        await until(pilot, lambda: ("back", "") in source.commands)
+
+
+def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
+    rows = ["".join(text for text, _ in row) for row in summary_rows(fakes.report(True), 76)]
+    head = next(row for row in rows if "held out" in row)
+    sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
+    assert "new poses" in head
+    assert "0.194 mg" in sensor
+
+
+@pytest.mark.parametrize("width", [60, 76, 150])
+def test_no_row_of_the_summary_is_wider_than_the_page(width: int) -> None:
+    for row in summary_rows(fakes.report(), max(76, width)):
+        assert sum(len(text) for text, _ in row) <= max(76, width)

@@ -1,0 +1,203 @@
+"""Every step says what to do, why it waits and how far it is, at the sizes people have."""
+
+from dataclasses import replace
+
+import pytest
+
+from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.settings import Settings
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.widgets.big_text import BigText
+from tests.tui import fakes
+from tests.tui.waiting import seen, shows, until
+
+USUAL = (80, 24)
+LARGE = (160, 50)
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def app_with(source: fakes.FakeSource, settings: Settings | None = None) -> WizardApp:
+    return WizardApp(fakes.services(source), settings, VIRTUAL)
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_a_pose_is_told_with_words_drawing_reason_progress_and_list(
+    size: tuple[int, int],
+) -> None:
+    app = app_with(fakes.FakeSource(fakes.poses_status()))
+    async with app.run_test(size=size) as pilot:
+        text = await shows(
+            pilot,
+            "7 of 18 done",
+            "the edge between the +x and −y faces on top",
+            "23° away: turn it about z, to the left",
+            "z turns at 2.9 °/s, limit 0.80",
+            "0.0 of 2.0 s",
+            "18 POSES",
+            "now",
+            "wanted",
+            "+x−y ◎",
+            "+x+y ●",
+            "+y−z ·",
+            "100.0 Hz, 0 lost, 24.6 °C",
+            "noise 1.2 mg, 0.06 °/s",
+            "? help",
+            "u undo",
+            "q quit",
+        )
+        assert "██" in text or "█▀" in text  # the instruction in block letters
+        assert app.screen.query_one(BigText).text == "TURN +X −Y UP"
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_up_down_shows_the_start_values_live(size: tuple[int, int]) -> None:
+    source = fakes.FakeSource(fakes.up_down_status())
+    async with app_with(source).run_test(size=size) as pilot:
+        await shows(
+            pilot, "3 of 6", "+x ●", "−y ◎", "yes ●", "1.3 of 2.0 s",
+            "bias 0.110 m/s²", "sensitivity 9.820 m/s² per g",
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_settle_counts_the_seconds_measured(size: tuple[int, int]) -> None:
+    async with app_with(fakes.FakeSource(fakes.settle_status())).run_test(size=size) as pilot:
+        await shows(pilot, "4 of 10 s measured", "hands off", "4.0 of 10 s", "SETTLE")
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_a_rotation_shows_angle_rate_range_and_what_is_wanted(size: tuple[int, int]) -> None:
+    async with app_with(fakes.FakeSource(fakes.rotations_status())).run_test(size=size) as pilot:
+        await shows(
+            pilot, "+87°", "104 °/s, fastest 131, range 250", "good", "3 of 6", "+92° −78° +140°",
+            "both senses ✓", "three speeds ✗", "go slower", "do this",
+        )  # fmt: skip
+
+
+async def test_a_terminal_that_is_too_small_says_so_and_recovers_when_it_grows() -> None:
+    app = app_with(fakes.FakeSource(fakes.poses_status()))
+    async with app.run_test(size=(60, 20)) as pilot:
+        text = await shows(pilot, "60×20", "80×24")
+        assert "of 18" not in text
+        await pilot.resize_terminal(*USUAL)
+        await shows(pilot, "7 of 18 done", "+x−y ◎", "q quit")
+
+
+async def test_a_problem_comes_before_the_ways_out_and_these_before_the_last_event() -> None:
+    status = replace(
+        fakes.poses_status(),
+        offers=(
+            Offer("loosen", "l", "widen the limits to 1.6 times"),
+            Offer("take", "t", "take it anyway, marked hand-held"),
+        ),
+    )
+    source = fakes.FakeSource(status)
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "l  widen the limits", "t  take it anyway", "−y taken")
+        source.stream = replace(source.stream, connected=False, problem="unplugged: plug it in")
+        source.say(status)
+        text = await shows(pilot, "▲ unplugged: plug it in", "l  widen", "t  take")
+        assert "−y taken" not in text
+
+
+async def test_the_key_of_an_offer_gives_its_command() -> None:
+    status = replace(fakes.poses_status(), offers=(Offer("take", "t", "take it anyway"),))
+    source = fakes.FakeSource(status)
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "take it anyway")
+        await pilot.press("t", "u")
+        await until(pilot, lambda: ("undo", "") in source.commands)
+        assert source.commands == [("take", ""), ("undo", "")]
+
+
+async def test_the_screen_follows_the_machine_forwards_and_backwards() -> None:
+    source = fakes.FakeSource(fakes.settle_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸SETTLE")
+        for status, sign in (
+            (fakes.up_down_status(), "▸UP/DOWN"),
+            (fakes.poses_status(), "▸18 POSES"),
+            (fakes.rotations_status(), "▸ROTATIONS"),
+            (fakes.poses_status(), "▸18 POSES"),
+        ):
+            source.say(status)
+            await shows(pilot, sign)
+
+
+async def test_text_from_a_device_is_neither_markup_nor_a_command_to_the_terminal() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    source.stream = replace(source.stream, source="[bold red]x[/] \x1b[2J\x07 [/nothing]")
+    async with app_with(source).run_test(size=LARGE) as pilot:
+        text = await shows(pilot, "[bold red]x[/]", "[/nothing]")
+        assert "\x1b" not in text
+        assert "\x07" not in text
+
+
+async def test_help_is_in_plain_words_and_closes_again() -> None:
+    async with app_with(fakes.FakeSource(fakes.rotations_status())).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ROTATIONS")
+        await pilot.press("question_mark")
+        await shows(pilot, "Hold still, turn the device about the axis", "takes back the last hold")
+        await pilot.press("escape")
+        await until(pilot, lambda: "takes back" not in seen(pilot))
+
+
+async def test_quitting_asks_nothing_and_stops_the_source() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    app = app_with(source)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18")
+        await pilot.press("q")
+        await until(pilot, lambda: not app.is_running)
+    assert not source.running
+    assert app.return_value is None
+
+
+async def test_every_state_change_is_heard_until_the_sound_is_off() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    app = app_with(source)
+    rung: list[int] = []
+    app.bell = lambda: rung.append(1)  # type: ignore[method-assign]  # the terminal's bell
+    app.sounds = type(app.sounds)(app.bell, app.set_timer, lambda: float(100 * len(rung)))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18")
+        source.happen(Event(EventKind.STEP_DONE, 1.0, "all 18 poses done"))
+        await until(pilot, lambda: len(rung) == 3)
+        await pilot.press("m")
+        await shows(pilot, "sound off")
+        source.happen(Event(EventKind.HOLD_TAKEN, 2.0, "a hold nobody hears"))
+        await shows(pilot, "a hold nobody hears")
+        assert len(rung) == 3
+
+
+async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        assert "snap" not in await shows(pilot, "7 of 18")
+    source = fakes.FakeSource(fakes.poses_status())
+    source.hand = hand = fakes.FakeHand()  # type: ignore[attr-defined]  # only some sources have one
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18", "space snap", "T tremble", "H hand does it")
+        await pilot.press("left", "d", "space", "T")
+        await until(pilot, lambda: hand.trembling)
+        assert hand.told == [("z", 15.0), ("x", 15.0), ("snap", "+x-y")]
+
+
+async def test_a_recording_that_ends_in_the_middle_goes_to_its_result() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    source.finished = True
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: ("goto", "result") in source.commands)
+
+
+async def test_steps_that_were_skipped_are_marked() -> None:
+    status = replace(fakes.rotations_status(), skipped=((StepKind.UP_DOWN, "no start values"),))
+    async with app_with(fakes.FakeSource(status)).run_test(size=USUAL) as pilot:
+        await shows(pilot, "–Up/down", "✓18 poses", "▸ROTATIONS")
+
+
+async def test_nothing_said_yet_is_no_reason_to_fail() -> None:
+    app = app_with(fakes.FakeSource(Status(step=StepKind.POSES)))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES", "listening")

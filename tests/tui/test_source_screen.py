@@ -1,0 +1,91 @@
+"""The source step: what there is, what arrives, whether it makes sense."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from imucal_wizard.errors import LinkError
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.settings import Settings
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from tests.tui import fakes
+from tests.tui.waiting import shows, until
+
+USUAL = (80, 24)
+PORT = SourceChoice(SourceKind.PORT, "/dev/ttyACM0", "/dev/ttyACM0", "2341:8057  Arduino Nano")
+SESSION = SourceChoice(SourceKind.SESSION, "a.imucal", "session of 14:03", "at 18 poses")
+
+
+def _ports() -> Sequence[SourceChoice]:
+    return [PORT]
+
+
+def _sessions() -> Sequence[SourceChoice]:
+    return [SESSION]
+
+
+@pytest.mark.parametrize("size", [USUAL, (160, 50)])
+async def test_the_list_names_ports_sessions_and_the_virtual_imu(size: tuple[int, int]) -> None:
+    services = replace(fakes.services(fakes.FakeSource()), ports=_ports, earlier=_sessions)
+    async with WizardApp(services).run_test(size=size) as pilot:
+        await shows(
+            pilot, "▸SOURCE", "virtual IMU", "/dev/ttyACM0", "2341:8057", "session of 14:03"
+        )
+
+
+async def test_enter_opens_and_enter_again_starts() -> None:
+    source = fakes.FakeSource()
+    async with WizardApp(fakes.services(source)).run_test(size=USUAL) as pilot:
+        await shows(pilot, "virtual IMU")
+        await pilot.press("enter")
+        await shows(
+            pilot, "100.0 Hz", "0 lost", "9.790", "m/s²", "rad/s", "6 decimals", "9.795 m/s²  ✓"
+        )
+        assert source.commands == []
+        await pilot.press("enter")
+        await shows(pilot, "▸SETTLE")
+
+
+async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> None:
+    def refuse(choice: SourceChoice) -> fakes.FakeSource:
+        raise LinkError(f"{choice.target}: no permission; join the group dialout")
+
+    services = replace(fakes.services(fakes.FakeSource()), open_source=refuse, ports=_ports)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "/dev/ttyACM0")
+        await pilot.press("down", "enter")
+        await shows(pilot, "join the group dialout", "virtual IMU")
+
+
+async def test_a_wrong_unit_and_too_few_digits_are_pointed_out() -> None:
+    source = fakes.FakeSource(stream=replace(fakes.STREAM, gravity=1000.0, digits=2))
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▲ at rest it should be near 9.81 m/s²", "2 decimals", "▲ few decimals")
+
+
+async def test_a_typed_url_is_opened_as_a_port() -> None:
+    chosen: list[SourceChoice] = []
+    source = fakes.FakeSource()
+
+    def note(choice: SourceChoice) -> fakes.FakeSource:
+        chosen.append(choice)
+        return source
+
+    services = replace(fakes.services(source), open_source=note)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "virtual IMU")
+        await pilot.press("tab", *"socket://h:1", "enter")
+        await until(pilot, lambda: source.running)
+    assert (chosen[0].kind, chosen[0].target) == (SourceKind.PORT, "socket://h:1")
+
+
+async def test_unattended_and_recordings_start_by_themselves() -> None:
+    source = fakes.FakeSource()
+    app = WizardApp(fakes.services(source), Settings(auto=True), PORT)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸SETTLE")
+    source = fakes.FakeSource()
+    recording = SourceChoice(SourceKind.FILE, "a.csv", "a.csv")
+    async with WizardApp(fakes.services(source), None, recording).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸SETTLE")

@@ -1,0 +1,35 @@
+"""Waiting for what should be seen, never for a time; reading what is seen."""
+
+import asyncio
+import time
+from collections.abc import Callable
+
+from textual.pilot import Pilot
+
+from imucal_wizard.tui.source import Saved
+
+DEADLINE = 20.0
+"""Seconds after which what has not come will not come."""
+
+
+def seen(pilot: Pilot[Saved]) -> str:
+    """The characters of the screen, row by row."""
+    app = pilot.app
+    width, height = app.size
+    rows = app.screen._compositor.render_strips()
+    return "\n".join(strip.text.rstrip() for strip in rows[:height] if strip.cell_length <= width)
+
+
+async def until(pilot: Pilot[Saved], true: Callable[[], bool]) -> None:
+    """Wait until something is true; what is on the screen is shown when it never is."""
+    deadline = time.monotonic() + DEADLINE
+    while not true():
+        assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
+        await pilot.pause()
+        await asyncio.sleep(0.01)
+
+
+async def shows(pilot: Pilot[Saved], *texts: str) -> str:
+    """Wait until all these texts are on the screen; the whole screen then."""
+    await until(pilot, lambda: all(text in seen(pilot) for text in texts))
+    return seen(pilot)
