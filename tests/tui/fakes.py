@@ -266,11 +266,11 @@ def report(validated: bool = False) -> FitReport:
         (),
         {"accelerometer": accelerometer, "gyroscope": gyroscope},
         comparison,
-        (
+        verdict=(
             "The accelerometer is as good as its noise allows: 0.16 mg on directions not seen.",
             "The gyroscope's closure is 6 times what the noise makes: something is missing.",
         ),
-        ("the stream lost 3 samples",),
+        warnings=("the stream lost 3 samples",),
     )
 
 
