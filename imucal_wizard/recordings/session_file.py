@@ -1,0 +1,133 @@
+"""The inside of a session file: an SQLite database with the bytes as they came.
+
+Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (what the
+operator asked for, after which piece of bytes), ``hold``, ``rotation`` and ``event`` (what was made
+of them, for people and other programs; the program itself makes it again from the bytes).
+"""
+
+import json
+import shlex
+import sqlite3
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+from imucal_wizard.errors import SessionError
+
+SUFFIX = ".imucal"
+APPLICATION_ID = 0x494D5543
+"""``IMUC`` in the header of the file, by which it is known."""
+VERSION = 1
+"""Version of the tables, in the file's ``user_version``."""
+_MAGIC = b"SQLite format 3\0"
+_BUSY_SECONDS = 0.5
+
+SCHEMA = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE raw (id INTEGER PRIMARY KEY, arrival REAL NOT NULL, data BLOB NOT NULL);
+CREATE TABLE command (id INTEGER PRIMARY KEY, after_raw INTEGER NOT NULL,
+                      sample_index INTEGER NOT NULL, name TEXT NOT NULL, argument TEXT NOT NULL);
+CREATE TABLE hold (id INTEGER PRIMARY KEY, start REAL NOT NULL, end REAL NOT NULL,
+                   pose TEXT, value TEXT NOT NULL);
+CREATE TABLE rotation (id INTEGER PRIMARY KEY, start REAL NOT NULL, end REAL NOT NULL,
+                       axis TEXT, problem TEXT, value TEXT NOT NULL);
+CREATE TABLE event (id INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NULL,
+                    text TEXT NOT NULL);
+"""
+
+
+def is_database(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_MAGIC)) == _MAGIC
+    except OSError:
+        return False
+
+
+def connect(path: Path) -> sqlite3.Connection:
+    """Open an existing session file and make sure that it is one.
+
+    Raises:
+        SessionError: it is missing, no session, damaged, or of another version.
+    """
+    if not path.exists():
+        raise SessionError(f"{path}: there is no such session; check the name")
+    if not is_database(path):
+        raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")
+    with explaining(path), ExitStack() as on_failure:
+        connection = sqlite3.connect(
+            path, timeout=_BUSY_SECONDS, isolation_level=None, check_same_thread=False
+        )
+        on_failure.callback(connection.close)
+        _identify(connection, path)
+        on_failure.pop_all()
+    return connection
+
+
+def _identify(connection: sqlite3.Connection, path: Path) -> None:
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    if application != APPLICATION_ID:
+        raise SessionError(f"{path} is a database of another program, not a session; give another")
+    if version != VERSION:
+        newer = "a newer" if version > VERSION else "an older"
+        raise SessionError(
+            f"{path} was written by {newer} imucal-wizard (session version {version}, this program"
+            f" reads {VERSION}); open it with that one, or update this one"
+        )
+
+
+def explained(path: Path, error: sqlite3.Error) -> SessionError:
+    """What an error of the database means, and what to do."""
+    if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
+        return SessionError(
+            f"{path} is being written by another imucal-wizard; close that one first"
+        )
+    if isinstance(error, sqlite3.OperationalError) and "full" in str(error):
+        return SessionError(f"{path}: the disk is full; make room, what was measured is safe")
+    if isinstance(error, sqlite3.OperationalError) and "readonly" in str(error):
+        return SessionError(f"{path} cannot be written; check who owns the file and its folder")
+    return SessionError(
+        f"{path} is damaged ({error}); save what can be read with"
+        f" sqlite3 {shlex.quote(str(path))} .recover, or measure again"
+    )
+
+
+@contextmanager
+def explaining(path: Path) -> Iterator[None]:
+    """Turn errors of the database within into errors that say what to do.
+
+    Raises:
+        SessionError: instead of an error of the database.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise explained(path, error) from error
+
+
+def meta(connection: sqlite3.Connection) -> dict[str, Any]:
+    """All settings by name."""
+    rows = connection.execute("SELECT key, value FROM meta")
+    try:
+        return {key: json.loads(value) for key, value in rows}
+    except ValueError as error:
+        raise sqlite3.DatabaseError(f"a setting is garbled: {error}") from error
+
+
+def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
+    """Number, arrival time in seconds and bytes of each piece, in order."""
+    yield from connection.execute("SELECT id, arrival, data FROM raw ORDER BY id")
+
+
+def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
+    """The settings of a session and its bytes with their arrival times.
+
+    Raises:
+        SessionError: the file cannot be read.
+    """
+    with explaining(path), closing(connect(path)) as connection:
+        connection.execute("PRAGMA query_only = 1")
+        return meta(connection), [(arrival, data) for _, arrival, data in raw(connection)]

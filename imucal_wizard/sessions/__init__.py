@@ -1,0 +1,15 @@
+"""One SQLite file per session, written as the bytes arrive, and the list of them."""
+
+from imucal_wizard.recordings.session_file import SUFFIX
+from imucal_wizard.sessions.catalogue import SessionInfo, default_directory, list_sessions, new_path
+from imucal_wizard.sessions.session import Command, Session
+
+__all__ = [
+    "SUFFIX",
+    "Command",
+    "Session",
+    "SessionInfo",
+    "default_directory",
+    "list_sessions",
+    "new_path",
+]

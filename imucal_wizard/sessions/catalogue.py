@@ -1,0 +1,87 @@
+"""Which sessions there are, and how far each of them came."""
+
+import datetime as dt
+import sqlite3
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from imucal_wizard.errors import SessionError
+from imucal_wizard.recordings import session_file
+from imucal_wizard.recordings.session_file import SUFFIX, explaining
+
+
+@dataclass(frozen=True)
+class SessionInfo:
+    """One session file at a glance.
+
+    Attributes:
+        path: the file.
+        created: when it was begun, seconds since 1970.
+        source: what was read, in words.
+        step: name of the step it had reached, or "".
+        seconds: how long bytes were taken down.
+        holds: how many holds it has.
+        rotations: how many rotations it has.
+        problem: why it cannot be read, or "".
+    """
+
+    path: Path
+    created: float = 0.0
+    source: str = ""
+    step: str = ""
+    seconds: float = 0.0
+    holds: int = 0
+    rotations: int = 0
+    problem: str = ""
+
+    @property
+    def finished(self) -> bool:
+        """Whether its result was reached or saved, so that nothing is left to measure."""
+        return self.step in ("result", "validate", "save")
+
+
+def default_directory() -> Path:
+    """The folder of this user's sessions."""
+    from platformdirs import user_data_path
+
+    return user_data_path("imucal-wizard", appauthor=False) / "sessions"
+
+
+def new_path(directory: Path, now: dt.datetime) -> Path:
+    """A name for a session begun now that no file in the folder has."""
+    stem = f"{now:%Y-%m-%d_%H%M%S}"
+    path, number = directory / f"{stem}{SUFFIX}", 2
+    while path.exists():
+        path, number = directory / f"{stem}-{number}{SUFFIX}", number + 1
+    return path
+
+
+def list_sessions(directory: Path) -> list[SessionInfo]:
+    """The sessions in a folder, newest first; one that cannot be read says why."""
+    found = [_info(path) for path in sorted(directory.glob(f"*{SUFFIX}"), reverse=True)]
+    return sorted(found, key=lambda info: info.created, reverse=True)
+
+
+def _info(path: Path) -> SessionInfo:
+    try:
+        with explaining(path), closing(session_file.connect(path)) as connection:
+            return _read(path, connection)
+    except SessionError as error:
+        return SessionInfo(path, created=path.stat().st_mtime, problem=str(error))
+
+
+def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
+    about = session_file.meta(connection)
+    first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
+    holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
+    rotations = connection.execute("SELECT count(*) FROM rotation").fetchone()[0]
+    return SessionInfo(
+        path,
+        float(about.get("created", 0.0)),
+        str(about.get("source", "")),
+        str(about.get("step", "")),
+        0.0 if first is None else last - first,
+        holds,
+        rotations,
+    )

@@ -1,0 +1,217 @@
+"""The file of a session: what arrived, as it arrived, and what was made of it.
+
+Bytes and commands are enough to come back to the same state; holds, rotations and events are
+written beside them as they are finished. A crash loses at most what came in the last half second.
+"""
+
+import json
+import sqlite3
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from imucal_wizard import __version__
+from imucal_wizard.errors import SessionError
+from imucal_wizard.procedure.state import Collected, Event
+from imucal_wizard.recordings import session_file
+from imucal_wizard.recordings.session_file import explaining
+from imucal_wizard.sessions.findings import Findings
+
+COMMIT_SECONDS = 0.5
+"""How far the file on disk may lie behind what has arrived."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the operator asked for, and when.
+
+    Attributes:
+        after_raw: number of the last piece of bytes taken before it.
+        sample_index: how many samples the procedure had been fed.
+        name: the command.
+        argument: its argument.
+    """
+
+    after_raw: int
+    sample_index: int
+    name: str
+    argument: str
+
+
+class Session:
+    """A session file being written. Used by one thread at a time.
+
+    Every method raises ``SessionError`` when the file can no longer be read or written.
+    """
+
+    def __init__(
+        self, path: Path, connection: sqlite3.Connection, clock: Callable[[], float]
+    ) -> None:
+        self.path = path
+        self._connection = connection
+        self._clock = clock
+        self._committed = clock()
+        self._last_raw = 0
+        self._last_arrival: float | None = None
+        self._findings = Findings()
+
+    @classmethod
+    def create(
+        cls, path: Path, about: dict[str, Any], *, clock: Callable[[], float] = time.monotonic
+    ) -> "Session":
+        """A new file.
+
+        Args:
+            path: where; its folder is made when it is missing.
+            about: first settings, values that JSON can hold.
+            clock: seconds, by which the commits are spaced.
+
+        Raises:
+            SessionError: it exists already or cannot be written.
+        """
+        if path.exists():
+            raise SessionError(f"{path} exists already; resume it, or give another name")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+        except (OSError, sqlite3.Error) as error:
+            raise SessionError(
+                f"{path} cannot be written ({error}); give another folder with --session"
+            ) from error
+        session = cls(path, connection, clock)
+        with session._explaining():
+            session._set_up()
+        for key, value in {"program": __version__, "created": time.time(), **about}.items():
+            session.set_meta(key, value)
+        session.commit()
+        return session
+
+    @classmethod
+    def open(cls, path: Path, *, clock: Callable[[], float] = time.monotonic) -> "Session":
+        """An existing file, to be continued.
+
+        Raises:
+            SessionError: it cannot be read, or another program is writing it.
+        """
+        session = cls(path, session_file.connect(path), clock)
+        with session._explaining():
+            session._write_ahead()
+            session._connection.execute("BEGIN IMMEDIATE")
+            last = session._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
+        session._last_raw, session._last_arrival = last[0] or 0, last[1]
+        return session
+
+    def _set_up(self) -> None:
+        self._connection.execute(f"PRAGMA application_id = {session_file.APPLICATION_ID}")
+        self._connection.execute(f"PRAGMA user_version = {session_file.VERSION}")
+        self._write_ahead()
+        self._connection.executescript(session_file.SCHEMA)
+        self._connection.execute("BEGIN IMMEDIATE")
+
+    def _write_ahead(self) -> None:
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.execute("PRAGMA synchronous = NORMAL")
+
+    def _explaining(self) -> AbstractContextManager[None]:
+        return explaining(self.path)
+
+    @property
+    def last_raw(self) -> int:
+        """Number of the newest piece of bytes; 0 before the first."""
+        return self._last_raw
+
+    @property
+    def last_arrival(self) -> float | None:
+        """Arrival of the newest piece, s; None before the first."""
+        return self._last_arrival
+
+    def write_raw(self, arrival: float, data: bytes) -> None:
+        """Write down what has come, before anything is made of it.
+
+        Args:
+            arrival: seconds on the session's own clock, which never goes back.
+            data: the bytes.
+        """
+        with self._explaining():
+            self._last_raw += 1
+            self._connection.execute(
+                "INSERT INTO raw VALUES (?, ?, ?)", (self._last_raw, arrival, data)
+            )
+        self._last_arrival = arrival
+        self.commit_when_due()
+
+    def write_command(self, sample_index: int, name: str, argument: str = "") -> None:
+        """Write down what the operator asked for, before it is obeyed."""
+        with self._explaining():
+            self._connection.execute(
+                "INSERT INTO command VALUES (NULL, ?, ?, ?, ?)",
+                (self._last_raw, sample_index, name, argument),
+            )
+        self.commit()
+
+    def write_findings(self, collected: Collected) -> None:
+        """Write down the holds and rotations finished so far; those taken back are forgotten."""
+        with self._explaining():
+            self._findings.write(self._connection, collected)
+
+    def write_events(self, events: Sequence[Event]) -> None:
+        """Write down what happened."""
+        rows = [(event.time, str(event.kind), event.text) for event in events]
+        with self._explaining():
+            self._connection.executemany("INSERT INTO event VALUES (NULL, ?, ?, ?)", rows)
+
+    def set_meta(self, key: str, value: Any) -> None:
+        """Set one setting to a value that JSON can hold."""
+        with self._explaining():
+            self._connection.execute(
+                "INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value))
+            )
+
+    def meta(self) -> dict[str, Any]:
+        """All settings."""
+        with self._explaining():
+            return session_file.meta(self._connection)
+
+    def raw(self) -> Iterator[tuple[int, float, bytes]]:
+        """Number, arrival and bytes of each piece, in order."""
+        with self._explaining():
+            yield from session_file.raw(self._connection)
+
+    def commands(self) -> list[Command]:
+        """All commands, in order."""
+        with self._explaining():
+            rows = self._connection.execute(
+                "SELECT after_raw, sample_index, name, argument FROM command ORDER BY id"
+            )
+            return [Command(*row) for row in rows]
+
+    def commit_when_due(self) -> None:
+        """Bring what was written to the disk when half a second has passed."""
+        if self._clock() - self._committed >= COMMIT_SECONDS:
+            self.commit()
+
+    def commit(self) -> None:
+        """Bring what was written to the disk."""
+        with self._explaining():
+            if self._connection.in_transaction:
+                self._connection.execute("COMMIT")
+            self._connection.execute("BEGIN IMMEDIATE")
+        self._committed = self._clock()
+
+    def close(self) -> None:
+        """Write everything and let go of the file."""
+        try:
+            with self._explaining():
+                if self._connection.in_transaction:
+                    self._connection.execute("COMMIT")
+        finally:
+            self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
