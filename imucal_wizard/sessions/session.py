@@ -8,7 +8,7 @@ import json
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -97,10 +97,12 @@ class Session:
             SessionError: it cannot be read, or another program is writing it.
         """
         session = cls(path, session_file.connect(path), clock)
-        with session._explaining():
+        with session._explaining(), ExitStack() as on_failure:
+            on_failure.callback(session._connection.close)
             session._write_ahead()
             session._connection.execute("BEGIN IMMEDIATE")
             last = session._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
+            on_failure.pop_all()
         session._last_raw, session._last_arrival = last[0] or 0, last[1]
         return session
 

@@ -1,0 +1,230 @@
+"""A session on disk: what it keeps, what it survives, and what it says of files it cannot use."""
+
+import datetime as dt
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.errors import SessionError
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.procedure.state import Collected, Event, EventKind
+from imucal_wizard.recordings import session_file
+from imucal_wizard.sessions import Command, Session, list_sessions, new_path
+
+
+class Clock:
+    """A clock that goes when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        """The time it was set to."""
+        return self.now
+
+
+def _hold(start: float, pose: str) -> Hold:
+    return Hold(
+        start, start + 2.0, np.array([0.0, 0.0, 9.8]), np.eye(3) * 1e-8, None, None, 200, 25.0, pose
+    )
+
+
+def _on_disk(path: Path, table: str) -> int:
+    with sqlite3.connect(path) as connection:
+        count: int = connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608 - names from the tests
+    return count
+
+
+def test_bytes_commands_and_settings_come_back_as_they_were_written(tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "a.imucal"
+    with Session.create(path, {"source": "a device", "setup": {"rate": 100.0}}) as session:
+        session.write_raw(0.25, b"1,2,3\n\x00\xff")
+        session.write_command(3, "start")
+        session.write_raw(0.5, b"4,5,6\n")
+        session.write_command(9, "goto", "poses")
+        session.set_meta("step", "settle")
+    with Session.open(path) as session:
+        assert list(session.raw()) == [(1, 0.25, b"1,2,3\n\x00\xff"), (2, 0.5, b"4,5,6\n")]
+        assert session.commands() == [Command(1, 3, "start", ""), Command(2, 9, "goto", "poses")]
+        about = session.meta()
+        assert (about["source"], about["setup"], about["step"]) == (
+            "a device",
+            {"rate": 100.0},
+            "settle",
+        )
+        assert (session.last_raw, session.last_arrival) == (2, 0.5)
+
+
+def test_what_is_written_after_opening_again_goes_on_where_it_ended(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    with Session.create(path, {}) as session:
+        session.write_raw(0.0, b"one")
+    with Session.open(path) as session:
+        session.write_raw(1.0, b"two")
+        assert [data for _, _, data in session.raw()] == [b"one", b"two"]
+
+
+def test_bytes_are_on_disk_half_a_second_after_they_came(tmp_path: Path) -> None:
+    clock = Clock()
+    path = tmp_path / "a.imucal"
+    session = Session.create(path, {}, clock=clock)
+    session.write_raw(0.0, b"first")
+    assert _on_disk(path, "raw") == 0
+    clock.now = 0.5
+    session.commit_when_due()
+    assert _on_disk(path, "raw") == 1
+    session.close()
+
+
+_WRITER = """
+import sys
+from pathlib import Path
+from imucal_wizard.sessions import Session
+session = Session.create(Path(sys.argv[1]), {})
+number = 0
+while True:
+    number += 1
+    session.write_raw(number / 100, b"line %d\\n" % number)
+    if number % 1000 == 0:
+        print(number, flush=True)
+"""
+
+
+def test_a_session_survives_the_sudden_death_of_its_program(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    process = subprocess.Popen([sys.executable, "-c", _WRITER, str(path)], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    while not path.exists() or _committed(path) < 100:
+        assert process.stdout.readline()
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    with Session.open(path) as session:
+        pieces = [data for _, _, data in session.raw()]
+        assert pieces == [b"line %d\n" % number for number in range(1, len(pieces) + 1)]
+        assert len(pieces) >= 100
+        session.write_raw(session.last_arrival or 0.0, b"goes on")
+
+
+def _committed(path: Path) -> int:
+    try:
+        return _on_disk(path, "raw")
+    except sqlite3.OperationalError:  # the tables are not there yet
+        return 0
+
+
+def test_holds_and_rotations_are_written_when_finished_and_forgotten_when_undone(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "a.imucal"
+    first, second = _hold(0.0, "+x"), _hold(5.0, "-x")
+    turn = Rotation(first, second, np.arange(3.0), np.zeros((3, 3)), "z", None)
+    with Session.create(path, {}) as session:
+        session.write_findings(Collected((first, second), (turn,)))
+        session.write_findings(Collected((first,), ()))
+        session.write_events([Event(EventKind.UNDONE, 7.0, "taken back")])
+    with sqlite3.connect(path) as connection:
+        assert connection.execute("SELECT start, end, pose FROM hold").fetchall() == [
+            (0.0, 2.0, "+x")
+        ]
+        assert connection.execute("SELECT count(*) FROM rotation").fetchone() == (0,)
+        assert connection.execute("SELECT kind, text FROM event").fetchall() == [
+            ("undone", "taken back")
+        ]
+
+
+def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    Session.create(path, {}).close()
+    with pytest.raises(SessionError, match="exists already; resume it"):
+        Session.create(path, {})
+
+
+def test_a_session_that_is_being_written_cannot_be_opened_twice(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    with Session.create(path, {}), pytest.raises(SessionError, match="another imucal-wizard"):
+        Session.open(path)
+
+
+def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    with Session.create(path, {"source": "x"}) as session:
+        session.write_raw(0.0, b"one")
+        session.commit()
+        about, pieces = session_file.read_raw(path)
+    assert (about["source"], pieces) == ("x", [(0.0, b"one")])
+
+
+def _foreign(path: Path) -> None:
+    with sqlite3.connect(path) as connection:
+        connection.execute("CREATE TABLE raw (id)")
+
+
+def _newer(path: Path) -> None:
+    Session.create(path, {}).close()
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA user_version = 99")
+
+
+def _damaged(path: Path) -> None:
+    with Session.create(path, {}) as session:
+        for number in range(200):
+            session.write_raw(float(number), b"x" * 1000)
+    data = path.read_bytes()
+    path.write_bytes(data[:4096] + b"\xff" * (len(data) - 4096))
+
+
+def _text(path: Path) -> None:
+    path.write_text("t,ax,ay,az\n")
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (_foreign, "a database of another program"),
+        (_newer, "written by a newer imucal-wizard .session version 99"),
+        (_damaged, "is damaged .* sqlite3 .* .recover"),
+        (_text, "is no session of this program"),
+        (lambda _: None, "no such session"),
+    ],
+)
+def test_a_file_that_is_no_usable_session_is_refused_with_the_reason(
+    tmp_path: Path, make: object, says: str
+) -> None:
+    path = tmp_path / "a.imucal"
+    assert callable(make)
+    make(path)
+    with pytest.raises(SessionError, match=says):
+        Session.open(path)
+
+
+def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
+    tmp_path: Path,
+) -> None:
+    with Session.create(tmp_path / "old.imucal", {"source": "IMU", "created": 1.0}) as session:
+        session.write_raw(10.0, b"a")
+        session.write_raw(25.0, b"b")
+        session.write_findings(Collected((_hold(0.0, "+x"),), ()))
+        session.set_meta("step", "poses")
+    Session.create(tmp_path / "new.imucal", {"created": 2.0, "step": "save"}).close()
+    _text(tmp_path / "broken.imucal")
+    broken, new, old = list_sessions(tmp_path)
+    assert "is no session" in broken.problem
+    assert (new.path.name, new.finished) == ("new.imucal", True)
+    assert (old.source, old.step, old.seconds, old.holds) == ("IMU", "poses", 15.0, 1)
+    assert not old.finished
+
+
+def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:
+    now = dt.datetime(2031, 5, 6, 7, 8, 9, tzinfo=dt.UTC)
+    first = new_path(tmp_path, now)
+    Session.create(first, {}).close()
+    assert first.name == "2031-05-06_070809.imucal"
+    assert new_path(tmp_path, now).name == "2031-05-06_070809-2.imucal"
