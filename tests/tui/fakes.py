@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, EDGES, FACES
@@ -22,7 +23,7 @@ from imucal_wizard.procedure.state import (
     StillStatus,
 )
 from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
-from imucal_wizard.tui.source import Saved, Services, SourceChoice
+from imucal_wizard.tui.source import Inquiry, Saved, Services, SourceChoice
 
 GRAVITY = 9.80665
 STREAM = StreamStatus(
@@ -70,7 +71,8 @@ class FakeSource:
         self.running = False
         self.finished = False
         self.events: tuple[Event, ...] = ()
-        self.setups: list[object] = []
+        self.setups: list[StreamSetup] = []
+        self.asked: Inquiry | None = None
         self.stream = stream
         self.say(status or Status())
 
@@ -102,6 +104,15 @@ class FakeSource:
         }
         if name in following:
             self.say(replace(self.status, step=following[name]))
+
+    def set_setup(self, setup: StreamSetup) -> None:
+        """Noted; then nothing must be asked any more."""
+        self.setups.append(setup)
+        self.asked = None
+
+    def inquiry(self) -> Inquiry | None:
+        """What a test wants to be asked."""
+        return self.asked
 
     def collected(self) -> Collected:
         """Nothing."""

@@ -201,3 +201,25 @@ async def test_nothing_said_yet_is_no_reason_to_fail() -> None:
     app = app_with(fakes.FakeSource(Status(step=StepKind.POSES)))
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "▸18 POSES", "listening")
+
+
+async def test_skipping_states_its_consequence_first() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions", "s skip it")
+        assert source.commands == []
+        await pilot.press("s")
+        await until(pilot, lambda: source.commands == [("skip", "")])
+
+
+async def test_staying_after_all_skips_nothing() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions")
+        await pilot.press("escape")
+        await until(pilot, lambda: "fewer directions" not in seen(pilot))
+        assert source.commands == []

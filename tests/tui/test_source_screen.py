@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import pytest
 
+from imucal_wizard.devices.formats.base import Column
+from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.errors import LinkError
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.source import Inquiry, SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.waiting import shows, until
 
@@ -89,3 +91,38 @@ async def test_unattended_and_recordings_start_by_themselves() -> None:
     recording = SourceChoice(SourceKind.FILE, "a.csv", "a.csv")
     async with WizardApp(fakes.services(source), None, recording).run_test(size=USUAL) as pilot:
         await shows(pilot, "▸SETTLE")
+
+
+async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
+    source = fakes.FakeSource()
+    columns = [Column(f"a{axis}", "m/s^2", f"acc_{axis}") for axis in "xyz"]
+    columns += [Column(f"g{axis}", "", f"gyr_{axis}") for axis in "xyz"]
+    line = "0.1,0.2,9.8,0.01,0.02,[red]0.03"
+    source.asked = Inquiry(
+        ("gyroscope unit",), StreamSetup("text"), tuple(columns), line, (0.1, 0.2, 9.8, 1, 2, 3)
+    )
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(
+            pilot, "which column is what?", "[red]0.03", "acc_x", "turn rate unit", "▲ choose"
+        )
+        await pilot.press("enter")
+        await shows(pilot, "choose the turn rate unit")
+        await pilot.press("right", "right", "right", "enter")
+        await until(pilot, lambda: bool(source.setups))
+    setup = source.setups[0]
+    assert setup.gyroscope_unit == "deg/s"
+    assert setup.columns[3] == Column("gx", "deg/s", "gyr_x")
+
+
+async def test_columns_without_names_are_mapped_by_hand() -> None:
+    source = fakes.FakeSource()
+    columns = tuple(Column("", "", f"column {i + 1}") for i in range(3))
+    source.asked = Inquiry(("columns",), StreamSetup("text"), columns, "0 0 1", (0.0, 0.0, 1.0))
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "column 1", "not used")
+        for presses in (3, 4, 5):  # t, ax, ay, az come after "not used"
+            await pilot.press(*["right"] * (presses - 1), "down")
+        await pilot.press("right", "right", "enter")
+        await until(pilot, lambda: bool(source.setups))
+    assert [column.channel for column in source.setups[0].columns] == ["ax", "ay", "az"]
+    assert source.setups[0].accelerometer_unit == "g"

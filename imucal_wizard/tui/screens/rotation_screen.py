@@ -39,6 +39,8 @@ class RotationScreen(StepScreen):
         if rotation is None or rotation.start_pose not in DIRECTIONS:
             return None, ""
         x, y, z = (float(value) for value in DIRECTIONS[rotation.start_pose])
+        if status.guidance:  # the start pose comes first
+            return tilted(now, (x, y, z)), rotation.axis
         phase = 2.0 * math.pi * status.elapsed / _SWING_SECONDS
         angle = math.radians(_SWING_DEG) * math.sin(phase)
         start = tilted(now, (x, y, z))

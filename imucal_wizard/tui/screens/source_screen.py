@@ -21,6 +21,7 @@ from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.preview import Preview
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.live.snapshot import Snapshot
 
 VIRTUAL = SourceChoice(
@@ -37,6 +38,7 @@ class SourceScreen(LiveScreen):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "other", "another source"),
         Binding("f5", "look", "look again"),
+        Binding("c", "columns", "columns and units"),
     ]
     step = "source"
     keys: ClassVar[Keys] = (
@@ -49,6 +51,7 @@ class SourceScreen(LiveScreen):
     )
     open_keys: ClassVar[Keys] = (
         ("enter", "start calibrating"),
+        ("c", "columns and units"),
         ("esc", "another source"),
         ("?", "help"),
         ("m", "sound"),
@@ -60,6 +63,7 @@ class SourceScreen(LiveScreen):
         self._choices: list[SourceChoice] = [VIRTUAL]
         self._chosen: SourceChoice | None = None
         self._started = False
+        self._asked = False
 
     def body(self) -> ComposeResult:
         """List and preview; a place to type below."""
@@ -149,6 +153,19 @@ class SourceScreen(LiveScreen):
         self.footer()
         self.action_look()
 
+    def action_columns(self) -> None:
+        """Say which column is what, in which unit."""
+        inquiry = self.wizard.source.inquiry() if self.wizard.source else None
+        if inquiry is None or not inquiry.columns:
+            return
+        from imucal_wizard.tui.screens.mapper_screen import MapperScreen
+
+        self.wizard.push_screen(MapperScreen(inquiry), self._set_up)
+
+    def _set_up(self, setup: "StreamSetup | None") -> None:
+        if setup is not None and self.wizard.source is not None:
+            self.wizard.source.set_setup(setup)
+
     def action_start(self) -> None:
         """The stream is what it should be: go on."""
         self.wizard.order("start")
@@ -157,6 +174,7 @@ class SourceScreen(LiveScreen):
         """Show what arrives; start by itself where nobody is asked."""
         super().take(snapshot)
         self.query_one(Preview).tell(snapshot.stream)
+        self._ask()
         stream = snapshot.stream
         alone = self.wizard.settings.auto or (
             self._chosen is not None and self._chosen.kind in (SourceKind.FILE, SourceKind.SESSION)
@@ -164,6 +182,16 @@ class SourceScreen(LiveScreen):
         if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
             self._started = True
             self.action_start()
+
+    def _ask(self) -> None:
+        """Open the questions by themselves, once, when something must be asked."""
+        inquiry = self.wizard.source.inquiry() if self.wizard.source else None
+        if inquiry is None or not inquiry.needs:
+            return
+        self._say(f"▲ not known: {', '.join(inquiry.needs)}.   c: choose", "warn")
+        if not self._asked and inquiry.columns:
+            self._asked = True
+            self.action_columns()
 
     def _say(self, text: str, style: str = "strong") -> None:
         place = self.query_one("#question", Lines)

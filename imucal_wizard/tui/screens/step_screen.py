@@ -9,10 +9,13 @@ from textual.events import Key
 from textual.widgets import Static
 
 from imucal_wizard.live.snapshot import Snapshot
+from imucal_wizard.procedure.plan import standard
 from imucal_wizard.procedure.poses import DIRECTIONS
-from imucal_wizard.procedure.state import Status
+from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.procedure.wording import TITLES
 from imucal_wizard.tui.cube import IDENTITY, Matrix, Vector, matrix_of, tilted
 from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.screens.skip_screen import SkipScreen
 from imucal_wizard.tui.text import Line, bar, line, number, wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.device_drawing import DeviceDrawing
@@ -41,7 +44,7 @@ class StepScreen(LiveScreen):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("u", "order('undo')", "undo"),
-        Binding("s", "order('skip')", "skip"),
+        Binding("s", "skip", "skip"),
         Binding("r", "order('repeat')", "repeat"),
         Binding("b", "order('back')", "back"),
     ]
@@ -84,6 +87,16 @@ class StepScreen(LiveScreen):
     def action_order(self, name: str, argument: str = "") -> None:
         """Hand a command to the machine."""
         self.wizard.order(name, argument)
+
+    def action_skip(self) -> None:
+        """State what skipping costs; skip when that is accepted."""
+        step = standard().step(StepKind(self.step))
+
+        def answered(skip: bool | None) -> None:
+            if skip:
+                self.wizard.order("skip")
+
+        self.wizard.push_screen(SkipScreen(TITLES[step.kind], step.skipped), answered)
 
     def on_key(self, event: Key) -> None:
         """Ways out that are open now have keys of their own; so has the virtual hand."""

@@ -17,7 +17,10 @@ class PoseList(Lines):
         recognised: str | None = None,
     ) -> None:
         """Show the list; the pose the device is in now stands in brackets."""
-        names = sorted({*done, *missing}, key=lambda name: (len(name), _place(name)))
+        names = sorted(
+            {*done, *missing, *([wanted] if wanted else [])},
+            key=lambda name: (len(name), _place(name)),
+        )
         width = self.size.width or 78
         rows: list[Line] = []
         for label, length in (("faces", 2), ("edges", 4), ("other", 6)):

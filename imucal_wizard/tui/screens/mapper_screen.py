@@ -1,0 +1,142 @@
+"""Which column is what, in which unit: for streams that do not say it."""
+
+from dataclasses import replace
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen
+
+from imucal_wizard.devices.formats.base import Column
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.tui.source import Inquiry
+from imucal_wizard.tui.text import line, number, unit_sign, wrapped
+from imucal_wizard.tui.widgets.choices import Choice, Choices
+from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.units import ACCELERATION, COUNT, RATE, TIME
+
+SKIP = "not used"
+CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz", "temp", "counter")
+_UNITS: dict[str, tuple[str, ...]] = {
+    "a": (*ACCELERATION, COUNT),
+    "g": (*RATE, COUNT),
+    "t": tuple(TIME),
+}
+_LABELS = {"a": "acceleration unit", "g": "turn rate unit", "t": "time unit"}
+_HINTS = {
+    "a": "at rest 9.81 m/s², 1 g or 1000 mg",
+    "g": "see the sketch or data sheet",
+    "t": "",
+}
+
+
+class MapperScreen(ModalScreen[StreamSetup | None]):
+    """Questions about columns and units; the result is the setup to read the stream with.
+
+    Args:
+        inquiry: what is known of the stream.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss", "cancel"),
+        Binding("q", "app.leave", "quit"),
+    ]
+
+    def __init__(self, inquiry: Inquiry) -> None:
+        super().__init__()
+        self._inquiry = inquiry
+
+    def compose(self) -> ComposeResult:
+        """The newest line, the questions, what is still wrong."""
+        with VerticalScroll(classes="box wide") as box:
+            box.border_title = "which column is what?"
+            box.border_subtitle = "↑↓ question  ←→ answer  enter use  esc cancel"
+            yield Lines(id="raw")
+            yield Choices(id="columns")
+            yield Lines(id="wrong")
+
+    def on_mount(self) -> None:
+        """Ask, beginning with what is not known."""
+        width = max(40, self.app.size.width - 10)
+        raw = wrapped(f"newest line: {self._inquiry.line}"[: 2 * width], width, "quiet")
+        self.query_one("#raw", Lines).show([*raw, line("")])
+        choices = questions(self._inquiry)
+        unknown = [i for i, choice in enumerate(choices) if choice.answer not in choice.options]
+        place = self.query_one(Choices)
+        first = unknown[0] if unknown and "columns" not in self._inquiry.needs else 0
+        place.ask(choices, first)
+        place.focus()
+
+    @on(Choices.Done)
+    def _use(self) -> None:
+        choices = self.query_one(Choices).choices
+        wrong = complaint(self._inquiry, choices)
+        if wrong:
+            width = max(40, self.app.size.width - 10)
+            self.query_one("#wrong", Lines).show([line(""), *wrapped(f"▲ {wrong}", width, "bad")])
+        else:
+            self.dismiss(setup_from(self._inquiry, choices))
+
+
+def questions(inquiry: Inquiry) -> list[Choice]:
+    """One question per column, then one per unit."""
+    choices = []
+    for i, column in enumerate(inquiry.columns):
+        value = inquiry.values[i] if i < len(inquiry.values) else float("nan")
+        label = column.name or f"column {i + 1}"
+        answer = column.channel or SKIP
+        choices.append(Choice(label, (*CHANNELS, SKIP), answer, f"now {number(value, 5)}"))
+    return choices + [_unit_question(inquiry, letter) for letter in ("a", "g", "t")]
+
+
+def _unit_question(inquiry: Inquiry, letter: str) -> Choice:
+    said = {
+        "a": inquiry.setup.accelerometer_unit,
+        "g": inquiry.setup.gyroscope_unit,
+    }.get(letter, "")
+    found = [column.unit for column in inquiry.columns if column.channel[:1] == letter]
+    answer = said or next((unit for unit in found if unit), "")
+    if letter == "t" and not answer:
+        answer = "s"
+    return Choice(_LABELS[letter], _UNITS[letter], answer, unit_sign(_HINTS[letter]))
+
+
+def complaint(inquiry: Inquiry, choices: list[Choice]) -> str:
+    """What is still missing or given twice, in words; "" when all is well."""
+    channels = [choice.answer for choice in choices[: len(inquiry.columns)]]
+    used = [channel for channel in channels if channel in CHANNELS]
+    twice = sorted({channel for channel in used if used.count(channel) > 1})
+    if twice:
+        return f"{', '.join(twice)} is given twice; a channel has one column"
+    missing = [channel for channel in ("ax", "ay", "az") if channel not in used]
+    if missing:
+        return f"the accelerometer lacks {', '.join(missing)}: say which column that is"
+    turning = [channel for channel in ("gx", "gy", "gz") if channel in used]
+    if turning and len(turning) < 3:
+        return "the gyroscope needs all of gx, gy, gz, or none"
+    for letter, choice in zip("agt", choices[len(inquiry.columns) :], strict=True):
+        needed = any(channel[0] == letter for channel in used)
+        if needed and choice.answer not in choice.options:
+            return f"choose the {choice.label}"
+    return ""
+
+
+def setup_from(inquiry: Inquiry, choices: list[Choice]) -> StreamSetup:
+    """The setup that says what was answered."""
+    n = len(inquiry.columns)
+    units = {letter: choice.answer for letter, choice in zip("agt", choices[n:], strict=True)}
+    columns = []
+    for column, choice in zip(inquiry.columns, choices[:n], strict=True):
+        channel = choice.answer if choice.answer in CHANNELS else ""
+        kept = column.unit if channel == column.channel else ""
+        unit = units.get(channel[:1], kept) if channel != "temp" else kept
+        columns.append(Column(channel, unit if channel else "", column.name))
+    used = {column.channel[:1] for column in columns}
+    return replace(
+        inquiry.setup,
+        columns=tuple(columns),
+        accelerometer_unit=units["a"] if "a" in used else "",
+        gyroscope_unit=units["g"] if "g" in used else "",
+    )
