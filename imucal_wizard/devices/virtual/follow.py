@@ -13,12 +13,14 @@ from imucal_wizard.devices.virtual.actions import Action, Place, RestUntil, Turn
 from imucal_wizard.devices.virtual.scripts import SPEEDS_DEG, VALIDATION, next_angle
 from imucal_wizard.readings import FloatArray
 
-REACTION = 1.0
+REACTION = 1.5
 """From the wizard's word to the hand's move, s of samples."""
-PATIENCE = 12.0
-"""How long a pose is held, s, before the hand places it again."""
-TURN_PATIENCE = 7.0
-"""How long the hand waits, s, for a turn to be counted before it makes the next."""
+LISTENING = 0.5
+"""For so long after an event, s of samples, the hand waits whether more is said."""
+PATIENCE = 8.0
+"""How much longer than needed a pose is held, s, before the hand places it again."""
+TURN_PATIENCE = 4.0
+"""How much longer than needed the hand waits, s, for a turn to be counted."""
 START_ERROR_DEG = 12.0
 """A turn begins with its axis level within this; else the hand goes to the start pose first."""
 
@@ -29,6 +31,18 @@ class EventLike(Protocol):
     @property
     def time(self) -> float:
         """Sample time, s."""
+
+
+class StillLike(Protocol):
+    """What the follower reads of the stillness."""
+
+    @property
+    def held(self) -> float:
+        """Seconds of the present hold so far."""
+
+    @property
+    def needed(self) -> float:
+        """Seconds wanted."""
 
 
 class RotationLike(Protocol):
@@ -57,6 +71,10 @@ class StatusLike(Protocol):
     @property
     def elapsed(self) -> float:
         """Seconds of samples since the first."""
+
+    @property
+    def still(self) -> StillLike:
+        """Whether it is still, and for how long."""
 
     @property
     def wanted(self) -> str | None:
@@ -115,30 +133,34 @@ class Follower:
         if time is None:
             self._lag = min(self._lag, now - status.elapsed)
             time = status.elapsed + self._lag
-        self.horizon = time + REACTION
+        self.horizon = time + REACTION - LISTENING
         if not idle or time <= rest_since:
             return ()
         event = status.last_event
-        asked = event.time if event is not None and rest_since < event.time <= time else time
+        asked = time
+        if event is not None and event.time > rest_since:
+            asked = event.time
+            if time < asked + LISTENING:
+                return ()
         doing = self._decide(status, time - rest_since, up)
         return [RestUntil(asked + REACTION), *doing] if doing else ()
 
     def _decide(self, status: StatusLike, rested: float, up: FloatArray) -> Sequence[Action]:
         if status.step == "rotations":
-            return self._rotate(status.rotation, rested, up)
+            return self._rotate(status.rotation, status.still, rested, up)
         if status.step not in ("up-down", "poses", "validate"):
             return ()
         target = _target(status)
         if target is None:
             return ()
         request = (status.step, target)
-        if request == self._request and rested < PATIENCE:
+        if request == self._request and rested < status.still.needed + PATIENCE:
             return ()
         self._request = request
         return [Place(target)]
 
     def _rotate(
-        self, rotation: RotationLike | None, rested: float, up: FloatArray
+        self, rotation: RotationLike | None, still: StillLike, rested: float, up: FloatArray
     ) -> Sequence[Action]:
         if rotation is None:
             return ()
@@ -149,8 +171,8 @@ class Follower:
         if rotation.axis != self._axis or not level:
             self._axis, self._turns, self._request = rotation.axis, 0, None
             return [Place(rotation.start_pose, error=0.7)]
-        waiting = TURN_PATIENCE if request == self._request else REACTION * 4.0
-        if rested < waiting:
+        counted = request != self._request
+        if not (still.held >= still.needed if counted else rested > still.needed + TURN_PATIENCE):
             return ()
         self._request = request
         angle = next_angle(self._turns, tilt_about(axis, start, up))
