@@ -10,7 +10,12 @@ from typing import Protocol
 import numpy as np
 
 from imucal_wizard.devices.virtual.actions import Action, Place, RestUntil, Turn, direction
-from imucal_wizard.devices.virtual.scripts import SPEEDS_DEG, VALIDATION, next_angle
+from imucal_wizard.devices.virtual.scripts import (
+    LARGEST_TILT_DEG,
+    SPEEDS_DEG,
+    VALIDATION,
+    next_angle,
+)
 from imucal_wizard.readings import FloatArray
 
 REACTION = 1.5
@@ -175,7 +180,14 @@ class Follower:
         if not (still.held >= still.needed if counted else rested > still.needed + TURN_PATIENCE):
             return ()
         self._request = request
-        angle = next_angle(self._turns, tilt_about(axis, start, up))
+        tilt = tilt_about(axis, start, up)
+        angle = next_angle(self._turns, tilt)
+        if (
+            rotation.done
+            and angle * rotation.done[-1] > 0.0
+            and abs(tilt - angle) < LARGEST_TILT_DEG
+        ):
+            angle = -angle  # the wizard wants both senses, and has just had this one
         fastest = SPEEDS_DEG[self._turns % len(SPEEDS_DEG)]
         self._turns += 1
         return [Turn(rotation.axis, angle, fastest)]

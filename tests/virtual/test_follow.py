@@ -1,0 +1,173 @@
+"""The hand that follows: whatever the wizard asks for, it does, the same at any speed."""
+
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import serial
+
+from imucal_wizard.devices.virtual import SensorModel, VirtualHand, VirtualImu
+from imucal_wizard.devices.virtual.follow import LISTENING, REACTION, tilt_about
+from imucal_wizard.devices.virtual.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
+from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.procedure.state import (
+    Collected,
+    RotationStatus,
+    Status,
+    StepKind,
+    StillStatus,
+)
+from imucal_wizard.procedure.steps import Machine, standard
+from imucal_wizard.readings import Readings, Series
+
+LONGEST = 400.0
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    step: StepKind
+    seconds: float
+    collected: Collected
+
+
+def _led(batch: int, late: int = 0) -> _Outcome:
+    """The whole procedure: the machine asks, the hand does, ``late`` batches behind."""
+    hand = VirtualHand(seed=3)
+    stream = VirtualStream(hand, SensorModel.drawn(3), seed=3)
+    machine = Machine(standard(rotations_per_axis=2), rate=100.0)
+    machine.command("start")
+    told: deque[tuple[Status, float]] = deque(maxlen=late + 1)
+    while hand.time < LONGEST and machine.status().step is not StepKind.SAVE:
+        samples = stream.take(batch)
+        t = samples.time
+        force = Series(t, samples.accelerometer, "m/s^2")
+        rate = Series(t, samples.gyroscope, "rad/s")
+        machine.feed(Readings(force, rate, None, Series(t, samples.temperature[:, None], "degC")))
+        if machine.status().step is StepKind.RESULT:
+            machine.command("validate")
+        told.append((machine.status(), float(t[-1])))
+        if len(told) > late:
+            hand.follow(*told[0])
+    return _Outcome(machine.status().step, hand.time, machine.collected())
+
+
+@pytest.fixture(scope="module")
+def led() -> _Outcome:
+    return _led(batch=10)
+
+
+def test_the_whole_procedure_is_done_without_a_key(led: _Outcome) -> None:
+    """Every step to the end in some minutes of samples, with nothing left out."""
+    assert led.step is StepKind.SAVE
+    assert led.seconds < 300.0
+    assert len(led.collected.up_down) == 6
+    assert len(led.collected.poses) == 18
+    assert len(led.collected.turns) >= 6
+    assert len(led.collected.validation) >= 4
+
+
+def test_turns_are_taken_in_both_senses(led: _Outcome) -> None:
+    """About each axis the hand turns one way and the other."""
+    for axis in "xyz":
+        turns = [led.collected.rotations[index] for index in led.collected.turns]
+        mean = [
+            float(np.mean(turn.rate[:, "xyz".index(axis)])) for turn in turns if turn.axis == axis
+        ]
+        assert min(mean) < 0.0 < max(mean)
+
+
+@pytest.mark.parametrize(("batch", "late"), [(33, 0), (10, 9)], ids=["other batches", "later"])
+def test_what_is_measured_does_not_depend_on_when_the_wizard_is_heard(
+    led: _Outcome, batch: int, late: int
+) -> None:
+    """The same holds to the last bit with other batches, or a wizard 0.9 s behind."""
+    other = _led(batch, late)
+    assert [hold.start for hold in other.collected.holds] == [
+        hold.start for hold in led.collected.holds
+    ]
+    for one, two in zip(led.collected.holds, other.collected.holds, strict=True):
+        np.testing.assert_array_equal(one.accelerometer, two.accelerometer)
+
+
+def _status(step: StepKind, **more: object) -> Status:
+    return Status(step=step, still=StillStatus(held=9.0, needed=2.0), **more)  # type: ignore[arg-type]  # a shorthand for the tests below
+
+
+def test_the_hand_rests_where_nothing_is_asked() -> None:
+    """In settle, result and save it does not touch the device."""
+    hand = VirtualHand()
+    for step in (StepKind.SOURCE, StepKind.SETTLE, StepKind.RESULT, StepKind.SAVE):
+        hand.follow(_status(step), 5.0)
+        assert not hand.busy
+
+
+def test_a_pose_asked_for_is_placed_once_and_again_when_it_is_not_taken() -> None:
+    """It waits for the wizard's word, and tries once more after some seconds."""
+    hand = VirtualHand()
+    asked = _status(StepKind.POSES, wanted="+x-y")
+    hand.follow(asked, 0.5)
+    hand.advance(500)
+    before = hand.up
+    assert before[0] > 0.6
+    assert before[1] < -0.6
+    hand.follow(asked, 5.0)
+    assert not hand.busy
+    hand.advance(1500)
+    hand.follow(asked, 20.0)
+    assert hand.busy
+
+
+def test_a_status_from_before_the_last_move_is_not_obeyed() -> None:
+    """What the wizard said before it saw the move is out of date."""
+    hand = VirtualHand()
+    hand.snap_to("+x")
+    hand.advance(300)
+    hand.follow(_status(StepKind.POSES, wanted="-y"), 0.5)
+    assert not hand.busy
+
+
+def test_rotations_begin_in_their_start_pose() -> None:
+    """For z the x face is brought up first, then the turn is about z."""
+    hand = VirtualHand()
+    asked = _status(StepKind.ROTATIONS, rotation=RotationStatus("z", "+x"))
+    hand.follow(asked, 0.1)
+    hand.advance(800)
+    assert hand.up[0] > 0.99
+    hand.follow(asked, 7.9)
+    motion = hand.advance(800)
+    assert np.abs(motion.rate).max(0).argmax() == 2
+
+
+def test_turns_keep_within_one_turn_of_the_start() -> None:
+    """However many, the device never goes round and round."""
+    tilt = 0.0
+    for turn in range(40):
+        tilt += next_angle(turn, tilt)
+        assert abs(tilt) <= LARGEST_TILT_DEG
+    assert len(ANGLES_DEG) == 10
+
+
+def test_the_tilt_is_read_from_where_up_has_gone() -> None:
+    """A turn by +50° about x shows up as +50°."""
+    hand = VirtualHand()
+    hand.turn("x", 50.0)
+    hand.advance(300)
+    assert tilt_about(0, np.array([0.0, 0.0, 1.0]), hand.up) == pytest.approx(50.0, abs=2.5)
+
+
+def test_the_device_waits_for_the_wizard_but_not_for_ever() -> None:
+    """It runs ahead of the newest status by the reaction time, and goes on when none comes."""
+    with VirtualImu(speed=float("inf")) as imu:
+        imu.hand.follow(_status(StepKind.SETTLE), 1.0)
+        port = serial.serial_for_url(imu.start(), timeout=0.05)
+        end = time.monotonic() + 15.0
+        data = b""
+        while data.count(b"\n") < 200 and time.monotonic() < end:
+            data += port.read(1024)
+        assert imu.hand.time == pytest.approx(1.0 + REACTION - LISTENING)
+        while data.count(b"\n") < 1000 and time.monotonic() < end:
+            data += port.read(1024)
+        port.close()
+    assert data.count(b"\n") >= 1000
