@@ -198,3 +198,10 @@ def test_a_hidden_effect_reaches_the_line() -> None:
     assert not difference[4:7].any()
     with pytest.raises(UsageError, match="no effect"):
         VirtualImu(hidden=["wobble:1:x"])
+
+
+def test_a_speed_that_stands_still_is_refused() -> None:
+    """Zero, negative and not-a-number speeds are told apart from slow ones."""
+    for speed in (0.0, -1.0, float("nan")):
+        with pytest.raises(UsageError, match="stands still"):
+            VirtualImu(speed=speed)

@@ -206,5 +206,9 @@ def test_unknown_poses_and_axes_are_refused_in_words() -> None:
             hand.snap_to(wrong)
     with pytest.raises(UsageError, match="not a direction"):
         hand.snap_to((0.0, 0.0, 0.0))
-    with pytest.raises(UsageError, match="not an axis"):
-        hand.turn("w", 90.0)
+    for axis in ("w", "", "xy"):
+        with pytest.raises(UsageError, match="not an axis"):
+            hand.turn(axis, 90.0)
+    with pytest.raises(UsageError, match="not a pose"):
+        hand.perform([Rest(1.0), Place("up")])
+    assert not hand.busy

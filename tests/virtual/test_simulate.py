@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand, simulate_recording, truth
 from imucal_wizard.devices.virtual.actions import direction
+from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.line import LinePrinter
 from imucal_wizard.devices.virtual.scripts import POSE_SETS, pose_names
 from imucal_wizard.devices.virtual.simulate import recording_script
@@ -49,7 +50,7 @@ def test_every_pose_of_the_set_is_held(tmp_path: Path, poses: str) -> None:
     simulate_recording(path, poses=poses, rotations=0, hold=2.0, model=SensorModel.ideal())
     table = _table(path)
     rests = _rests(table[:, 4:7], 0.0, 150)
-    names = pose_names(poses, np.random.default_rng([0, 5]))
+    names = pose_names(poses, generator(0, Chance.POSES))
     assert rests[0].stop - rests[0].start >= 2000
     assert len(rests) == 1 + len(names)
     for rest, name in zip(rests[1:], names, strict=True):
@@ -83,7 +84,7 @@ def test_a_recording_has_the_numbers_of_the_stream(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     simulate_recording(path, seed=3, poses="6", rotations=0, hold=2.0)
     hand, sensor = VirtualHand(seed=3), SensorModel.drawn(3)
-    hand.perform(recording_script("6", np.random.default_rng([3, 5]), hold=2.0, rotations=0))
+    hand.perform(recording_script("6", generator(3, Chance.POSES), hold=2.0, rotations=0))
     data = path.read_bytes().split(b"\n", 2)[2]
     count = data.count(b"\n")
     assert data == LinePrinter(sensor, "\n").lines(VirtualStream(hand, sensor, seed=3).take(count))
@@ -128,3 +129,12 @@ def test_wrong_wishes_are_refused_in_words(tmp_path: Path) -> None:
         simulate_recording(tmp_path / "out.csv", poses="12")
     with pytest.raises(RecordingError, match="cannot be written"):
         simulate_recording(tmp_path / "no" / "out.csv", poses="6", rotations=0)
+
+
+def test_any_whole_number_is_a_seed_and_no_rate_is_refused_in_words(tmp_path: Path) -> None:
+    """Negative seeds draw sensors of their own; rates must be positive numbers."""
+    negative, zero = SensorModel.drawn(-1), SensorModel.drawn(0)
+    assert not np.array_equal(negative.accelerometer.bias, zero.accelerometer.bias)
+    for rate in (0.0, -5.0, float("nan"), float("inf")):
+        with pytest.raises(UsageError, match="samples per second"):
+            simulate_recording(tmp_path / "out.csv", poses="6", rotations=0, rate=rate)

@@ -88,6 +88,19 @@ def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArr
     return vector / length
 
 
+def check(action: Action) -> None:
+    """Refuse a command that cannot be carried out.
+
+    Raises:
+        UsageError: a pose or an axis that there is not.
+    """
+    match action:
+        case Place(target):
+            direction(target)
+        case Turn(axis) if axis not in tuple(AXES):
+            raise UsageError(f"{axis!r} is not an axis; turn about x, y or z")
+
+
 def _named(name: str) -> FloatArray:
     vector = np.zeros(3)
     signs, letters = name[::2], name[1::2]

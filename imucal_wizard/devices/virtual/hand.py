@@ -11,32 +11,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from imucal_wizard.devices.virtual import attitude
-from imucal_wizard.devices.virtual.actions import (
-    AXES,
-    Action,
-    Place,
-    Rest,
-    RestUntil,
-    Shake,
-    Tremble,
-    Turn,
-    direction,
-)
+from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Tremble, Turn, check
 from imucal_wizard.devices.virtual.follow import Follower, StatusLike
-from imucal_wizard.devices.virtual.motion import Motion, Stretch, Unrest
-from imucal_wizard.devices.virtual.profile import PEAK_OF_MIN_JERK, Wobble
+from imucal_wizard.devices.virtual.motion import Motion
+from imucal_wizard.devices.virtual.moves import Mover
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
-
-LEISURELY_DEG = 130.0
-"""Peak rate of a move that is not told how fast, °/s."""
-SHORTEST_MOVE = 0.35
-"""A hand does not move and stop in less, s."""
-TREMBLE_RAMP = 0.5
-"""How long it takes to pick the device up or to lay it down, s."""
-POSE_AFTER = 1.0
-"""A rest this long, s, counts as a pose that the sensor may remember."""
 
 
 class VirtualHand:
@@ -46,43 +26,41 @@ class VirtualHand:
         rate: samples per second.
         seed: of everything that is by chance in a hand: errors of placement, wobble, tremor.
         up: the pose it starts in, lying at rest.
+
+    Raises:
+        UsageError: the rate is not a positive number, or there is no such pose.
     """
 
     def __init__(self, rate: float = 100.0, seed: int = 0, up: str = "+z") -> None:
+        if not 0.0 < rate < float("inf"):
+            raise UsageError(f"a rate of {rate:g} samples per second cannot be; give one like 100")
         self._rate = rate
-        self._rng = np.random.default_rng([seed, 1])
-        self._unrest = Unrest.drawn(np.random.default_rng([seed, 2]))
+        self._mover = Mover(rate, seed, up)
         self._lock = threading.RLock()
         self._queue: deque[Action] = deque()
         self._follower = Follower()
-        self._sample = 0
-        self._rest_since = 0
-        self._trembling = False
-        self._shake = 0.0
-        start = attitude.exp(attitude.shortest_turn(attitude.WORLD_UP, direction(up)))
-        self._stretch = Stretch(0, 0, start, np.zeros(3))
 
     @property
     def time(self) -> float:
         """Sample time of the next sample, s."""
-        return self._sample / self._rate
+        return self._mover.sample / self._rate
 
     @property
     def busy(self) -> bool:
         """Whether it moves, or has something left to do."""
         with self._lock:
-            return bool(self._queue) or self._sample < self._stretch.first + self._stretch.count
+            return bool(self._queue) or self._mover.left > 0
 
     @property
     def up(self) -> FloatArray:
         """Up direction in the body frame at the end of the present move, shape (3,)."""
         with self._lock:
-            return self._up()
+            return self._mover.up
 
     @property
     def trembling(self) -> bool:
         """Whether the device is held in the hand."""
-        return self._trembling
+        return self._mover.trembling
 
     def turn(self, axis: str, degrees: float, *, fastest: float | None = None) -> None:
         """Turn about a body axis next; turns about the same axis that still wait are one turn.
@@ -90,8 +68,7 @@ class VirtualHand:
         Raises:
             UsageError: the axis is not x, y or z.
         """
-        if axis not in AXES or len(axis) != 1:
-            raise UsageError(f"{axis!r} is not an axis; turn about x, y or z")
+        check(Turn(axis, degrees, fastest))
         with self._lock:
             last = self._queue[-1] if self._queue else None
             if isinstance(last, Turn) and (last.axis, last.fastest) == (axis, fastest):
@@ -105,7 +82,6 @@ class VirtualHand:
         Raises:
             UsageError: no such pose.
         """
-        direction(target)
         self.perform([Place(target)])
 
     def tremble(self, on: bool) -> None:
@@ -117,9 +93,16 @@ class VirtualHand:
         self.perform([Rest(seconds)])
 
     def perform(self, script: Iterable[Action]) -> None:
-        """Do all of this, in order, after what was asked before."""
+        """Do all of this, in order, after what was asked before.
+
+        Raises:
+            UsageError: a pose or an axis that there is not; then nothing of it is done.
+        """
+        actions = list(script)
+        for action in actions:
+            check(action)
         with self._lock:
-            self._queue.extend(script)
+            self._queue.extend(actions)
 
     def drop(self) -> None:
         """Forget what has not begun yet."""
@@ -136,9 +119,9 @@ class VirtualHand:
         """
         with self._lock:
             idle = not self.busy
-            rest_since = self._rest_since / self._rate
+            rest_since = self._mover.rest_since / self._rate
             self._queue.extend(
-                self._follower.react(status, time, self.time, idle, rest_since, self._up())
+                self._follower.react(status, time, self.time, idle, rest_since, self._mover.up)
             )
 
     @property
@@ -155,99 +138,26 @@ class VirtualHand:
         parts = []
         with self._lock:
             while n > 0:
-                count = min(n, self._stretch.first + self._stretch.count - self._sample)
-                if count <= 0:
-                    self._stretch = self._next() or self._lying(n)
-                    continue
-                samples = np.arange(self._sample, self._sample + count)
-                parts.append(self._stretch.at(samples, self._rate, self._unrest))
-                self._sample += count
+                if self._mover.left <= 0 and not self._begin():
+                    self._mover.idle(n)
+                count = min(n, self._mover.left)
+                parts.append(self._mover.advance(count))
                 n -= count
-                if self._stretch.turn is not None:
-                    self._rest_since = self._sample
         return _joined(parts)
 
     def remaining(self, most: int) -> int:
         """Samples left of what it is doing, at most ``most``; 0 when there is nothing to do."""
         with self._lock:
-            if self._sample >= self._stretch.first + self._stretch.count:
-                self._stretch = self._next() or self._stretch
-            return min(most, self._stretch.first + self._stretch.count - self._sample)
+            if self._mover.left <= 0:
+                self._begin()
+            return min(most, self._mover.left)
 
-    def _up(self) -> FloatArray:
-        return attitude.to_body(self._stretch.end, attitude.WORLD_UP)
-
-    def _next(self) -> Stretch | None:
-        """The stretch that the next command asks for; None when there is none."""
+    def _begin(self) -> bool:
+        """Begin the next command that takes time; False when there is none."""
         while self._queue:
-            action = self._queue.popleft()
-            match action:
-                case Rest(seconds):
-                    count = round(seconds * self._rate)
-                    if count > 0:
-                        return self._lying(count)
-                case RestUntil(time):
-                    count = round(time * self._rate) - self._sample
-                    if count > 0:
-                        return self._lying(count)
-                case Shake(rms):
-                    self._shake = rms
-                case Tremble(on):
-                    if on != self._trembling:
-                        return self._ramp(on)
-                case Turn(axis, degrees, fastest, error):
-                    turn = np.radians(degrees) * np.eye(3)[AXES.index(axis)]
-                    return self._move(turn, fastest, error)
-                case Place(target, error, fastest):
-                    turn = attitude.shortest_turn(self._up(), direction(target))
-                    return self._move(turn, fastest, error)
-        return None
-
-    def _lying(self, count: int) -> Stretch:
-        level = float(self._trembling)
-        return self._after(count, tremor=(level, level))
-
-    def _ramp(self, on: bool) -> Stretch:
-        levels = float(self._trembling), float(on)
-        self._trembling = on
-        return self._after(round(TREMBLE_RAMP * self._rate), tremor=levels)
-
-    def _move(self, turn: FloatArray, fastest: float | None, error: float) -> Stretch:
-        """A turn as a hand makes it: missed a little, wobbling, and shifting the device."""
-        miss = np.clip(self._rng.standard_normal(3), -2.5, 2.5) * np.radians(error)
-        swing, phase, shift = np.clip(self._rng.standard_normal((3, 2, 3)), -2.0, 2.0)
-        turn = turn + miss
-        angle = float(np.sqrt(turn @ turn))
-        peak = np.radians(LEISURELY_DEG if fastest is None else fastest)
-        seconds = max(SHORTEST_MOVE, PEAK_OF_MIN_JERK * angle / peak)
-        size = 0.015 * min(angle, 1.5)
-        wobble = Wobble(size * swing / np.array([[1.0], [2.0]]), np.pi * phase)
-        rested = (self._sample - self._rest_since) / self._rate >= POSE_AFTER
-        return self._after(
-            max(1, round(seconds * self._rate)),
-            turn=turn,
-            wobble=wobble,
-            shift=size * shift[0],
-            previous=self._up() if rested else self._stretch.previous,
-            tremor=(float(self._trembling), float(self._trembling)),
-        )
-
-    def _after(
-        self,
-        count: int,
-        *,
-        turn: FloatArray | None = None,
-        wobble: Wobble | None = None,
-        shift: FloatArray | None = None,
-        previous: FloatArray | None = None,
-        tremor: tuple[float, float] = (0.0, 0.0),
-    ) -> Stretch:
-        """A stretch that begins where the present one ends."""
-        before = self._stretch.previous if previous is None else previous
-        start = self._stretch.end
-        return Stretch(
-            self._sample, max(1, count), start, before, turn, wobble, shift, tremor, self._shake
-        )
+            if self._mover.begin(self._queue.popleft()):
+                return True
+        return False
 
 
 def _joined(parts: list[Motion]) -> Motion:

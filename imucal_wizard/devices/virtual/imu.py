@@ -14,7 +14,7 @@ from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
 from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
-from imucal_wizard.errors import LinkError
+from imucal_wizard.errors import LinkError, UsageError
 
 TICK = 0.02
 """How often lines are written, s of the wall clock."""
@@ -46,7 +46,7 @@ class VirtualImu:
         sensor: the sensor's true parameters.
 
     Raises:
-        UsageError: a hidden effect that cannot be read.
+        UsageError: a hidden effect that cannot be read, or a rate or speed that cannot be.
     """
 
     def __init__(
@@ -58,6 +58,8 @@ class VirtualImu:
         hidden: Iterable[Hidden | str] = (),
         loopback: bool = False,
     ) -> None:
+        if not speed > 0.0:
+            raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
         self.speed = speed
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
         self.hand = VirtualHand(rate, seed)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.devices.virtual import attitude
+from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
@@ -118,9 +119,9 @@ class SensorModel:
 
         Bias 15–60 mg and 0.3–1 °/s, scale 1–3 % and 1–2 %, non-orthogonality 0.5–1.2°, the
         gyroscope turned against the accelerometer by 0.3–1° per axis; noise 150 µg/√Hz and
-        0.014 °/s/√Hz; steps of 0.01 m/s² and 1/16 °/s; ranges ±4 g and ±2000 °/s.
+        0.014 °/s/√Hz; 14 bits over ±4 g, steps of 1/16 °/s, ±2000 °/s.
         """
-        rng = np.random.default_rng([seed, 3])
+        rng = generator(seed, Chance.SENSOR)
         force = np.eye(3) + np.diag(_signed(rng, 0.01, 0.03))
         force[np.triu_indices(3, 1)] = _signed(rng, 0.5, 1.2) * DEGREE
         turned = attitude.to_world(attitude.exp(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)).T
@@ -132,7 +133,7 @@ class SensorModel:
             "m/s^2",
             density=0.150 * MILLI_G,
             floor=0.030 * MILLI_G,
-            step=0.01,
+            step=8.0 * STANDARD_GRAVITY / 2**14,
             lowest=-4.0 * STANDARD_GRAVITY,
             highest=4.0 * STANDARD_GRAVITY,
         )

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake
+from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
 from imucal_wizard.devices.virtual.line import LinePrinter
@@ -96,9 +97,9 @@ def simulate_recording(
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
     shaken = any(effect.term == "vibration-rectification" for effect in effects)
-    names = pose_names(poses, np.random.default_rng([seed, 5]))
+    names = pose_names(poses, generator(seed, Chance.POSES))
     script = recording_script(
-        poses, np.random.default_rng([seed, 5]), hold=seconds, rotations=rotations, shaken=shaken
+        poses, generator(seed, Chance.POSES), hold=seconds, rotations=rotations, shaken=shaken
     )
     sensor = SensorModel.drawn(seed) if model is None else model
     hand = VirtualHand(rate, seed)

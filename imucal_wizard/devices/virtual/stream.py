@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.forward import STEP_TIME, Circumstances
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
@@ -65,7 +66,7 @@ class VirtualStream:
         triads = sensor.accelerometer, sensor.gyroscope
         density = np.repeat([triad.density for triad in triads], 3)
         floor = np.repeat([triad.floor for triad in triads], 3)
-        self._noise = Noise(np.random.default_rng([seed, 4]), rate, density, floor)
+        self._noise = Noise(generator(seed, Chance.NOISE), rate, density, floor)
 
     def take(self, n: int) -> Samples:
         """The next ``n`` samples."""
