@@ -5,7 +5,6 @@ from collections.abc import Callable
 from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.conductor import MEASURING, Conductor
 from imucal_wizard.procedure.ledger import KeptHold
-from imucal_wizard.procedure.limits import coarse
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.wording import TITLES, label, plural
 
@@ -80,9 +79,9 @@ class Commands:
     def _typical_limits(self) -> None:
         """Without a measured noise: the limits it had before, or coarse ones."""
         scene = self._scene
-        limits = self._conductor.settle.limits
-        one_g = scene.upright.radius
-        scene.watch.set_limits(limits or coarse(one_g, scene.units, gyroscope=scene.has_gyroscope))
+        settle = self._conductor.settle
+        noise = settle.noise
+        scene.watch.set_limits(settle.coarse() if noise is None else settle.fine(noise))
 
     def _undo(self) -> None:
         conductor, scene = self._conductor, self._scene

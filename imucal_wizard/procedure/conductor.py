@@ -76,6 +76,8 @@ class Conductor:
         self.elapsed += moment.seconds
         scene.has_gyroscope = moment.rate is not None
         self._look_up(moment)
+        if scene.resolution.see(moment) and self.step is not StepKind.SETTLE:
+            self.settle.refine()
         scene.still = self._judge(moment)
         if was_still and not scene.still:
             self._break(moment)
@@ -99,8 +101,13 @@ class Conductor:
         scene.up = scene.upright.up(reading) if np.isfinite(reading).all() else None
 
     def _judge(self, moment: Moment) -> bool:
-        still = self.scene.watch.judge(moment)
-        return self.settle.admits(moment) if self.step is StepKind.SETTLE else still
+        watch = self.scene.watch
+        if self.step is not StepKind.SETTLE:
+            return watch.judge(moment)
+        if watch.limits is None:
+            self.settle.prepare()
+        watch.judge(moment)
+        return self.settle.admits(moment)
 
     def _held(self) -> float:
         run = self.scene.run
@@ -164,11 +171,6 @@ class Conductor:
         if self._held() < stage.seconds - ALMOST:
             return
         if run.kept is None:
-            reason = stage.ready()
-            if reason:
-                scene.emit(EventKind.HOLD_BROKEN, f"Begins again: {reason}.")
-                self.restart_run()
-                return
             hold = self._builder.hold()
             if hold is not None:
                 self._tell(self._keep(hold))

@@ -24,10 +24,6 @@ class PlainStage:
     def enter(self) -> None:
         """Nothing to prepare."""
 
-    def ready(self) -> str:
-        """No hold is asked for."""
-        return ""
-
     def completed(self, kept: KeptHold) -> None:
         """No hold is asked for."""
 

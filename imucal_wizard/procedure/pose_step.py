@@ -65,10 +65,6 @@ class PoseStage:
         if self.wanted is None:
             self._choose()
 
-    def ready(self) -> str:
-        """Every hold that is long enough counts."""
-        return ""
-
     def completed(self, kept: KeptHold) -> None:
         """Tick the pose of this hold, or say why it is none."""
         scene, kind = self._scene, self._step.kind

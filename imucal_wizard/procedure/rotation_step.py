@@ -63,10 +63,6 @@ class RotationStage:
         self._turn = None
         self._angle = self._rate = self._fastest = 0.0
 
-    def ready(self) -> str:
-        """Every hold that is long enough counts."""
-        return ""
-
     @property
     def _poised(self) -> bool:
         """Whether the wanted axis lies level, so that gravity shows a turn about it."""

@@ -7,6 +7,7 @@ from imucal_wizard.procedure.ledger import KeptHold, KeptRotation, Ledger
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.passage import Passage
 from imucal_wizard.procedure.plan import Procedure
+from imucal_wizard.procedure.resolution import Resolution
 from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.state import Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.upright import Upright
@@ -41,6 +42,7 @@ class Scene:
         self.ledger = Ledger()
         self.watch = Watch(units)
         self.upright = Upright(counts=not units.accelerometer_known)
+        self.resolution = Resolution()
         self.run = Run()
         self.passage = Passage()
         self.motion: KeptRotation | None = None
@@ -75,9 +77,6 @@ class Stage(Protocol):
 
     def enter(self) -> None:
         """The step begins, or is come back to."""
-
-    def ready(self) -> str:
-        """Why a run does not count although it is long enough, or ""; then it begins again."""
 
     def completed(self, kept: KeptHold) -> None:
         """A hold has become long enough, or was when the step began."""

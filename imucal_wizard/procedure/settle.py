@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.poses import AXES
+from imucal_wizard.procedure.resolution import Resolution
 from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.stillness import Noise, Windows, measure_noise
 from imucal_wizard.readings import FloatArray
@@ -16,26 +17,21 @@ JUMP = 4.0
 """A window this many times the run's typical spread is a movement."""
 DRIFT_G = 0.003
 CALMER = 3.0
-"""A second half this many times calmer than the first: the first half was not rest yet."""
+"""A last second this many times calmer than the run: what went before was not rest yet."""
 FIRST_WINDOWS = 10
 
 
 class Settling:
-    """The windows of the present run, and the smallest step of each axis."""
+    """The windows of the present run."""
 
-    def __init__(self, units: Scales, *, keep: int) -> None:
+    def __init__(self, units: Scales, resolution: Resolution, *, keep: int) -> None:
         self._units = units
+        self._resolution = resolution
         self._keep = keep
         self._run: list[Windows] = []
-        self._means: list[FloatArray] = []
+        self._first: list[FloatArray] = []
+        self._newest: list[FloatArray] = []
         self._all: list[Windows] = []
-        self._quantum: list[FloatArray] = [np.full(3, np.inf), np.full(3, np.inf)]
-
-    @property
-    def quantum(self) -> tuple[FloatArray, FloatArray]:
-        """Smallest step seen on each accelerometer and gyroscope axis; 0 where none was."""
-        first, second = (np.where(np.isfinite(q), q, 0.0) for q in self._quantum)
-        return first, second
 
     def add(self, moment: Moment, one_g: float) -> str:
         """Take a moment that is within the coarse limits; why it is a movement all the same, or "".
@@ -44,14 +40,15 @@ class Settling:
             moment: the newest block and window.
             one_g: what the accelerometer reads for one gravity, in its unit.
         """
-        self._see_steps(moment)
         reason = self._departs(moment, one_g)
         if reason:
             self.broken()
         else:
             self._run.append(moment.window)
-            self._means.append(moment.mean_a)
             self._run = self._run[-self._keep :]
+            if len(self._first) < FIRST_WINDOWS:
+                self._first.append(moment.mean_a)
+            self._newest = [*self._newest[-FIRST_WINDOWS + 1 :], moment.mean_a]
         return reason
 
     def remember(self, moment: Moment) -> None:
@@ -61,16 +58,7 @@ class Settling:
 
     def broken(self) -> None:
         """It moved: the run begins again."""
-        self._run, self._means = [], []
-
-    def calm(self) -> bool:
-        """Whether both halves of the run show the same noise; else the first half is dropped."""
-        half = len(self._run) // 2
-        first, second = self._noise(self._run[:half]), self._noise(self._run[half:])
-        if first is None or second is None:
-            return False
-        calmer = first.std_a > np.maximum(CALMER * second.std_a, self.quantum[0])
-        return not bool(calmer.any())
+        self._run, self._first, self._newest = [], [], []
 
     def noise(self, *, any_window: bool = False) -> Noise | None:
         """The noise of the run, or of the newest windows whether still or not."""
@@ -86,7 +74,9 @@ class Settling:
         typical = measure_noise(stacked(self._run))
         if typical is None:
             return ""
-        step_a, step_g = self.quantum
+        if self._calmer(typical):
+            return "it has only just become calm"
+        step_a, step_g = self._resolution.steps
         floor_a = np.maximum(step_a, DRIFT_G * one_g / 3.0)
         over = moment.window.std_a[0] > np.maximum(JUMP * typical.std_a, floor_a)
         if over.any():
@@ -97,23 +87,23 @@ class Settling:
                 return f"it turned about {AXES[int(np.argmax(over))]}"
         return self._wandered(typical, one_g)
 
+    def _calmer(self, typical: Noise) -> bool:
+        newest = measure_noise(stacked(self._run[-FIRST_WINDOWS:]))
+        if newest is None:
+            return False
+        floor = np.maximum(CALMER * newest.std_a, self._resolution.steps[0])
+        return bool((typical.std_a > floor).any())
+
     def _wandered(self, typical: Noise, one_g: float) -> str:
-        first = np.mean(self._means[:FIRST_WINDOWS], axis=0)
-        newest = np.mean(self._means[-FIRST_WINDOWS:], axis=0)
-        apart = np.abs(newest - first)
-        limit = np.maximum(JUMP * typical.std_a, np.maximum(self.quantum[0], DRIFT_G * one_g))
+        apart = np.abs(np.mean(self._newest, axis=0) - np.mean(self._first, axis=0))
+        limit = np.maximum(
+            JUMP * typical.std_a, np.maximum(self._resolution.steps[0], DRIFT_G * one_g)
+        )
         if (apart <= limit).all():
             return ""
         axis = int(np.argmax(apart / limit))
         units = self._units
         return f"{AXES[axis]} wandered by {apart[axis] * units.mg:.0f} {units.mg_unit}"
-
-    def _see_steps(self, moment: Moment) -> None:
-        for index, samples in enumerate((moment.acceleration, moment.rate)):
-            if samples is not None:
-                steps = np.diff(np.sort(samples, axis=0), axis=0)
-                smallest = np.where(steps > 0.0, steps, np.inf).min(axis=0)
-                self._quantum[index] = np.minimum(self._quantum[index], smallest)
 
 
 def stacked(windows: list[Windows]) -> Windows:

@@ -16,9 +16,8 @@ class SettleStage:
     def __init__(self, scene: Scene, step: Step) -> None:
         self._scene = scene
         self.seconds = step.seconds
-        self._settling = Settling(scene.units, keep=1)
+        self._settling = Settling(scene.units, scene.resolution, keep=1)
         self.noise: Noise | None = None
-        self.limits: Limits | None = None
         self.finished = False
         self.why = ""
 
@@ -32,13 +31,30 @@ class SettleStage:
         """Begin again, with coarse limits."""
         self.finished = False
         self.why = ""
-        self._settling = Settling(self._scene.units, keep=max(round(self.seconds * 20.0), 20))
-        self._scene.watch.set_limits(self.coarse())
+        scene = self._scene
+        keep = max(round(self.seconds * 20.0), 20)
+        self._settling = Settling(scene.units, scene.resolution, keep=keep)
+        self.prepare()
+
+    def prepare(self) -> None:
+        """Coarse limits, as soon as it is known what one gravity reads."""
+        if self._scene.upright.known:
+            self._scene.watch.set_limits(self.coarse())
 
     def coarse(self) -> Limits:
         """Limits before any noise is known."""
         scene = self._scene
         return coarse(scene.upright.radius, scene.units, gyroscope=scene.has_gyroscope)
+
+    def fine(self, noise: Noise) -> Limits:
+        """Limits from the noise, with the resolution as it is known by now."""
+        scene = self._scene
+        return fine(noise, scene.resolution.steps, scene.upright.radius, scene.units)
+
+    def refine(self) -> None:
+        """A smaller step than all before was seen: the floor of the limits may change."""
+        if self.noise is not None and self.finished:
+            self._scene.watch.adapt(self.fine(self.noise))
 
     def admits(self, moment: Moment) -> bool:
         """Whether a window within the coarse limits belongs to the run; keeps the reason."""
@@ -53,22 +69,13 @@ class SettleStage:
     def follow(self, moment: Moment) -> None:
         """Nothing more than `admits` has seen."""
 
-    def ready(self) -> str:
-        """Why the run does not count although it is long enough, or ""."""
-        if self._settling.calm():
-            return ""
-        self._settling.broken()
-        return "it has only just become calm"
-
     def completed(self, kept: KeptHold) -> None:
         """Ten seconds of rest are over: set the limits."""
         self.noise = self._settling.noise(any_window=kept.hold.hand_held)
         if self.noise is None:
             return
         scene = self._scene
-        one_g = scene.upright.radius
-        self.limits = fine(self.noise, self._settling.quantum, one_g, scene.units)
-        scene.watch.set_limits(self.limits)
+        scene.watch.set_limits(self.fine(self.noise))
         self.finished = True
         scene.emit(EventKind.HOLD_TAKEN, f"Noise measured: {scene.units.noise_text(self.noise)}.")
         self._doubt()

@@ -42,10 +42,6 @@ class ValidateStage:
         self.wanted = None
         self._choose()
 
-    def ready(self) -> str:
-        """Every hold that is long enough is looked at."""
-        return ""
-
     def follow(self, moment: Moment) -> None:  # noqa: ARG002 -- every stage is told of each moment
         """Ask for a corner as soon as it is known where the device is."""
         if self.wanted is None:

@@ -61,6 +61,13 @@ class Watch:
         self.loosened = 1.0
         self.rest()
 
+    def adapt(self, limits: Limits) -> None:
+        """Other limits about the same resting value, as loosened as before."""
+        if self._tight is not None:
+            mean = self._tight.gyroscope_mean
+            self._tight = limits if mean is None else replace(limits, gyroscope_mean=mean)
+            self._limits = self._tight.scaled(self.loosened)
+
     def rest_at(self, mean: FloatArray) -> None:
         """The same limits about another resting value of the gyroscope."""
         if self._tight is None or self._tight.gyroscope_mean is None:

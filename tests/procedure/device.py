@@ -5,6 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.state import Event, EventKind, StepKind
+from imucal_wizard.procedure.steps import Machine, Procedure, standard
 from imucal_wizard.readings import FloatArray, Readings, Series
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -129,6 +131,12 @@ class Device:
         series = Series(time, turning, units[1]) if gyro else None
         return Readings(Series(time, force, units[0]), series)
 
+    def taken(self) -> Readings:
+        """The readings since the last call."""
+        readings = self.readings()
+        self._time, self._force, self._turning = [], [], []
+        return readings
+
     def _write(self, ups: FloatArray, turning: FloatArray) -> None:
         count = len(ups)
         self._time.append(self.time + np.arange(count) / self.rate)
@@ -148,3 +156,32 @@ def part(readings: Readings, first: int, last: int) -> Readings:
     accelerometer = cut(readings.accelerometer)
     assert accelerometer is not None
     return Readings(accelerometer, cut(readings.gyroscope))
+
+
+QUICK = standard(
+    2, settle_seconds=3.0, hold_seconds=1.0, rotation_hold_seconds=1.0
+)  # the same procedure, sooner done
+
+
+def machine_at(step: StepKind, device: Device, procedure: Procedure = QUICK) -> Machine:
+    """A machine that has settled on this device and stands at the beginning of a step.
+
+    The device must not have been fed before; what it wrote down so far is used up.
+    """
+    machine = Machine(procedure, rate=device.rate)
+    machine.command("start")
+    machine.feed(device.rest(4.0).taken())
+    assert machine.status().step is StepKind.UP_DOWN
+    if step is not StepKind.UP_DOWN:
+        machine.command("goto", step)
+    return machine
+
+
+def kinds(events: Iterable[Event]) -> list[EventKind]:
+    """What happened, in order."""
+    return [event.kind for event in events]
+
+
+def texts(events: Iterable[Event], kind: EventKind) -> list[str]:
+    """What was said with events of one kind."""
+    return [event.text for event in events if event.kind is kind]
