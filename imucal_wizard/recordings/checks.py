@@ -25,15 +25,27 @@ def check(readings: Readings) -> tuple[str, ...]:
 
 
 def _digits(readings: Readings) -> Iterator[str]:
-    """The smallest step between printed accelerations, when it is coarse."""
+    """The smallest step between printed accelerations, when it is coarse.
+
+    Noise above half a step dithers it away in the average of a hold; then it does no harm.
+    """
     if readings.accelerometer.unit == COUNT:
         return
-    step = smallest_step(readings.accelerometer.values[:_LOOKED_AT])
-    if step >= _COARSE_STEP:
+    values = readings.accelerometer.values[:_LOOKED_AT]
+    step = smallest_step(values)
+    if step >= _COARSE_STEP and _quietest_noise(values) < step / 2.0:
         yield (
             f"the accelerations come in steps of {step / STANDARD_GRAVITY * 1000:.2g} mg: let the"
             " device print more digits (in an Arduino sketch Serial.print(x, 5))"
         )
+
+
+def _quietest_noise(values: FloatArray) -> float:
+    """Noise of the stillest stretch, from differences of neighbours; the largest axis."""
+    count = len(values) // _ENOUGH
+    steps = np.diff(values, axis=0, prepend=values[:1])[: count * _ENOUGH]
+    squares = (steps**2).reshape(count, _ENOUGH, 3).mean(axis=1)
+    return float(np.sqrt(squares[squares.sum(axis=1).argmin()].max() / 2.0))
 
 
 def smallest_step(values: FloatArray) -> float:

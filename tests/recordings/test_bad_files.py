@@ -201,3 +201,14 @@ def test_printed_numbers_are_read_back_exactly(
     text = "".join((separator or " ").join(map(repr, row)) + "\n" for row in rows)
     table = read_table(text, Layout(separator, 3, (0, 1, 2)), 1)
     np.testing.assert_array_equal(table.values, np.array(rows))
+
+
+def test_coarse_digits_that_the_noise_dithers_are_not_complained_of(tmp_path: Path) -> None:
+    """Steps of 0.01 m/s² under noise of 0.02 m/s² average away."""
+    rng = np.random.default_rng(4)
+    time = np.arange(0.0, 3.0, 0.01)
+    values = np.round(rng.normal((0.0, 0.0, 9.8), 0.02, (len(time), 3)), 2)
+    path = tmp_path / "dithered.csv"
+    header = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]"
+    np.savetxt(path, np.column_stack([time, values]), delimiter=",", header=header, comments="")
+    assert not any("digits" in warning for warning in read([path], RecordingOptions()).warnings)
