@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.procedure.state import Event, Status
 from imucal_wizard.readings import FloatArray
 
@@ -29,6 +30,10 @@ class StreamStatus:
         gravity: magnitude of the newest second's mean acceleration, in its unit, or None.
         digits: printed decimals of the accelerometer columns, or None where not text.
         warnings: what was noticed, newest last, each once.
+        needs: what must be asked before samples can be read (``columns``, ``gyroscope unit`` …).
+        columns: the columns as far as they are known, with a proposal where they must be asked.
+        line: the newest line as it came, safe to show.
+        values: the numbers read from it, one per column.
     """
 
     source: str = ""
@@ -47,6 +52,10 @@ class StreamStatus:
     gravity: float | None = None
     digits: int | None = None
     warnings: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
+    line: str = ""
+    values: tuple[float, ...] = ()
 
 
 def _no_traces() -> FloatArray:

@@ -1,0 +1,54 @@
+"""Is the stream well: the port, the silence, what is not known; and what to do about it."""
+
+from imucal_wizard.devices.intake import Intake
+
+SILENCE = 3.0
+"""Seconds without data after which the silence is a problem."""
+
+
+class Health:
+    """What has gone wrong with the stream, the most pressing first.
+
+    Attributes:
+        connected: whether the port is open.
+    """
+
+    def __init__(self) -> None:
+        self.connected = True
+        self._link = ""
+        self._last: float | None = None
+        self._silent = 0.0
+
+    def link(self, problem: str) -> None:
+        """The port is open (``""``), or what is wrong with it."""
+        self.connected, self._link = not problem, problem
+        self._last, self._silent = None, 0.0
+
+    def heard(self, arrival: float) -> None:
+        """Data came."""
+        self._last, self._silent = arrival, 0.0
+
+    def silent(self, arrival: float) -> bool:
+        """No data until now; whether that has something new to say."""
+        if self._last is None:
+            self._last = arrival
+        before, self._silent = self._silent, arrival - self._last
+        return self._silent >= SILENCE and int(self._silent) != int(before)
+
+    def problem(self, intake: Intake, journal: str) -> str:
+        """What is wrong and what to do, or ``""``.
+
+        Args:
+            intake: what reads the stream.
+            journal: why nothing is written down any more, or ``""``.
+        """
+        if self._link or journal or intake.problem:
+            return self._link or journal or intake.problem
+        if self._silent >= SILENCE:
+            return (
+                f"no data for {int(self._silent)} s: is the device switched on and sending,"
+                " and is the speed (--baud) right?"
+            )
+        if intake.needs:
+            return f"the stream does not say its {', '.join(intake.needs)}: please say it"
+        return ""

@@ -1,0 +1,82 @@
+"""The thread that plays a recording as if it came from a device, at any speed."""
+
+import math
+import time
+from collections.abc import Callable
+
+from imucal_wizard.errors import UsageError
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.runner import Listener, Runner
+from imucal_wizard.live.tape import Tape
+from imucal_wizard.procedure.state import StepKind
+
+TICK = 0.02
+"""Seconds between two pieces."""
+PIECE = 0.5
+"""Seconds of samples in a piece when it goes as fast as it can."""
+_LONGEST_TICK = 0.25
+"""A thread that was held up does not catch up more than this, s."""
+
+
+class Player(Runner):
+    """Plays a tape through an engine.
+
+    Until the procedure is started the tape is a preview; ``start`` begins at its first sample, so
+    that the result does not depend on how long somebody looked.
+
+    Args:
+        tape: what is played.
+        engine: what it goes through.
+        speed: seconds of the recording per second; ``inf`` for as fast as possible.
+        listener: told of every new status.
+        clock: seconds that never go back.
+
+    Raises:
+        UsageError: the speed is not positive.
+    """
+
+    def __init__(
+        self,
+        tape: Tape,
+        engine: Engine,
+        speed: float = 1.0,
+        *,
+        listener: Listener | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if not speed > 0.0:
+            raise UsageError(f"a speed of {speed:g} plays nothing; give one above 0")
+        super().__init__(engine, listener=listener, clock=clock)
+        self._tape = tape
+        self._speed = speed
+        self._position = 0.0
+
+    def _command(self, name: str, argument: str) -> None:
+        if name == "start" and self._engine.status().step is StepKind.SOURCE:
+            self._rewind()
+        super()._command(name, argument)
+
+    def _rewind(self) -> None:
+        self._tape.rewind()
+        self._position = 0.0
+        self._engine.restart()
+
+    def _work(self) -> None:
+        last, idle = self._clock(), False
+        while not self._stopping.is_set():
+            if not self._engine.finished:
+                now = self._clock()
+                self._position += self._step(now - last)
+                last = now
+                more = self._tape.play(self._engine, self._position)
+                if not more and self._engine.status().step is not StepKind.SOURCE:
+                    self._engine.end()
+                idle = not more
+            self._obey(0.0 if math.isinf(self._speed) and not idle else TICK)
+            self._publish()
+
+    def _step(self, passed: float) -> float:
+        """How far the tape goes in this time, s."""
+        if math.isinf(self._speed):
+            return PIECE
+        return min(passed, _LONGEST_TICK) * self._speed

@@ -1,0 +1,119 @@
+"""Sessions begun and taken up again: bytes and commands make the same state to the last bit."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.errors import SessionError, UsageError
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.journal import SETUP, Journal
+from imucal_wizard.live.settings import Settings
+from imucal_wizard.procedure.state import EventKind
+from imucal_wizard.sessions import Command, Session
+
+_PAUSE = 1.0
+"""The shortest time that lies between two runs of one session, s."""
+
+
+def begin(
+    path: Path,
+    setup: StreamSetup | None = None,
+    settings: Settings | None = None,
+    *,
+    source: str = "",
+    about: dict[str, Any] | None = None,
+) -> Engine:
+    """An engine that writes a new session.
+
+    Args:
+        path: the file to write.
+        setup: what is known of the stream.
+        settings: how the procedure is carried out.
+        source: what is read, in words.
+        about: what the caller needs to open the same source again (port, speed …).
+
+    Raises:
+        SessionError: the file cannot be written.
+    """
+    setup, settings = setup or StreamSetup(), settings or Settings()
+    known = {"asked": setup.to_json(), "setup": setup.to_json(), "settings": settings.to_json()}
+    session = Session.create(path, {"source": source, "step": "source", **known, **(about or {})})
+    return Engine(setup, settings, source=source, journal=Journal(session))
+
+
+@dataclass(frozen=True)
+class Resumed:
+    """A session taken up again.
+
+    Attributes:
+        engine: in its first state; ``prepare`` brings it to where the session ended.
+        about: all settings of the session.
+        session: the file, open for writing.
+    """
+
+    engine: Engine
+    about: dict[str, Any]
+    session: Session
+
+    def prepare(self, engine: Engine, now: Callable[[], float] = time.time) -> float:
+        """Run everything through the engine again, and let it go on writing.
+
+        Args:
+            engine: ``self.engine``.
+            now: seconds since 1970.
+
+        Returns:
+            The time on the session's own clock, s, at which it goes on.
+        """
+        replay(self.session, engine)
+        engine.journal = Journal(self.session)
+        last = self.session.last_arrival
+        passed = now() - float(self.about.get("created", now()))
+        return passed if last is None else max(last + _PAUSE, passed)
+
+
+def resume(path: Path) -> Resumed:
+    """Open a session to go on with it.
+
+    Raises:
+        SessionError: it cannot be read, or its settings are those of another version.
+    """
+    session = Session.open(path)
+    try:
+        about = session.meta()
+        setup = StreamSetup.from_json(about["asked"])
+        settings = Settings.from_json(about["settings"])
+    except (KeyError, AttributeError, UsageError) as error:
+        session.close()
+        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
+    engine = Engine(setup, settings, source=str(about.get("source", "")))
+    return Resumed(engine, about, session)
+
+
+def replay(session: Session, engine: Engine) -> None:
+    """Everything that was written down, through an engine, in its order."""
+    commands = deque(session.commands())
+    for number, arrival, data in session.raw():
+        while commands and commands[0].after_raw < number:
+            _obey(engine, commands.popleft())
+        engine.receive(data, arrival)
+    for command in commands:
+        _obey(engine, command)
+
+
+def _obey(engine: Engine, command: Command) -> None:
+    if command.sample_index != engine.samples:
+        engine.tell(
+            EventKind.WARNING,
+            "this version of the program reads the session differently: look at what is kept",
+        )
+    if command.name == SETUP:
+        engine.set_setup(StreamSetup.from_json(msgspec.json.decode(command.argument)))
+    else:
+        engine.command(command.name, command.argument)

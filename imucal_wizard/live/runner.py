@@ -1,0 +1,136 @@
+"""A thread that owns an engine: orders go in through a queue, frozen snapshots come out."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.errors import ImucalError
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.procedure.state import Collected, Status
+
+FRAME = 0.05
+"""Snapshots are made at most so often, s, and only when somebody has asked for one."""
+JOIN = 0.1
+"""Seconds that ``stop`` waits for the thread."""
+_ANSWER = 0.05
+
+Listener = Callable[[Status], None]
+"""Told of every new status, by the thread that made it."""
+
+
+class Runner:
+    """What a reader of a port and a player of a recording have in common.
+
+    Args:
+        engine: what the bytes go through; only the thread touches it once that runs.
+        listener: told of every new status of the procedure.
+        clock: seconds that never go back.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        *,
+        listener: Listener | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._engine = engine
+        self._listener = listener
+        self._clock = clock
+        self._orders: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._stopping = threading.Event()
+        self._asked = threading.Event()
+        self._published = Snapshot(stream=StreamStatus(source=engine.source))
+        self._published_at = -FRAME
+        self._told: Status | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more will come."""
+        return self._published.finished
+
+    def start(self) -> None:
+        """Begin to read."""
+        self._thread = threading.Thread(target=self._live, name=type(self).__name__, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; returns within 100 ms and may be called again."""
+        self._stopping.set()
+        self._orders.put(None)
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(JOIN)
+
+    def snapshot(self) -> Snapshot:
+        """The newest picture; the next one is made because somebody asks."""
+        self._asked.set()
+        return self._published
+
+    def command(self, name: str, argument: str = "") -> None:
+        """Hand a command to the procedure."""
+        self._orders.put(lambda: self._command(name, argument))
+
+    def set_setup(self, setup: StreamSetup) -> None:
+        """Read the stream in another way."""
+        self._orders.put(lambda: self._engine.set_setup(setup))
+
+    def collected(self) -> Collected:
+        """What has been measured so far."""
+        if not self._running:
+            return self._engine.collected()
+        answer: Future[Collected] = Future()
+        self._orders.put(lambda: answer.set_result(self._engine.collected()))
+        while True:
+            try:
+                return answer.result(timeout=_ANSWER)
+            except TimeoutError:
+                if not self._running:
+                    return self._engine.collected()
+
+    @property
+    def _running(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    def _command(self, name: str, argument: str) -> None:
+        self._engine.command(name, argument)
+
+    def _live(self) -> None:
+        """The thread: work until told to stop, then let go of everything."""
+        try:
+            self._work()
+        except ImucalError as error:
+            self._engine.link(str(error))
+        finally:
+            self._engine.close()
+            self._published = self._engine.snapshot()
+
+    def _work(self) -> None:
+        """Read or play until ``_stopping`` is set."""
+        raise NotImplementedError
+
+    def _obey(self, wait: float = 0.0) -> None:
+        """Carry out the orders that wait; wait a while for the first one."""
+        try:
+            order = self._orders.get(timeout=wait) if wait > 0.0 else self._orders.get_nowait()
+            while order is not None:
+                order()
+                order = self._orders.get_nowait()
+        except queue.Empty:
+            return
+
+    def _publish(self) -> None:
+        """Tell the listener, and make a snapshot when it is due and wanted."""
+        if self._listener is not None:
+            status = self._engine.status()
+            if status is not self._told:
+                self._told = status
+                self._listener(status)
+        now = self._clock()
+        if self._asked.is_set() and now - self._published_at >= FRAME:
+            self._asked.clear()
+            self._published, self._published_at = self._engine.snapshot(), now

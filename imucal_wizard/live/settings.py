@@ -1,0 +1,44 @@
+"""How a procedure is to be carried out; written into the session, so that it can be resumed."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+
+from imucal_wizard.errors import SessionError
+from imucal_wizard.procedure.plan import Procedure
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The choices made before the first sample.
+
+    Attributes:
+        procedure: the steps and what each needs.
+        gravity: local gravity, m/s².
+        gyroscope_range: full scale of the gyroscope in its reading's unit, or None.
+    """
+
+    procedure: Procedure = field(default_factory=Procedure)
+    gravity: float = STANDARD_GRAVITY
+    gyroscope_range: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """A value that the ``json`` module writes."""
+        value: dict[str, Any] = msgspec.to_builtins(self)
+        return value
+
+    @classmethod
+    def from_json(cls, value: object) -> "Settings":
+        """The settings that ``to_json`` wrote.
+
+        Raises:
+            SessionError: they are not settings.
+        """
+        try:
+            return msgspec.convert(value, cls)
+        except msgspec.ValidationError as error:
+            raise SessionError(
+                f"the settings in the session cannot be read ({error}); begin a new session"
+            ) from error

@@ -1,0 +1,99 @@
+"""What is drawn of the stream, made only when somebody looks."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from imucal_wizard.live.attitude import Attitude
+from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.live.traces import SECONDS, Traces
+from imucal_wizard.procedure.state import Event, Status
+from imucal_wizard.readings import Readings, join
+
+_GATHERED = 64
+"""Pieces of the stream that wait to be drawn at most."""
+
+
+class View:
+    """Gathers samples cheaply and makes snapshots of them.
+
+    Args:
+        serial: number of the last snapshot that another view has made.
+    """
+
+    def __init__(self, serial: int = 0) -> None:
+        self.rate = 0.0
+        self._traces: Traces | None = None
+        self._attitude = Attitude()
+        self._unseen: list[Readings] = []
+        self._units = ("m/s^2", "rad/s")
+        self._dirty = True
+        self._latest = Snapshot(serial)
+
+    def begin(self, rate: float, readings: Readings) -> None:
+        """Rate and units are known."""
+        self.rate = rate
+        self._traces = Traces(rate)
+        gyroscope = readings.gyroscope
+        self._units = (readings.accelerometer.unit, gyroscope.unit if gyroscope else "rad/s")
+
+    def feed(self, readings: Readings) -> None:
+        """Take new samples."""
+        self._unseen.append(readings)
+        self._dirty = True
+        if len(self._unseen) >= _GATHERED:
+            self._draw(None)
+
+    def changed(self) -> None:
+        """Something else than the samples is new."""
+        self._dirty = True
+
+    def snapshot(
+        self,
+        stream: Callable[[], StreamStatus],
+        status: Callable[[], Status],
+        events: tuple[tuple[Event, ...], int],
+        finished: bool,
+    ) -> Snapshot:
+        """A picture of everything; the last one again when nothing is new."""
+        if not self._dirty:
+            return self._latest
+        now = status()
+        self._draw(now.up)
+        self._latest = Snapshot(
+            serial=self._latest.serial + 1,
+            stream=self._with_values(stream()),
+            status=now,
+            events=events[0],
+            event_count=events[1],
+            traces=self._latest.traces if self._traces is None else self._traces.drawn(),
+            traces_seconds=SECONDS,
+            attitude=self._attitude.matrix,
+            finished=finished,
+        )
+        self._dirty = False
+        return self._latest
+
+    @property
+    def serial(self) -> int:
+        """Number of the newest snapshot."""
+        return self._latest.serial
+
+    def _draw(self, up: tuple[float, float, float] | None) -> None:
+        unseen, self._unseen = self._unseen, []
+        if unseen and self._traces is not None:
+            readings = join(unseen)
+            self._traces.feed(readings)
+            self._attitude.feed(readings, up)
+
+    def _with_values(self, stream: StreamStatus) -> StreamStatus:
+        if self._traces is None:
+            return stream
+        return replace(
+            stream,
+            temperature=self._traces.temperature,
+            accelerometer=self._traces.accelerometer,
+            gyroscope=self._traces.gyroscope,
+            accelerometer_unit=self._units[0],
+            gyroscope_unit=self._units[1],
+            gravity=self._traces.gravity,
+        )
