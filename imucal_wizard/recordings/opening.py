@@ -1,5 +1,6 @@
 """The beginning of a text file: comments, header, first line of data; from them the layout."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ from imucal_wizard.recordings.options import RecordingOptions
 
 _SEARCHED_LINES = 400
 """A header that the device prints every few seconds is looked for in so many lines."""
+
+_LABEL = re.compile(r"[A-Za-z]\w*\s*[:=]")
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ def read_opening(text: str, options: RecordingOptions) -> Opening:
     """Find header and first line of data, and name the columns.
 
     Raises:
-        RecordingError: there are no data, or nothing says what the columns are.
+        RecordingError: there are no lines of numbers, or nothing says what the columns are.
     """
     header, data, names = _search(text, wants_header=not options.columns)
     warnings: tuple[str, ...] = ()
@@ -101,7 +104,9 @@ def _search(text: str, wants_header: bool) -> tuple[Line | None, Line, list[str]
         if data is not None and (header is not None or not wants_header):
             break
     if data is None:
-        raise RecordingError("there is no line of data in it; record again")
+        raise RecordingError(
+            "there is no line of data in it: no line of plain numbers; record again"
+        )
     if header is not None or not wants_header:
         return header or words, data, header.fields if header else []
     if names := _comment_header(text, data):
@@ -130,7 +135,9 @@ def _is_header(fields: list[str]) -> bool:
 
 
 def _is_data(fields: list[str]) -> bool:
-    """Whether a line can be a sample: it has numbers, and at most a few words beside them."""
+    """Whether a line can be a sample: numbers without labels, and a few words beside them."""
+    if any(_LABEL.search(field) for field in fields):
+        return False
     numbers = sum(is_number(field) for field in fields)
     return numbers >= 2 and any(map(str.strip, fields)) and numbers >= len(fields) / 2
 

@@ -10,9 +10,10 @@ from imucal_wizard.recordings.columns import Samples
 from imucal_wizard.recordings.delimited import read_delimited
 from imucal_wizard.recordings.imu_tk import read_imu_tk
 from imucal_wizard.recordings.options import RecordingOptions
+from imucal_wizard.recordings.text import is_database
 
 FORMATS = ("csv", "imu_tk")
-"""Names that ``--as`` takes."""
+"""Names that ``--as`` takes; a session is known by its content."""
 
 
 def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Readings:
@@ -56,20 +57,26 @@ def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Read
 
 
 def _each(paths: Sequence[Path], options: RecordingOptions) -> list[Samples]:
+    if options.as_format not in (None, *FORMATS):
+        raise UsageError(f"--as {options.as_format} is not known; give one of {', '.join(FORMATS)}")
     if options.as_format == "imu_tk":
         return read_imu_tk(paths, options)
-    if options.as_format not in (None, "csv"):
-        raise UsageError(f"--as {options.as_format} is not known; give one of {', '.join(FORMATS)}")
     samples = []
     for path in paths:
         try:
-            samples.append(read_delimited(path, options))
+            samples.append(_one(path, options))
         except RecordingError as error:
             says = str(error)
-            raise RecordingError(
-                says if says.startswith(str(path)) else f"{path}: {says}"
-            ) from None
+            raise RecordingError(says if str(path) in says else f"{path}: {says}") from None
     return samples
+
+
+def _one(path: Path, options: RecordingOptions) -> Samples:
+    if options.as_format is None and is_database(path):
+        from imucal_wizard.recordings.session import read_session
+
+        return read_session(path, options)
+    return read_delimited(path, options)
 
 
 def _merge(

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from imucal_wizard.errors import SessionError
+from imucal_wizard.recordings.text import is_database
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
 """``IMUC`` in the header of the file, by which it is known."""
 VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
-_MAGIC = b"SQLite format 3\0"
 _BUSY_SECONDS = 0.5
 
 SCHEMA = """
@@ -35,15 +35,6 @@ CREATE TABLE rotation (id INTEGER PRIMARY KEY, start REAL NOT NULL, end REAL NOT
 CREATE TABLE event (id INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NULL,
                     text TEXT NOT NULL);
 """
-
-
-def is_database(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(_MAGIC)) == _MAGIC
-    except OSError:
-        return False
 
 
 def connect(path: Path) -> sqlite3.Connection:

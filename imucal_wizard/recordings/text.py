@@ -5,10 +5,20 @@ from pathlib import Path
 
 from imucal_wizard.errors import RecordingError
 
+_SQLITE = b"SQLite format 3\0"
 _LOOKED_AT = 65_536
 _MOST_GARBAGE = 0.05
 _TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def is_database(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
 
 
 def read_bytes(path: Path) -> bytes:
