@@ -6,7 +6,7 @@ from imucal_wizard import units
 from imucal_wizard.devices.clock import DeviceClock, SampleCounter
 from imucal_wizard.devices.formats.base import Column, Rows
 from imucal_wizard.devices.host_clock import HostClock
-from imucal_wizard.devices.rate import period_of
+from imucal_wizard.devices.rate import period_of, quantum_of
 from imucal_wizard.devices.resolve import places_of
 from imucal_wizard.readings import FloatArray, Readings, Series
 
@@ -47,7 +47,7 @@ class Assembler:
         factor = units.factor("time", self.columns[self._time].unit)
         ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
         self._device_period = period_of(ticks)
-        return DeviceClock(factor, self._device_period, bool(np.mean(np.diff(ticks) == 0) > 0.1))
+        return DeviceClock(factor, self._device_period, quantum_of(ticks))
 
     @property
     def device(self) -> DeviceClock | None:

@@ -18,23 +18,29 @@ class DeviceClock:
     Args:
         factor: seconds per tick.
         period: sampling period, s, for counting what is missing.
-        coarse: True where equal times are normal because the printed time is coarser than the
-            period.
+        quantum: step of the printed time, s, where that is coarser than the period, so that equal
+            times are normal; else 0.
     """
 
-    def __init__(self, factor: float, period: float, coarse: bool = False) -> None:
+    def __init__(self, factor: float, period: float, quantum: float = 0.0) -> None:
         self._factor = factor
         self._period = period
-        self._limit = 1.5 * period + (2.0 * period if coarse else 0.0)
+        self._limit = 1.5 * period + quantum
+        self._smoother = Smoother(period, quantum) if quantum else None
         self._moduli = (2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6, 2.0**16, 86400.0 / factor)
         self._base = 0.0
         self._offset = 0.0
         self._last: float | None = None
         self._last_time = 0.0
-        self.lost = 0
+        self._lost = 0
         self.wraps = 0
         self.restarts = 0
         self.jumps = 0
+
+    @property
+    def lost(self) -> int:
+        """How many samples are missing by the device's time."""
+        return self._smoother.lost if self._smoother else self._lost
 
     def feed(self, ticks: FloatArray) -> FloatArray:
         """Times of these samples, s, never decreasing.
@@ -55,7 +61,7 @@ class DeviceClock:
                 self._base, self._offset = float(ticks[i]), before + step
                 times[i:] = (ticks[i:] - self._base) * self._factor + self._offset
         self._last, self._last_time = float(ticks[-1]), float(times[-1])
-        return times
+        return self._smoother.feed(times) if self._smoother else times
 
     def _odd_step(self, step: float) -> float:
         """What a step that is not one period means, s: a gap, a wrap, or a new segment."""
@@ -76,7 +82,50 @@ class DeviceClock:
 
     def _count_lost(self, step: float) -> None:
         if step > self._limit:
-            self.lost += round(step / self._period) - 1
+            self._lost += round(step / self._period) - 1
+
+
+class Smoother:
+    """Fine times from coarse ones: a phase-locked loop over the samples.
+
+    Milliseconds at 8,000 samples/s come as eight equal times and then a step. The loop follows
+    their mean with a time constant of a hundred samples.
+
+    Args:
+        period: sampling period, s.
+        quantum: step of the coarse time, s.
+    """
+
+    _PHASE, _FREQUENCY = 0.02, 1e-4
+
+    def __init__(self, period: float, quantum: float) -> None:
+        self._nominal = self._period = period
+        self._limit = quantum + 2.0 * period
+        self._time: float | None = None
+        self.lost = 0
+
+    def feed(self, times: FloatArray) -> FloatArray:
+        """Fine times of these samples, s, never decreasing.
+
+        Args:
+            times: coarse times, s, shape (n,), never decreasing.
+        """
+        return np.array([self._next(t) for t in times.tolist()])
+
+    def _next(self, coarse: float) -> float:
+        if self._time is None:
+            self._time = coarse
+            return coarse
+        error = coarse - (self._time + self._period)
+        if error > self._limit:  # samples are missing: keep the phase, skip whole periods
+            missing = round(error / self._period)
+            self.lost += missing
+            self._time += (missing + 1) * self._period
+            return self._time
+        self._time += max(0.0, self._period + self._PHASE * error)
+        wanted = self._period + self._FREQUENCY * error
+        self._period = min(max(wanted, 0.8 * self._nominal), 1.25 * self._nominal)
+        return self._time
 
 
 class SampleCounter:

@@ -6,14 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.devices.assemble import Assembler
-from imucal_wizard.devices.formats import decoder_for
+from imucal_wizard.devices.formats import decoder_for, format_note
 from imucal_wizard.devices.formats.base import Column, Decoder
+from imucal_wizard.devices.garbage import Garbage
+from imucal_wizard.devices.health import Health
 from imucal_wizard.devices.plain import plain
 from imucal_wizard.devices.search import Found, Search
 from imucal_wizard.devices.setup import AUTO, StreamSetup
 from imucal_wizard.readings import FloatArray, Readings, join
 
 __all__ = ["Intake", "Preview", "StreamSetup"]
+
+_PATIENCE = 50
+"""Unreadable lines in a row after which it is said that nothing is read any more."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +43,21 @@ class Intake:
 
     Args:
         setup: what is known of the stream.
+        compare_arrivals: warn when the device's time and the host's disagree; False where the
+            arrivals are not those of the device (a recording played at another speed).
     """
 
-    def __init__(self, setup: StreamSetup | None = None) -> None:
+    def __init__(self, setup: StreamSetup | None = None, *, compare_arrivals: bool = True) -> None:
         self._asked = setup or StreamSetup()
+        self._compare_arrivals = compare_arrivals
         self._search = Search(self._asked)
         self._held: list[tuple[bytes, float]] = []
         self._found: Found | None = None
         self._decoder: Decoder | None = None
         self._assembler: Assembler | None = None
+        self._health: Health | None = None
+        self._garbage = Garbage()
+        self._unread = 0
         self._malformed = 0
         self._decimals: tuple[int, ...] = ()
         self._rate = 0.0
@@ -66,7 +77,16 @@ class Intake:
     @property
     def problem(self) -> str:
         """Why nothing can be read and what to do, where that is so; else ``""``."""
-        return "" if self._found else self._search.problem
+        if self._found is None:
+            return self._search.problem
+        if self._garbage.problem:
+            return self._garbage.problem
+        if self._unread < _PATIENCE:
+            return ""
+        return (
+            f"The last {self._unread} lines could not be read: the device prints something else "
+            f"now. Restart it, or choose the source again."
+        )
 
     @property
     def format(self) -> str:
@@ -128,7 +148,9 @@ class Intake:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What was noticed, each once, newest last; every one says what to do."""
-        return self._search.notes
+        note = format_note(self.format)
+        seen = self._health.notes if self._health else ()
+        return (*self._search.notes, *((note,) if note else ()), *seen)
 
     def feed(self, data: bytes, arrival: float) -> Readings | None:
         """Take what has come.
@@ -160,7 +182,7 @@ class Intake:
 
         Once Readings have come out nothing is kept: the new one goes on with the next bytes.
         """
-        other = Intake(setup)
+        other = Intake(setup, compare_arrivals=self._compare_arrivals)
         return other, _joined(other.feed(*chunk) for chunk in self._held)
 
     def _start(self, found: Found) -> Readings | None:
@@ -168,6 +190,7 @@ class Intake:
         self._found = found
         decoder = self._decoder = decoder_for(found.format, found.columns)
         assembler = self._assembler = Assembler(found.columns, found.first, self._asked.rate)
+        self._health = Health(assembler, self._compare_arrivals)
         held, self._held = self._held, []
         return _joined(self._run(decoder, assembler, *chunk) for chunk in held)
 
@@ -179,9 +202,18 @@ class Intake:
         self._decimals = rows.decimals or self._decimals
         if len(rows.values):
             self._latest = rows.values
+            self._unread = 0
+            self._garbage = Garbage() if self._garbage.problem else self._garbage
+        else:
+            self._unread += rows.malformed
+            self._garbage.feed(data)
         readings = assembler.feed(rows, arrival)
         if not self._rate and assembler.samples:
             self._rate = self.measured_rate
+        if self._health is not None:
+            if readings is not None:
+                self._health.feed(readings, arrival)
+            self._health.count(self._malformed, self._decimals)
         return readings
 
 

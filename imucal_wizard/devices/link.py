@@ -9,7 +9,7 @@ from typing import Any
 
 from imucal_wizard.devices import link_errors
 from imucal_wizard.devices.plain import plain
-from imucal_wizard.devices.ports import PortInfo, list_ports, same_device
+from imucal_wizard.devices.port_list import PortInfo, list_ports, same_device
 from imucal_wizard.errors import LinkError
 
 __all__ = ["LINK_BREAK", "PortInfo", "Transport", "list_ports"]

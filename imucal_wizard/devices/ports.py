@@ -1,78 +1,115 @@
-"""What is plugged in: every serial port with what it probably is."""
+"""What is plugged in and what speaks there: every port is listened to for a moment."""
 
-import contextlib
-import os
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from imucal_wizard.devices.plain import plain
+from imucal_wizard.devices.garbage import BAUDS, unreadable, wrong_speed
+from imucal_wizard.devices.intake import Intake
+from imucal_wizard.devices.link import Transport
+from imucal_wizard.devices.port_list import PortInfo, list_ports
+from imucal_wizard.errors import LinkError
 
-_HINTS: dict[str, str] = {
-    "2341": "Arduino",
-    "2A03": "Arduino",
-    "1A86": "CH340 USB bridge (Arduino clone, ESP board)",
-    "10C4": "CP210x USB bridge (ESP board)",
-    "0403": "FTDI USB bridge",
-    "16C0": "Teensy",
-    "239A": "Adafruit board",
-    "2E8A": "Raspberry Pi RP2040 or RP2350",
-    "303A": "Espressif board with native USB",
-    "1B4F": "SparkFun board",
-    "2639": "Xsens",
-    "1209": "ArduPilot or another open-hardware board",
-    "26AC": "PX4 flight controller",
-    "2DAE": "CubePilot flight controller",
-    "0483": "STM32 board (often a flight controller)",
-    "199B": "MicroStrain",
-}
+__all__ = ["Heard", "PortInfo", "hear", "list_ports", "ports_report", "survey"]
+
+_LISTEN = 1.2
+_TRIES = 3
+_USUAL = BAUDS[0]
 
 
 @dataclass(frozen=True)
-class PortInfo:
-    """One serial port of this machine.
+class Heard:
+    """What was heard on one port.
 
     Attributes:
-        device: what to open, ``/dev/ttyACM0`` or ``COM5``.
-        description: what the system calls it.
-        vid_pid: USB vendor and product as ``2341:0043``, or ``""`` where it is not on USB.
-        serial_number: the USB serial number, or ``""``.
-        hint: what such a device usually is, or ``""``.
+        port: the port.
+        baud: the speed at which this was heard.
+        format: name of the format, or ``""``.
+        rate: samples per second, 0 where it could not be told.
+        line: the newest line, safe to show.
+        says: one sentence for the user.
+        garbled: what came was no text.
     """
 
-    device: str
-    description: str = ""
-    vid_pid: str = ""
-    serial_number: str = ""
-    hint: str = ""
+    port: PortInfo
+    baud: int = _USUAL
+    format: str = ""
+    rate: float = 0.0
+    line: str = ""
+    says: str = ""
+    garbled: bool = False
 
 
-def hint_for(vid_pid: str) -> str:
-    """What a device of this vendor usually is; ``""`` when the vendor is not known here."""
-    return _HINTS.get(vid_pid.partition(":")[0].upper(), "")
+def hear(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> Heard:
+    """Listen to one port without sending anything, at other speeds too where it speaks garbage."""
+    heard = _hear_at(port, baud, seconds)
+    if not heard.garbled or not port.vid_pid:
+        return heard
+    others = [speed for speed in BAUDS if speed != baud][:_TRIES]
+    found = (_hear_at(port, speed, seconds / 2) for speed in others)
+    return next((other for other in found if other.format), heard)
 
 
-def list_ports() -> list[PortInfo]:
-    """Every serial port the system names, USB devices first; an empty list where it names none."""
-    from serial.tools.list_ports import comports
-
-    found: list[PortInfo] = []
-    with contextlib.suppress(OSError):
-        for port in comports():
-            known = port.vid is not None and port.pid is not None
-            vid_pid = f"{port.vid:04X}:{port.pid:04X}" if known else ""
-            words = port.description if port.description not in (None, "n/a") else ""
-            found.append(
-                PortInfo(
-                    port.device,
-                    plain(words or ""),
-                    vid_pid,
-                    plain(port.serial_number or ""),
-                    hint_for(vid_pid),
-                )
-            )
-    return sorted(found, key=lambda info: (not info.vid_pid, info.device))
+def survey(find: Callable[[], list[PortInfo]] = list_ports) -> list[Heard]:
+    """Listen to every port, all at the same time."""
+    ports = find()
+    if not ports:
+        return []
+    with ThreadPoolExecutor(max_workers=min(16, len(ports))) as pool:
+        return list(pool.map(hear, ports))
 
 
-def same_device(port: str, ports: list[PortInfo]) -> PortInfo | None:
-    """The listed port behind this path; a link such as ``/dev/serial/by-id/…`` is followed."""
-    real = os.path.realpath(port)
-    return next((p for p in ports if p.device in (port, real)), None)
+def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
+    """The lines that ``imucal-wizard ports`` prints; what cannot be opened says why."""
+    heard = survey(find)
+    if not heard:
+        return (
+            "No serial port is there. Plug a device in, or use the virtual IMU: run "
+            "imucal-wizard alone."
+        )
+    return "\n".join(_lines(one) for one in heard)
+
+
+def _lines(one: Heard) -> str:
+    about = "  ".join(
+        word for word in (one.port.vid_pid, one.port.description, one.port.hint) if word
+    )
+    return f"{one.port.device}  {about}".rstrip() + f"\n    {one.says}"
+
+
+def _hear_at(port: PortInfo, baud: int, seconds: float) -> Heard:
+    transport = Transport(port.device, baud, find=lambda: [port])
+    intake = Intake()
+    data = b""
+    try:
+        transport.open()
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            piece = transport.read(timeout=0.05)
+            data += piece
+            intake.feed(piece, time.monotonic())
+    except LinkError as error:
+        return Heard(port, baud, says=str(error))
+    finally:
+        transport.close()
+    return _judged(port, baud, data, intake, seconds)
+
+
+def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: float) -> Heard:
+    line = intake.preview.line
+    if not data:
+        says = "open, but silent: it sends nothing by itself, or another program has its data."
+        return Heard(port, baud, says=says)
+    if not intake.format:
+        garbled = unreadable(data) > 0.15
+        text = f"text at {baud} baud, no samples known here: {line}"
+        says = (intake.problem or wrong_speed(unreadable(data), baud)) if garbled else text
+        return Heard(port, baud, line=line, says=says, garbled=garbled)
+    rows = data.count(b"\n") / seconds
+    rate = intake.measured_rate
+    about = f"{rate:.1f} samples/s" if rate else f"about {rows:.0f} lines/s"
+    asks = f"; asks for {' and '.join(intake.needs)}" if intake.needs else ""
+    names = ",".join(c.channel for c in intake.columns if c.channel)
+    says = f"speaks {intake.format} at {baud} baud, {about}, {names or 'columns unknown'}{asks}"
+    return Heard(port, baud, intake.format, rate, line, says)

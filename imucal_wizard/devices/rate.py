@@ -19,9 +19,20 @@ def period_of(times: FloatArray) -> float:
     if not len(forward):
         return 0.0
     middle = float(np.median(forward))
-    coarse = float(np.mean(steps == 0)) > 0.1
-    low, high = (0.0, 2.5 * middle) if coarse else (0.5 * middle, 1.5 * middle)
+    low, high = (0.0, 2.5 * middle) if quantum_of(times) else (0.5 * middle, 1.5 * middle)
     return float(np.mean(steps[(steps >= low) & (steps <= high)]))
+
+
+def quantum_of(times: FloatArray) -> float:
+    """The step of a printed time that is coarser than the sampling period, s; 0 where it is finer.
+
+    Args:
+        times: shape (n,), s, as the device gave them.
+    """
+    steps = np.diff(times)
+    if not len(steps) or float(np.mean(steps == 0)) <= 0.1 or not np.any(steps > 0):
+        return 0.0
+    return float(np.min(steps[steps > 0]))
 
 
 class RateFit:

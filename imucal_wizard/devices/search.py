@@ -12,6 +12,8 @@ from imucal_wizard.devices.setup import AUTO, StreamSetup
 from imucal_wizard.readings import FloatArray
 
 _PROBE_LINES = 16384
+_PATIENCE = 60
+"""Lines after which it is said that nothing can be read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,7 @@ class Search:
         self._arrivals: list[float] = []
         self._columns: tuple[Column, ...] = ()
         self._next = FIRST_ROWS
+        self._lines = 0
         self.needs: tuple[str, ...] = ()
         self.notes: tuple[str, ...] = ()
         self.decimals: tuple[int, ...] = ()
@@ -68,7 +71,15 @@ class Search:
     @property
     def problem(self) -> str:
         """Why nothing can be read, where that is so; else ``""``."""
-        return self._detector.problem if self._decoder is None else ""
+        if self._decoder is None:
+            return self._detector.problem
+        if self._arrivals or self._lines < _PATIENCE:
+            return ""
+        fields = f" with {len(self._setup.columns)} columns" if self._setup.columns else ""
+        return (
+            f"{self._lines} lines have come and none is {self._decoder.name}{fields}. Look at the "
+            f"newest line and correct the format or the columns."
+        )
 
     def feed(self, piece: bytes, arrival: float) -> Found | None:
         """Look at one line more.
@@ -80,6 +91,7 @@ class Search:
         Returns:
             What was found once all of it is known; None before.
         """
+        self._lines += piece.endswith((b"\n", b"\r"))
         if self._decoder is not None:
             return self._decode(self._decoder, piece, arrival)
         self._undecoded.append((piece, arrival))

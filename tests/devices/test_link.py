@@ -9,7 +9,7 @@ import pytest
 
 from imucal_wizard.devices import link_errors
 from imucal_wizard.devices.link import LINK_BREAK, PortInfo, Transport, list_ports
-from imucal_wizard.devices.ports import hint_for
+from imucal_wizard.devices.port_list import hint_for
 from imucal_wizard.errors import LinkError
 from tests.devices.ports import Pty, link, server, until, url_of
 

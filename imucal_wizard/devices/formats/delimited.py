@@ -64,11 +64,11 @@ class DelimitedDecoder(TextDecoder):
             return  # its beginning is missing and nobody can see it
         elif self._columns:
             self._sample(line, fields, values)
-        elif None not in values and len(values) >= MIN_COLUMNS:
+        elif are_numbers(fields, values):
             self._learn(line)
 
     def _sample(self, line: bytes, fields: list[bytes], values: list[float | None]) -> None:
-        if len(fields) != len(self._columns) or self._text_where_needed(values):
+        if len(fields) != len(self._columns) or self._text_where_needed(fields, values):
             self._spoilt()
             self._unfit(line, len(fields))
             return
@@ -78,13 +78,11 @@ class DelimitedDecoder(TextDecoder):
         printed = [numbers.decimals(field) for field in fields]
         self._row([math.nan if v is None else v for v in values], printed)
 
-    def _text_where_needed(self, values: list[float | None]) -> bool:
+    def _text_where_needed(self, fields: list[bytes], values: list[float | None]) -> bool:
         """Text may stand in a column that nobody needs, once it is known which these are."""
-        named = any(c.channel for c in self._columns)
-        return any(
-            v is None and (bool(c.channel) or not named)
-            for v, c in zip(values, self._columns, strict=True)
-        )
+        if not any(c.channel for c in self._columns):
+            return not are_numbers(fields, values)
+        return any(v is None and c.channel for v, c in zip(values, self._columns, strict=True))
 
     def _words(self, line: bytes, fields: list[bytes], first: bool) -> None:
         """A line without numbers: a header, a banner that nobody needs, or garbage."""
@@ -125,6 +123,13 @@ class DelimitedDecoder(TextDecoder):
         self._learning.append(line)
         if len(self._misfits) >= _GIVE_UP_HEADER and len(set(self._misfits)) == 1:
             self._columns, self._misfits = (), []
+
+
+def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:
+    """Whether a line without a known header is a line of numbers, a date perhaps among them."""
+    good = sum(value is not None for value in values)
+    words = any(v is None and not numbers.wordless(f) for f, v in zip(fields, values, strict=True))
+    return good >= max(MIN_COLUMNS, len(values) / 2) and not words
 
 
 def whole(columns: tuple[Column, ...]) -> bool:

@@ -44,6 +44,11 @@ def number(field: bytes) -> float | None:
     return None
 
 
+def wordless(field: bytes) -> bool:
+    """Whether a field holds no letter: a date may stand in a line of numbers, a label may not."""
+    return field.upper() == field.lower() and field.isascii()
+
+
 def decimals(field: bytes) -> int:
     """How many decimals are printed in this field; 17 for a number with an exponent."""
     if b"e" in field.lower():

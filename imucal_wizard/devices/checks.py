@@ -1,0 +1,181 @@
+"""What two seconds of samples show that a user should know. Each check gives one sentence or "".
+
+Every sentence says what was seen and what to do.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard import units
+from imucal_wizard.readings import FloatArray
+
+_AXES = "xyz"
+_RUN = 4
+"""So many equal extremes in a row are no chance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Some consecutive samples.
+
+    Attributes:
+        acceleration: shape (n, 3), in m/s² or counts.
+        rate: shape (n, 3), in rad/s or counts; None without gyroscope.
+        acceleration_unit: ``m/s^2`` or ``count``.
+        rate_unit: ``rad/s`` or ``count``.
+    """
+
+    acceleration: FloatArray
+    rate: FloatArray | None
+    acceleration_unit: str
+    rate_unit: str = ""
+
+
+def repeated(window: Window) -> str:
+    """Samples that are the same as the one before in every axis."""
+    values = window.acceleration
+    if window.rate is not None:
+        values = np.hstack((values, window.rate))
+    share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
+    if not 0.2 < share < 1.0:
+        return ""
+    return (
+        f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
+        f"sensor measures, or too few digits. Print once per new measurement, or the noise and "
+        f"the stillness limits come out wrong."
+    )
+
+
+def frozen(window: Window) -> str:
+    """Not one value changes."""
+    values = window.acceleration
+    if window.rate is not None:
+        values = np.hstack((values, window.rate))
+    if not bool(np.all(values == values[0])):
+        return ""
+    return (
+        "No value changes at all: the sensor does not answer and its last values are printed, or "
+        "so few digits that no noise is seen. Check its wiring, and print more digits."
+    )
+
+
+def gravity(window: Window) -> str:
+    """The size of gravity does not fit the unit."""
+    if window.acceleration_unit != "m/s^2":
+        return ""
+    sizes = np.linalg.norm(window.acceleration, axis=1)
+    size = float(np.median(sizes))
+    if size < 2.0:
+        return (
+            f"The acceleration is only {size:.2g} m/s² for two seconds: the device has taken "
+            f"gravity out (linear acceleration), or the unit is wrong. Let it print the raw "
+            f"acceleration, or correct the unit."
+        )
+    if float(np.std(sizes)) > 0.03 * size or abs(size / units.STANDARD_GRAVITY - 1) < 0.2:
+        return ""
+    likely = _unit_for(size)
+    advice = f"it looks like {likely}: set that unit" if likely else "correct the unit or the range"
+    return f"Gravity reads {size:.4g} m/s² instead of 9.81; {advice}."
+
+
+def _unit_for(size: float) -> str:
+    """What was printed in another unit than it was taken for, by the size of gravity."""
+    readings = {"m/s^2": size, "g": size / units.STANDARD_GRAVITY, "mg": size * 1e3 / 9.80665}
+    sizes = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0}
+    for taken, printed in readings.items():
+        for unit, expected in sizes.items():
+            if unit != taken and abs(printed / expected - 1) < 0.1:
+                return f"{unit} taken for {taken}"
+    return ""
+
+
+def zero_rate(window: Window) -> str:
+    """The gyroscope is exactly zero while the accelerometer shows noise."""
+    if window.rate is None or bool(np.all(np.ptp(window.acceleration, axis=0) == 0)):
+        return ""
+    zeros = float(np.mean(np.all(window.rate == 0, axis=1)))
+    if zeros < 0.5:
+        return ""
+    return (
+        "The gyroscope reads exactly zero: the device takes its own bias out (BNO055 in a fusion "
+        "mode, WitMotion with automatic calibration) or prints too few digits. Switch to raw data "
+        "(BNO055: AMG mode; WitMotion: register 0x63 = 1), or its bias cannot be found."
+    )
+
+
+def clipped(window: Window) -> str:
+    """An axis stands at the end of its range."""
+    limits = [
+        ("accelerometer", window.acceleration, window.acceleration_unit, 1.7 * 9.80665),
+        ("gyroscope", window.rate, window.rate_unit, 2.0),
+    ]
+    for sensor, values, unit, least in limits:
+        if values is None:
+            continue
+        for axis in range(3):
+            column = values[:, axis]
+            if _at_end(column, unit, least):
+                end = f"{column[_farthest(column)]:.5g} {unit}"
+                return (
+                    f"The {sensor}'s {_AXES[axis]} axis stands at its limit ({end}): the range is "
+                    f"too small for this movement. Set a larger range in the device, or move "
+                    f"more slowly."
+                )
+    return ""
+
+
+def _farthest(column: FloatArray) -> int:
+    return int(np.argmax(np.abs(column - np.median(column))))
+
+
+def _at_end(column: FloatArray, unit: str, least: float) -> bool:
+    """The farthest value comes several times in a row, far from rest, or is the end of int16."""
+    extreme = float(column[_farthest(column)])
+    if unit == units.COUNT:
+        if extreme in (32767.0, -32768.0, 65535.0):
+            return True
+        if float(np.ptp(column)) < 1000:
+            return False
+    elif abs(extreme) < least:
+        return False
+    return _longest_run(column == extreme) >= _RUN
+
+
+def _longest_run(flags: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
+    return int(np.max(edges[1::2] - edges[::2], initial=0))
+
+
+def dead_axes(values: FloatArray) -> list[str]:
+    """Axes that never change while another axis of the same sensor does.
+
+    Args:
+        values: shape (n, 3).
+    """
+    spans = np.ptp(values, axis=0)
+    lively = max(len(np.unique(values[:, axis])) for axis in range(3))
+    return [_AXES[axis] for axis in range(3) if spans[axis] == 0] if lively > 5 else []
+
+
+def too_few_digits(sensor: str, unit: str, decimals: int) -> str:
+    """Printed steps that are coarser than what a calibration needs.
+
+    Args:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        unit: the printed unit.
+        decimals: printed decimals; -1 where that is not known.
+    """
+    if decimals < 0 or unit == units.COUNT:
+        return ""
+    step = 10.0**-decimals * units.factor(sensor, unit)
+    if sensor == "accelerometer":
+        coarse, words = step > 0.004, f"{step * 1000:.3g} mm/s²"
+    else:
+        coarse, words = step > 0.002, f"{np.degrees(step):.2g} °/s"
+    if not coarse:
+        return ""
+    return (
+        f"The {sensor} is printed in {unit} with {decimals} digits behind the point, in steps of "
+        f"{words}: print more, for instance Serial.print(x, 5)."
+    )
