@@ -10,10 +10,12 @@ from imucal_wizard.devices.formats.lines import LineCutter
 from imucal_wizard.devices.formats.names import header
 from imucal_wizard.devices.formats.numbers import NUMBER
 from imucal_wizard.devices.formats.presets import HEADER_PRESETS, PRESETS
-from imucal_wizard.devices.garbage import Garbage
+from imucal_wizard.devices.garbage import Garbage, unreadable
 
 _WINDOW = 8
 _AGREE = 6
+_UNREADABLE = 0.2
+"""A degree sign or two may be there; a line of more such bytes is no text."""
 _PATIENCE = 60
 """Lines after which it is said that nothing is understood."""
 
@@ -57,6 +59,9 @@ class Detector:
         return ""
 
     def _look(self, line: bytes, first: bool) -> str:
+        if unreadable(line) > _UNREADABLE:
+            self._families.append("")
+            return ""
         text = line.decode("utf-8", errors="replace").strip()
         name = self._preset(text) or self._header(line, first)
         if name or first:
@@ -97,7 +102,7 @@ class Detector:
 
     def _labels(self, text: str) -> str:
         """Lines with words and numbers: plain once most of them are of a kind that repeats."""
-        if not NUMBER.search(text):
+        if not NUMBER.search(text) or self._garbage.problem:
             return ""
         self._labelled.append(text)
         lines = list(self._labelled)

@@ -4,6 +4,8 @@ BAUDS = (115200, 921600, 57600, 9600, 230400, 460800, 38400)
 """Speeds in the order in which they are worth trying; never 1200, which resets some boards."""
 
 _BLOCK = 256
+_SEEN = 16 * _BLOCK
+"""How many of the newest bytes are judged together."""
 _TOO_MANY = 0.15
 _READABLE = bytes([*range(32, 127), 9, 10, 13])
 _MAGIC: tuple[tuple[bytes, str], ...] = (
@@ -32,14 +34,14 @@ class Garbage:
         self._block += data
         while len(self._block) >= _BLOCK:
             block, self._block = self._block[:_BLOCK], self._block[_BLOCK:]
-            self._seen = (self._seen + block)[-16 * _BLOCK :]
-            self._judge(block)
+            self._seen = (self._seen + block)[-_SEEN:]
+            self._judge()
 
-    def _judge(self, block: bytes) -> None:
-        if unreadable(block) > _TOO_MANY:
+    def _judge(self) -> None:
+        if unreadable(self._seen) > _TOO_MANY:
             protocol = binary_protocol(self._seen)
             self.problem = _binary(protocol) if protocol else wrong_speed(unreadable(self._seen))
-        elif self._text_since_line > 16 * _BLOCK:
+        elif self._text_since_line > _SEEN:
             self.problem = (
                 "Text arrives without line ends: print every sample with println or a newline."
             )

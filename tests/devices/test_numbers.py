@@ -1,6 +1,7 @@
 """A printed number has one value, whether it is read alone or with a thousand others."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -65,11 +66,7 @@ def test_printed_decimals_are_counted(field: bytes, digits: int) -> None:
 def test_lines_do_not_depend_on_the_cuts(data: bytes, cuts: list[int]) -> None:
     places = sorted({0, len(data), *(c for c in cuts if c < len(data))})
     cutter = LineCutter()
-    pieces = [
-        line
-        for a, b in zip(places, places[1:], strict=False)
-        for line in cutter.feed(data[a:b])
-    ]
+    pieces = [line for a, b in pairwise(places) for line in cutter.feed(data[a:b])]
     assert pieces == LineCutter().feed(data)
 
 

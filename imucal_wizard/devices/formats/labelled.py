@@ -124,7 +124,7 @@ def learned(lines: list[str]) -> tuple[Kind, ...]:
     first = {(prefix, len(columns)): columns for prefix, columns in reversed(about)}
     repeated = {key: first[key] for key in dict.fromkeys(counts) if counts[key] > 1}
     useful = _distinct({k: v for k, v in repeated.items() if any(c.channel for c in v)})
-    if not useful:
+    if sum(len(columns) for columns in useful.values()) < 3:
         bare = [key for key in repeated if key[1] >= 3]
         best = max(bare, key=lambda key: counts[key], default=None)
         return (Kind(best[0], repeated[best]),) if best else ()
