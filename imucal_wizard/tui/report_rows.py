@@ -94,7 +94,7 @@ def comparison_rows(comparison: Sequence[AxisComparison], fit: SensorFit | None)
             ("gyroscope by three methods", "strong"),
             ("  corrected rate = k · (reading − bias)", "quiet"),
         ),
-        line(f"axis turns   {'static':<18}{'dynamic':<18}{'nine parameters':<18}", "quiet"),
+        line(f"axis turns   {'static':<19}{'dynamic':<19}{'nine parameters':<19}", "quiet"),
     ]
     for one in comparison:
         scales = (
@@ -113,14 +113,14 @@ def comparison_rows(comparison: Sequence[AxisComparison], fit: SensorFit | None)
 
 
 def _three(head: str, texts: tuple[str, str, str], unit: str = "") -> Line:
-    cells: list[Span] = [(f"{text:<18}", "") for text in texts]
+    cells: list[Span] = [(f"{text:<18} ", "") for text in texts]
     return ((f"{head:<13}", "quiet"), *cells, (unit, "quiet"))
 
 
 def _with_error(value: float | None, error: float | None) -> str:
     if value is None:
         return "–"
-    return number(value, 5) if error is None else f"{number(value, 5)} ± {number(error, 2)}"
+    return number(value, 5) if error is None else f"{number(value, 5)} ±{number(error, 2)}"
 
 
 def hold_rows(report: FitReport) -> list[Line]:
@@ -130,14 +130,14 @@ def hold_rows(report: FitReport) -> list[Line]:
         return []
     rows = [
         line("each hold", "strong"),
-        line("    #  pose     start     length  temperature  left over   held out", "quiet"),
+        line("    #  pose     start     length  temperature   left over    held out", "quiet"),
     ]
     left, out = np.asarray(fit.residuals, float).ravel(), fit.held_out
     for i, hold in enumerate(report.holds[: len(left)]):
         warm = "–" if hold.temperature is None else f"{hold.temperature:.1f} °C"
         held = shown(float(out[i]), fit.unit) if out is not None and i < len(out) else "–"
         span = f" {hold.start:>7.1f} s {hold.end - hold.start:>6.1f} s  {warm:>11}"
-        errors = f"  {shown(float(left[i]), fit.unit):>9}  {held:>9}"
+        errors = f"  {shown(float(left[i]), fit.unit):>10}  {held:>10}"
         words = f"{i + 1:>5}  {signed(hold.pose or '–'):<8}{span}{errors}"
         rows.append(((words, ""), ("  hand-held" if hold.hand_held else "", "warn")))
     return rows

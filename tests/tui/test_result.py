@@ -36,7 +36,7 @@ async def test_everything_is_reached_by_scrolling() -> None:
     async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("pagedown")
-        await shows(pilot, "nine parameters", "0.97520 ± 0.00060")
+        await shows(pilot, "nine parameters", "0.97520 ±0.00060")
         await pilot.press("end")
         await shows(pilot, "−y−z")
 

@@ -52,9 +52,8 @@ class SourceScreen(LiveScreen):
     open_keys: ClassVar[Keys] = (
         ("enter", "start calibrating"),
         ("c", "columns and units"),
-        ("esc", "another source"),
+        ("esc", "other source"),
         ("?", "help"),
-        ("m", "sound"),
         ("q", "quit"),
     )
 
@@ -80,6 +79,7 @@ class SourceScreen(LiveScreen):
         if self._chosen is not None:
             return
         self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
+        self.query_one(Preview).welcome()
         self._list()
         self.query_one(OptionList).focus()
         if self.wizard.choice is not None:
@@ -148,7 +148,7 @@ class SourceScreen(LiveScreen):
         self.wizard.drop_source()
         self._chosen = None
         self._started = False
-        self.query_one(Preview).show([])
+        self.query_one(Preview).welcome()
         self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
         self.footer()
         self.action_look()

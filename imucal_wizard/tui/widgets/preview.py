@@ -13,10 +13,30 @@ _GRAVITY = 9.80665
 _NEAR = 0.15
 """A gravity within 15 % of what it should be is a matter of calibration, not of units."""
 _FEW_DIGITS = 3
+_WELCOME = (
+    (
+        "This program leads you through the calibration of an accelerometer and gyroscope. Gravity "
+        "is the reference; nothing else is needed."
+    ),
+    (
+        "Settle, six faces up, 18 poses, some rotations: about ten minutes. It goes on by itself; "
+        "your hands stay on the device."
+    ),
+    "No device at hand? Press enter: the virtual IMU needs none.",
+    "What is measured is written down at once. You can leave at any time and go on later.",
+)
 
 
 class Preview(Lines):
     """The stream in a few rows of words and numbers."""
+
+    def welcome(self) -> None:
+        """What this is all about, while nothing is open."""
+        width = max(30, self.size.width or 44)
+        rows: list[Line] = []
+        for text in _WELCOME:
+            rows += [*wrapped(text, width), line("")]
+        self.show(rows)
 
     def tell(self, stream: "StreamStatus") -> None:
         """Show the newest values."""
