@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App
 from textual.binding import Binding, BindingType
 
+from imucal_wizard.errors import DataError, ImucalError
 from imucal_wizard.tui.hand_keys import HandKeys
 from imucal_wizard.tui.screens.help_screen import HelpScreen
 from imucal_wizard.tui.screens.live_screen import LiveScreen
+from imucal_wizard.tui.screens.skip_screen import SkipScreen
 from imucal_wizard.tui.settings import FRAMES_PER_SECOND, Settings
 from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.source import Hand, Saved, Services, Source, SourceChoice
@@ -54,6 +56,7 @@ class WizardApp(App[Saved]):
         self.snapshot: Snapshot | None = None
         self.report: FitReport | None = None
         self.saved: Saved | None = None
+        self.failure: ImucalError | None = None
         self.sounds = Sounds(self.bell, self.set_timer, time.monotonic)
         self.sounds.muted = self.settings.muted
         self._heard = 0
@@ -91,6 +94,7 @@ class WizardApp(App[Saved]):
             return
         snapshot = self.source.snapshot()
         screen = self.screen
+        self._uncover(snapshot)
         if self._shown == (screen, snapshot.serial) or not screen.is_mounted:
             return
         self.snapshot = snapshot
@@ -105,6 +109,12 @@ class WizardApp(App[Saved]):
         """Hand a command to the procedure."""
         if self.source is not None:
             self.source.command(name, argument)
+
+    def fail(self, error: ImucalError) -> None:
+        """An unattended run cannot go on: leave with the reason; others stay and show it."""
+        if self.settings.quit_after:
+            self.failure = error
+            self.action_leave()
 
     def action_explain(self) -> None:
         """Explain the step in plain words."""
@@ -127,6 +137,13 @@ class WizardApp(App[Saved]):
         """What to say while the procedure has not said anything yet."""
         return "ONE MOMENT"
 
+    def _uncover(self, snapshot: "Snapshot") -> None:
+        """Take away help and questions about a step that is over."""
+        if len(self.screen_stack) > 1 and isinstance(self.screen, HelpScreen | SkipScreen):
+            below = self.screen_stack[-2]
+            if isinstance(below, LiveScreen) and below.step != snapshot.status.step:
+                self.screen.dismiss(None)
+
     def _hear(self, snapshot: "Snapshot") -> None:
         new = snapshot.event_count - self._heard
         self._heard = snapshot.event_count
@@ -135,7 +152,7 @@ class WizardApp(App[Saved]):
 
     def _end_early(self, snapshot: "Snapshot") -> None:
         """A recording that ends in the middle is fitted with what it has."""
-        if self._ended_early or snapshot.status.holds == 0:
+        if self._ended_early:
             return
         if snapshot.status.step in MEASURING:
             self._ended_early = True
@@ -143,3 +160,6 @@ class WizardApp(App[Saved]):
         elif snapshot.status.step == "validate":
             self._ended_early = True
             self.order("save")
+        elif snapshot.status.step == "source":
+            self._ended_early = True
+            self.fail(DataError("nothing could be read before the recording ended"))

@@ -148,5 +148,3 @@ def _axis(canvas: Canvas, view: _Projection, index: int) -> None:
         )
         hidden = view.eye(_placed(index, sign, 0, 0))[2] < 0
         canvas.line(*inner, *outer, every=3 if hidden else 1)
-        if sign > 0:
-            canvas.letters(*outer, "xyz"[index])

@@ -7,30 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
-    from imucal_wizard.devices.formats.base import Column
     from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.solver.result import FitReport
-
-
-@dataclass(frozen=True)
-class Inquiry:
-    """What is known of a stream and what must be asked about it.
-
-    Attributes:
-        needs: what must be asked: ``columns``, ``gyroscope unit`` …; empty when nothing.
-        setup: how it is read as far as known.
-        columns: its columns, with a proposal where they must be asked.
-        line: newest line as it came.
-        values: newest row, one number per column.
-    """
-
-    needs: tuple[str, ...]
-    setup: "StreamSetup"
-    columns: "tuple[Column, ...]" = ()
-    line: str = ""
-    values: tuple[float, ...] = ()
 
 
 class Source(Protocol):
@@ -57,9 +37,6 @@ class Source(Protocol):
 
     def set_setup(self, setup: "StreamSetup") -> None:
         """Read the stream in this way from its first byte on."""
-
-    def inquiry(self) -> Inquiry | None:
-        """What must be asked about the stream; None where nothing ever is."""
 
 
 @runtime_checkable

@@ -23,7 +23,7 @@ from imucal_wizard.procedure.state import (
     StillStatus,
 )
 from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
-from imucal_wizard.tui.source import Inquiry, Saved, Services, SourceChoice
+from imucal_wizard.tui.source import Saved, Services, SourceChoice
 
 GRAVITY = 9.80665
 STREAM = StreamStatus(
@@ -72,7 +72,6 @@ class FakeSource:
         self.finished = False
         self.events: tuple[Event, ...] = ()
         self.setups: list[StreamSetup] = []
-        self.asked: Inquiry | None = None
         self.stream = stream
         self.say(status or Status())
 
@@ -108,11 +107,8 @@ class FakeSource:
     def set_setup(self, setup: StreamSetup) -> None:
         """Noted; then nothing must be asked any more."""
         self.setups.append(setup)
-        self.asked = None
-
-    def inquiry(self) -> Inquiry | None:
-        """What a test wants to be asked."""
-        return self.asked
+        self.stream = replace(self.stream, needs=())
+        self.say(self.status)
 
     def collected(self) -> Collected:
         """Nothing."""

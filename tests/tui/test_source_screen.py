@@ -6,11 +6,10 @@ from dataclasses import replace
 import pytest
 
 from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.errors import LinkError
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import Inquiry, SourceChoice, SourceKind
+from imucal_wizard.tui.source import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.waiting import shows, until
 
@@ -98,8 +97,12 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     columns = [Column(f"a{axis}", "m/s^2", f"acc_{axis}") for axis in "xyz"]
     columns += [Column(f"g{axis}", "", f"gyr_{axis}") for axis in "xyz"]
     line = "0.1,0.2,9.8,0.01,0.02,[red]0.03"
-    source.asked = Inquiry(
-        ("gyroscope unit",), StreamSetup("text"), tuple(columns), line, (0.1, 0.2, 9.8, 1, 2, 3)
+    source.stream = replace(
+        fakes.STREAM,
+        needs=("gyroscope unit",),
+        columns=tuple(columns),
+        line=line,
+        values=(0.1, 0.2, 9.8, 1, 2, 3),
     )
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         await shows(
@@ -117,7 +120,9 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
 async def test_columns_without_names_are_mapped_by_hand() -> None:
     source = fakes.FakeSource()
     columns = tuple(Column("", "", f"column {i + 1}") for i in range(3))
-    source.asked = Inquiry(("columns",), StreamSetup("text"), columns, "0 0 1", (0.0, 0.0, 1.0))
+    source.stream = replace(
+        fakes.STREAM, needs=("columns",), columns=columns, line="0 0 1", values=(0.0, 0.0, 1.0)
+    )
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         await shows(pilot, "column 1", "not used")
         for presses in (3, 4, 5):  # t, ax, ay, az come after "not used"

@@ -1,6 +1,5 @@
 """Which column is what, in which unit: for streams that do not say it."""
 
-from dataclasses import replace
 from typing import ClassVar
 
 from textual import on
@@ -10,8 +9,8 @@ from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 
 from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.devices.setup import StreamSetup
-from imucal_wizard.tui.source import Inquiry
+from imucal_wizard.devices.setup import AUTO, StreamSetup
+from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.tui.text import line, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.choices import Choice, Choices
 from imucal_wizard.tui.widgets.lines import Lines
@@ -36,7 +35,7 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
     """Questions about columns and units; the result is the setup to read the stream with.
 
     Args:
-        inquiry: what is known of the stream.
+        stream: what is known of the stream.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -44,9 +43,9 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
         Binding("q", "app.leave", "quit"),
     ]
 
-    def __init__(self, inquiry: Inquiry) -> None:
+    def __init__(self, stream: StreamStatus) -> None:
         super().__init__()
-        self._inquiry = inquiry
+        self._stream = stream
 
     def compose(self) -> ComposeResult:
         """The newest line, the questions, what is still wrong."""
@@ -60,52 +59,48 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
     def on_mount(self) -> None:
         """Ask, beginning with what is not known."""
         width = max(40, self.app.size.width - 10)
-        raw = wrapped(f"newest line: {self._inquiry.line}"[: 2 * width], width, "quiet")
+        raw = wrapped(f"newest line: {self._stream.line}"[: 2 * width], width, "quiet")
         self.query_one("#raw", Lines).show([*raw, line("")])
-        choices = questions(self._inquiry)
+        choices = questions(self._stream)
         unknown = [i for i, choice in enumerate(choices) if choice.answer not in choice.options]
         place = self.query_one(Choices)
-        first = unknown[0] if unknown and "columns" not in self._inquiry.needs else 0
+        first = unknown[0] if unknown and "columns" not in self._stream.needs else 0
         place.ask(choices, first)
         place.focus()
 
     @on(Choices.Done)
     def _use(self) -> None:
         choices = self.query_one(Choices).choices
-        wrong = complaint(self._inquiry, choices)
+        wrong = complaint(self._stream, choices)
         if wrong:
             width = max(40, self.app.size.width - 10)
             self.query_one("#wrong", Lines).show([line(""), *wrapped(f"▲ {wrong}", width, "bad")])
         else:
-            self.dismiss(setup_from(self._inquiry, choices))
+            self.dismiss(setup_from(self._stream, choices))
 
 
-def questions(inquiry: Inquiry) -> list[Choice]:
+def questions(stream: StreamStatus) -> list[Choice]:
     """One question per column, then one per unit."""
     choices = []
-    for i, column in enumerate(inquiry.columns):
-        value = inquiry.values[i] if i < len(inquiry.values) else float("nan")
+    for i, column in enumerate(stream.columns):
+        value = stream.values[i] if i < len(stream.values) else float("nan")
         label = column.name or f"column {i + 1}"
         answer = column.channel or SKIP
         choices.append(Choice(label, (*CHANNELS, SKIP), answer, f"now {number(value, 5)}"))
-    return choices + [_unit_question(inquiry, letter) for letter in ("a", "g", "t")]
+    return choices + [_unit_question(stream, letter) for letter in ("a", "g", "t")]
 
 
-def _unit_question(inquiry: Inquiry, letter: str) -> Choice:
-    said = {
-        "a": inquiry.setup.accelerometer_unit,
-        "g": inquiry.setup.gyroscope_unit,
-    }.get(letter, "")
-    found = [column.unit for column in inquiry.columns if column.channel[:1] == letter]
-    answer = said or next((unit for unit in found if unit), "")
+def _unit_question(stream: StreamStatus, letter: str) -> Choice:
+    found = [column.unit for column in stream.columns if column.channel[:1] == letter]
+    answer = next((unit for unit in found if unit), "")
     if letter == "t" and not answer:
         answer = "s"
     return Choice(_LABELS[letter], _UNITS[letter], answer, unit_sign(_HINTS[letter]))
 
 
-def complaint(inquiry: Inquiry, choices: list[Choice]) -> str:
+def complaint(stream: StreamStatus, choices: list[Choice]) -> str:
     """What is still missing or given twice, in words; "" when all is well."""
-    channels = [choice.answer for choice in choices[: len(inquiry.columns)]]
+    channels = [choice.answer for choice in choices[: len(stream.columns)]]
     used = [channel for channel in channels if channel in CHANNELS]
     twice = sorted({channel for channel in used if used.count(channel) > 1})
     if twice:
@@ -116,26 +111,26 @@ def complaint(inquiry: Inquiry, choices: list[Choice]) -> str:
     turning = [channel for channel in ("gx", "gy", "gz") if channel in used]
     if turning and len(turning) < 3:
         return "the gyroscope needs all of gx, gy, gz, or none"
-    for letter, choice in zip("agt", choices[len(inquiry.columns) :], strict=True):
+    for letter, choice in zip("agt", choices[len(stream.columns) :], strict=True):
         needed = any(channel[0] == letter for channel in used)
         if needed and choice.answer not in choice.options:
             return f"choose the {choice.label}"
     return ""
 
 
-def setup_from(inquiry: Inquiry, choices: list[Choice]) -> StreamSetup:
+def setup_from(stream: StreamStatus, choices: list[Choice]) -> StreamSetup:
     """The setup that says what was answered."""
-    n = len(inquiry.columns)
+    n = len(stream.columns)
     units = {letter: choice.answer for letter, choice in zip("agt", choices[n:], strict=True)}
     columns = []
-    for column, choice in zip(inquiry.columns, choices[:n], strict=True):
+    for column, choice in zip(stream.columns, choices[:n], strict=True):
         channel = choice.answer if choice.answer in CHANNELS else ""
         kept = column.unit if channel == column.channel else ""
         unit = units.get(channel[:1], kept) if channel != "temp" else kept
         columns.append(Column(channel, unit if channel else "", column.name))
     used = {column.channel[:1] for column in columns}
-    return replace(
-        inquiry.setup,
+    return StreamSetup(
+        format=stream.format or AUTO,
         columns=tuple(columns),
         accelerometer_unit=units["a"] if "a" in used else "",
         gyroscope_unit=units["g"] if "g" in used else "",

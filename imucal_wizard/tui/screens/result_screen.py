@@ -74,6 +74,7 @@ class ResultScreen(LiveScreen):
             )
         except ImucalError as error:
             self._problem = str(error)
+            self.wizard.fail(error)
         else:
             self._deadline = time.monotonic() + self.wizard.settings.countdown
             self.set_interval(0.5, self._count_down)

@@ -64,7 +64,8 @@ class SaveScreen(LiveScreen):
         try:
             app.report = await asyncio.to_thread(app.services.fit, source.collected(), snapshot)
             app.saved = await asyncio.to_thread(app.services.save, app.report)
-        except (ImucalError, OSError) as error:
+        except ImucalError as error:
+            app.fail(error)
             self._rows = wrapped(f"▲ not saved: {error}", 76, "bad", indent="  ")
             self._say("NOT SAVED", "bad")
             return

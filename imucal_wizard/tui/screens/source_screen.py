@@ -22,7 +22,7 @@ from imucal_wizard.tui.widgets.preview import Preview
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
-    from imucal_wizard.live.snapshot import Snapshot
+    from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 
 VIRTUAL = SourceChoice(
     SourceKind.VIRTUAL,
@@ -134,6 +134,7 @@ class SourceScreen(LiveScreen):
         except ImucalError as error:
             self._chosen = None
             self._say(f"▲ {error}", "bad")
+            self.wizard.fail(error)
             return
         self._say(f"{choice.title or choice.target}: is this what you expect?   enter starts")
         self.query_one(OptionList).focus()
@@ -155,12 +156,12 @@ class SourceScreen(LiveScreen):
 
     def action_columns(self) -> None:
         """Say which column is what, in which unit."""
-        inquiry = self.wizard.source.inquiry() if self.wizard.source else None
-        if inquiry is None or not inquiry.columns:
+        snapshot = self.wizard.snapshot
+        if snapshot is None or not snapshot.stream.columns:
             return
         from imucal_wizard.tui.screens.mapper_screen import MapperScreen
 
-        self.wizard.push_screen(MapperScreen(inquiry), self._set_up)
+        self.wizard.push_screen(MapperScreen(snapshot.stream), self._set_up)
 
     def _set_up(self, setup: "StreamSetup | None") -> None:
         if setup is not None and self.wizard.source is not None:
@@ -174,8 +175,8 @@ class SourceScreen(LiveScreen):
         """Show what arrives; start by itself where nobody is asked."""
         super().take(snapshot)
         self.query_one(Preview).tell(snapshot.stream)
-        self._ask()
         stream = snapshot.stream
+        self._ask(stream)
         alone = self.wizard.settings.auto or (
             self._chosen is not None and self._chosen.kind in (SourceKind.FILE, SourceKind.SESSION)
         )
@@ -183,13 +184,12 @@ class SourceScreen(LiveScreen):
             self._started = True
             self.action_start()
 
-    def _ask(self) -> None:
+    def _ask(self, stream: "StreamStatus") -> None:
         """Open the questions by themselves, once, when something must be asked."""
-        inquiry = self.wizard.source.inquiry() if self.wizard.source else None
-        if inquiry is None or not inquiry.needs:
+        if not stream.needs:
             return
-        self._say(f"▲ not known: {', '.join(inquiry.needs)}.   c: choose", "warn")
-        if not self._asked and inquiry.columns:
+        self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
+        if not self._asked and stream.columns:
             self._asked = True
             self.action_columns()
 

@@ -1,7 +1,7 @@
 """The rotation under way: angle so far, rate against the range, what is done and still wanted."""
 
 from imucal_wizard.procedure.state import RotationStatus
-from imucal_wizard.tui.text import Line, Span, bar, number
+from imucal_wizard.tui.text import Line, Span, bar
 from imucal_wizard.tui.widgets.lines import Lines
 
 _FULL = 170.0
@@ -36,17 +36,21 @@ def _angle(rotation: RotationStatus, width: int) -> Line:
 
 def _rate(rotation: RotationStatus) -> Line:
     limit = rotation.range_limit
-    words = f"{number(rotation.rate)} °/s, fastest {number(rotation.fastest)}"
+    words = f"{_whole(rotation.rate)} °/s, fastest {_whole(rotation.fastest)}"
     if limit is None:
-        return (" rate    ", "quiet"), (words, "")
+        return (" rate    ", "quiet"), (words, ""), (", range not known", "quiet")
     share = rotation.fastest / limit
     verdict: Span = ("good", "good") if share < 0.9 else ("▲ too fast: it would clip", "warn")
     return (
         (" rate    ", "quiet"),
-        (f"{words}, range {number(limit)}  ", ""),
+        (f"{words}, range {_whole(limit)}  ", ""),
         (bar(share, 14) + " ", ""),
         verdict,
     )
+
+
+def _whole(value: float) -> str:
+    return f"{value:.0f}".replace("-0", "0").replace("-", "−")
 
 
 def _done(rotation: RotationStatus) -> Line:

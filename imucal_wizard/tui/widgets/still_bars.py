@@ -16,6 +16,8 @@ def reason(still: StillStatus) -> Line:
         return label, ("listening …", "quiet")
     if still.still:
         return label, ("yes ●", "good")
+    if still.reason:
+        return label, (f"no ▲ {still.reason}", "warn")
     worst = still.worst
     if worst is None:
         return label, ("no ▲", "warn")

@@ -1,0 +1,76 @@
+"""The way from the command line's options into the app and out again."""
+
+import sys
+
+from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.settings import Settings
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.workshop import Workshop
+
+AUTO_COUNTDOWN = 2.0
+"""Seconds an unattended run shows its result before it goes on."""
+
+
+def run_wizard(options: WizardOptions) -> int:
+    """Open the wizard and stay until it is left.
+
+    Returns:
+        Exit status: 0, or that of what stopped an unattended run.
+
+    Raises:
+        UsageError: there is no terminal, or a hidden effect cannot be read.
+        RecordingError: a file to replay is not there.
+        SessionError: the session to resume is not there.
+    """
+    _check(options)
+    workshop = Workshop(options)
+    settings = Settings(options.auto, options.quit, options.muted)
+    if options.auto:
+        settings = Settings(options.auto, options.quit, options.muted, AUTO_COUNTDOWN)
+    app = WizardApp(workshop.services(), settings, first_choice(options))
+    try:
+        saved = app.run()
+    finally:
+        app.drop_source()
+    if app.failure is not None:
+        raise app.failure
+    if saved is not None:
+        print("\n".join(saved.says))
+    elif workshop.session is not None and workshop.session.exists():
+        print(f"kept: {workshop.session}")
+        print(f"go on with: imucal-wizard --resume {workshop.session}")
+    return app.return_code or 0
+
+
+def first_choice(options: WizardOptions) -> SourceChoice | None:
+    """The source that the options name, or None to let the operator choose."""
+    if options.port:
+        return SourceChoice(SourceKind.PORT, options.port, options.port)
+    if options.replay:
+        title = " + ".join(path.name for path in options.replay)
+        return SourceChoice(SourceKind.FILE, title=title)
+    if options.resume is not None:
+        return SourceChoice(SourceKind.SESSION, str(options.resume), options.resume.name)
+    if options.auto or options.hidden:
+        return SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+    return None
+
+
+def _check(options: WizardOptions) -> None:
+    """What can be said before the screen is taken over is said before."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise UsageError(
+            "the wizard needs a terminal; for a recording without one: imucal-wizard fit FILE"
+        )
+    for path in options.replay:
+        if not path.is_file():
+            raise RecordingError(f"there is no file {path}; check the path")
+    if options.resume is not None and not options.resume.is_file():
+        raise SessionError(f"there is no session {options.resume}; check the path")
+    if options.hidden:
+        from imucal_wizard.devices.virtual import parse_hidden
+
+        for text in options.hidden:
+            parse_hidden(text)
