@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from imucal_wizard.errors import UsageError
-from imucal_wizard.procedure.conductor import MEASURING, Conductor
+from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.route import MEASURING
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.wording import TITLES, label, plural
 
@@ -13,7 +14,9 @@ class Commands:
     """Carries out commands by name."""
 
     def __init__(self, conductor: Conductor) -> None:
-        self._conductor = conductor
+        self._taking = conductor.taking
+        self._holding = conductor.holding
+        self._route = conductor.route
         self._scene = conductor.scene
         self._table: dict[str, Callable[[], None]] = {
             "start": self._start,
@@ -25,8 +28,8 @@ class Commands:
             "take": self._take,
             "remeasure": self._remeasure,
             "count-faces": self._count_faces,
-            "validate": lambda: conductor.enter(StepKind.VALIDATE),
-            "save": lambda: conductor.enter(StepKind.SAVE),
+            "validate": lambda: self._route.enter(StepKind.VALIDATE),
+            "save": lambda: self._route.enter(StepKind.SAVE),
         }
 
     def obey(self, name: str, argument: str = "") -> None:
@@ -47,44 +50,44 @@ class Commands:
         self._scene.emit(EventKind.WARNING, text)
 
     def _start(self) -> None:
-        if self._conductor.step is StepKind.SOURCE:
-            self._conductor.go_on()
+        if self._route.step is StepKind.SOURCE:
+            self._route.go_on()
 
     def _goto(self, argument: str) -> None:
         kinds = self._scene.procedure.kinds
         if argument not in list(kinds):
             known = ", ".join(kinds)
             raise UsageError(f"there is no step {argument!r}; give one of {known}")
-        self._conductor.return_to = None
-        self._conductor.enter(StepKind(argument))
+        self._route.return_to = None
+        self._route.enter(StepKind(argument))
 
     def _back(self) -> None:
         kinds = self._scene.procedure.kinds
-        self._conductor.return_to = None
-        self._conductor.enter(kinds[max(kinds.index(self._conductor.step) - 1, 0)])
+        self._route.return_to = None
+        self._route.enter(kinds[max(kinds.index(self._route.step) - 1, 0)])
 
     def _skip(self) -> None:
-        conductor, kind = self._conductor, self._conductor.step
+        route, kind = self._route, self._route.step
         if kind is StepKind.SAVE:
             return
-        measured = kind in (*MEASURING, StepKind.VALIDATE) and conductor.return_to is None
-        if measured and not conductor.stage.finished:
+        measured = kind in (*MEASURING, StepKind.VALIDATE) and route.return_to is None
+        if measured and not route.stage.finished:
             consequence = self._scene.procedure.step(kind).skipped
-            conductor.skipped[kind] = consequence
+            route.skipped[kind] = consequence
             self._scene.emit(EventKind.STEP_SKIPPED, f"{TITLES[kind]} skipped: {consequence}.")
         if kind is StepKind.SETTLE:
             self._typical_limits()
-        conductor.go_on()
+        route.go_on()
 
     def _typical_limits(self) -> None:
         """Without a measured noise: the limits it had before, or coarse ones."""
         scene = self._scene
-        settle = self._conductor.settle
+        settle = self._route.settle
         noise = settle.noise
         scene.watch.set_limits(settle.coarse() if noise is None else settle.fine(noise))
 
     def _undo(self) -> None:
-        conductor, scene = self._conductor, self._scene
+        route, scene = self._route, self._scene
         last = scene.ledger.last()
         if last is None:
             self._say("There is nothing to undo.")
@@ -97,21 +100,21 @@ class Commands:
         else:
             scene.ledger.remove(last)
             text = f"{_named(last)} is taken back."
-        if conductor.step is not step:
-            conductor.enter(step)
+        if route.step is not step:
+            route.enter(step)
         if run.kept is last:
             run.used = True
-        conductor.stage.enter()
+        route.stage.enter()
         scene.emit(EventKind.UNDONE, text)
 
     def _repeat(self) -> None:
-        conductor, kind = self._conductor, self._conductor.step
+        route, kind = self._route, self._route.step
         if kind not in (*MEASURING, StepKind.VALIDATE):
             return
         dropped = 0 if kind is StepKind.SETTLE else self._scene.ledger.clear(kind)
         noun = "rotation" if kind is StepKind.ROTATIONS else "hold"
-        conductor.restart_run()
-        conductor.enter(kind)
+        self._holding.restart()
+        route.enter(kind)
         lost = f": {plural(dropped, noun)} taken back" if dropped else ""
         self._scene.emit(EventKind.UNDONE, f"{TITLES[kind]} begins again{lost}.")
 
@@ -124,20 +127,20 @@ class Commands:
             self._say("The limits are as wide as they may be: take it hand-held instead.")
 
     def _take(self) -> None:
-        reason = self._conductor.take()
+        reason = self._taking.hand_held()
         if reason:
             self._say(f"Not taken: {reason}.")
 
     def _remeasure(self) -> None:
-        conductor = self._conductor
-        if conductor.step in (StepKind.SETTLE, StepKind.SOURCE):
+        route = self._route
+        if route.step in (StepKind.SETTLE, StepKind.SOURCE):
             return
-        conductor.return_to = conductor.step
-        conductor.enter(StepKind.SETTLE)
+        route.return_to = route.step
+        route.enter(StepKind.SETTLE)
         self._say("The noise is measured again: put it down and leave it.")
 
     def _count_faces(self) -> None:
-        conductor, scene = self._conductor, self._scene
+        route, scene = self._route, self._scene
         poses = set(scene.procedure.step(StepKind.POSES).poses)
         counted = 0
         for kept in scene.ledger.holds:
@@ -146,10 +149,10 @@ class Commands:
                 kept.ticks[StepKind.POSES] = pose
                 counted += 1
         self._say(f"{plural(counted, 'face')} of the up/down step counted among the poses.")
-        if conductor.step is StepKind.POSES:
-            conductor.stage.enter()
-            if conductor.stage.finished:
-                conductor.advance()
+        if route.step is StepKind.POSES:
+            route.stage.enter()
+            if route.stage.finished:
+                route.advance()
 
 
 def _named(last: object) -> str:

@@ -2,20 +2,21 @@
 
 from dataclasses import replace
 
-from imucal_wizard.procedure.conductor import MEASURING, Conductor
+from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.poses import FACES
+from imucal_wizard.procedure.route import MEASURING
 from imucal_wizard.procedure.state import Offer, Status, StepKind, StillStatus
 from imucal_wizard.procedure.watch import MOST_LOOSENED
 
 
 def overview(conductor: Conductor) -> Status:
     """Everything a screen shows now."""
-    scene, stage = conductor.scene, conductor.stage
+    scene, stage = conductor.scene, conductor.route.stage
     up = scene.up
-    noise = conductor.settle.noise
+    noise = conductor.route.settle.noise
     return replace(
         stage.view(),
-        step=conductor.step,
+        step=conductor.route.step,
         elapsed=conductor.elapsed,
         still=still_status(conductor),
         up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
@@ -24,7 +25,7 @@ def overview(conductor: Conductor) -> Status:
         last_event=scene.last_event,
         holds=len(scene.ledger.holds) + len(scene.ledger.validation),
         rotations=len(scene.ledger.rotations),
-        skipped=tuple(conductor.skipped.items()),
+        skipped=tuple(conductor.route.skipped.items()),
     )
 
 
@@ -32,14 +33,16 @@ def still_status(conductor: Conductor) -> StillStatus:
     """The decision on stillness with its reasons."""
     scene, watch = conductor.scene, conductor.scene.watch
     reason = watch.reason
-    if conductor.step is StepKind.SETTLE and not scene.still and conductor.settle.why:
-        reason = conductor.settle.why
+    if conductor.route.step is StepKind.SETTLE and not scene.still and conductor.route.settle.why:
+        reason = conductor.route.settle.why
     return StillStatus(
         still=scene.still,
         motions=watch.motions,
         worst=watch.worst,
-        held=min(scene.held, conductor.stage.seconds) if conductor.asking else scene.held,
-        needed=conductor.stage.seconds,
+        held=min(scene.held, conductor.route.stage.seconds)
+        if conductor.route.asking
+        else scene.held,
+        needed=conductor.route.stage.seconds,
         waiting=watch.waiting,
         loosened=watch.loosened,
         reason=reason,
@@ -49,14 +52,14 @@ def still_status(conductor: Conductor) -> StillStatus:
 def offers(conductor: Conductor) -> tuple[Offer, ...]:
     """The ways out and the choices that are open now."""
     open_now: list[Offer] = []
-    watch, step = conductor.scene.watch, conductor.step
-    if conductor.asking and watch.offered:
+    watch, step = conductor.scene.watch, conductor.route.step
+    if conductor.route.asking and watch.offered:
         if watch.loosened < MOST_LOOSENED:
             open_now.append(Offer("loosen", "l", "loosen the limits twofold"))
         open_now.append(Offer("take", "t", "take it as it is, marked hand-held"))
         if step is not StepKind.SETTLE:
             open_now.append(Offer("remeasure", "n", "measure the noise again"))
-    if step in MEASURING and conductor.stage.finished:
+    if step in MEASURING and conductor.route.stage.finished:
         open_now.append(Offer("skip", "g", "all taken: go on"))
     if step is StepKind.POSES and _faces_wait(conductor):
         open_now.append(Offer("count-faces", "f", "count the faces of the up/down step"))

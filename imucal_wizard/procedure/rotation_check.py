@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.procedure.ledger import KeptRotation
 from imucal_wizard.procedure.poses import AXES
 from imucal_wizard.readings import FloatArray
 
@@ -66,3 +67,21 @@ def speeds(peaks: list[float]) -> int:
         if peak >= 1.4 * last and peak > 0.0:
             count, last = count + 1, peak
     return min(count, 3)
+
+
+def resting(motion: KeptRotation) -> FloatArray:
+    """The gyroscope's reading at rest, from the holds on either side, shape (3,)."""
+    known = [
+        hold.gyroscope
+        for hold in (motion.before.hold, motion.after.hold)
+        if hold.gyroscope is not None
+    ]
+    return np.asarray(np.mean(known, axis=0), float) if known else np.zeros(3)
+
+
+def fault_of(motion: KeptRotation, full_scale: float | None, *, missing: bool) -> str | None:
+    """What is wrong with the samples of any motion: a gap or clipping; None when nothing is."""
+    if missing:
+        return "samples are missing in it: turn again"
+    axis = clipped(motion.rate, resting(motion), full_scale)
+    return None if axis is None else f"{axis} was clipped at the end of its range: turn slower"

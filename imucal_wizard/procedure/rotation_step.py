@@ -7,19 +7,14 @@ import numpy as np
 from imucal_wizard.procedure.ledger import KeptHold, KeptRotation
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import START_POSES, Step
-from imucal_wizard.procedure.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, turn_towards
-from imucal_wizard.procedure.rotation_check import MOSTLY, clipped, shares, speeds
+from imucal_wizard.procedure.poses import AXES, DIRECTIONS, turn_towards
+from imucal_wizard.procedure.rotation_check import speeds
+from imucal_wizard.procedure.rotation_judge import RotationJudge
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, RotationStatus, Status
-from imucal_wizard.procedure.turns import TurnAngle, integral, level, turn_between, unwrapped
+from imucal_wizard.procedure.turns import TurnAngle
 from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
-from imucal_wizard.readings import FloatArray
 
-LEVEL_DEG = 25.0
-"""An axis this far from level still shows its turns in gravity."""
-NUDGE_DEG = 5.0
-"""A motion smaller than this was no attempt at a rotation."""
-FAR = math.radians(120.0)
 FAST = 150.0
 SLOW = 60.0
 """Peak rates, °/s, that count as fast and as slow when advice is given."""
@@ -31,6 +26,7 @@ class RotationStage:
     def __init__(self, scene: Scene, step: Step) -> None:
         self._scene = scene
         self._step = step
+        self._judge = RotationJudge(scene, step)
         self.seconds = step.seconds
         self._turn: TurnAngle | None = None
         self._angle = 0.0
@@ -63,12 +59,6 @@ class RotationStage:
         self._turn = None
         self._angle = self._rate = self._fastest = 0.0
 
-    @property
-    def _poised(self) -> bool:
-        """Whether the wanted axis lies level, so that gravity shows a turn about it."""
-        up = self._scene.up
-        return up is not None and level(up, self.axis) <= LEVEL_DEG
-
     def follow(self, moment: Moment) -> None:
         """Follow the angle and the rate of the turn under way."""
         scene, index = self._scene, AXES.index(self.axis)
@@ -89,21 +79,10 @@ class RotationStage:
         self._rate = float(turning.mean()) * scene.units.degrees
         peak = float(np.abs(turning).max()) * scene.units.degrees
         self._fastest = max(self._fastest, peak)
-        scale = self._scale(self.axis)
+        scale = self._judge.scale(self.axis)
         turned = None if scale is None else scale * float(turning.mean()) * moment.seconds
         if math.isfinite(self._rate):
             self._angle = math.degrees(self._turn.add(scene.up, turned))
-
-    def _scale(self, axis: str) -> float | None:
-        """Radians per second for a reading of one; None while it is not known.
-
-        For counts it is what the rotations so far say of this axis (least squares).
-        """
-        if self._scene.units.gyroscope_known:
-            return 1.0
-        pairs = [(math.radians(r.angle), _turned(r)[AXES.index(axis)]) for r in self._turns(axis)]
-        squares = sum(turned * turned for _, turned in pairs)
-        return sum(angle * turned for angle, turned in pairs) / squares if squares > 0.0 else None
 
     def completed(self, kept: KeptHold) -> None:
         """The device rests again: judge the motion that led here."""
@@ -113,7 +92,7 @@ class RotationStage:
             self._begin(kept)
             return
         axis = self.axis
-        problem = self._fault(motion, axis)
+        problem = self._judge.fault(motion, axis)
         if problem is None:
             scene.ledger.count(motion, axis)
             done = len(self._turns(axis))
@@ -137,59 +116,11 @@ class RotationStage:
             scene.emit(
                 EventKind.ROTATION_REJECTED, f"Rotation not used: {scene.passage.lost}. Turn again."
             )
-        elif up is not None and level(up, axis) <= LEVEL_DEG:
+        elif self._judge.poised(up, axis):
             scene.emit(EventKind.HOLD_TAKEN, f"Start hold taken. Rotate about {axis} and stop.")
         else:
             start = label(START_POSES[axis])
             scene.emit(EventKind.HOLD_TAKEN, f"Held. Now turn {start} up to rotate about {axis}.")
-
-    def _fault(self, motion: KeptRotation, axis: str) -> str | None:
-        """Why the motion is no rotation about the axis; "" when it was none meant; None if it is.
-
-        Fills in the angle and, where it was about the axis, the axis.
-        """
-        scene, index = self._scene, AXES.index(axis)
-        before, after = scene.direction(motion.before), scene.direction(motion.after)
-        if before is None or after is None or level(before, axis) > LEVEL_DEG:
-            return ""
-        if motion.problem is not None and not np.isfinite(motion.rate).all():
-            return motion.problem
-        share = shares(motion.rate, resting(motion))
-        turned = _turned(motion)
-        scale = self._scale(axis)
-        rough = turn_between(before, after, axis, 0.0 if scale is None else scale * turned[index])
-        if share[index] < MOSTLY:
-            return self._strayed(share, before, after)
-        if rough is None:
-            return f"{axis} stands upright at its end: keep it level"
-        if scale is None and turned[index] * rough < 0.0 and abs(rough) > FAR:
-            # More than half a circle, seen from the other side: the sense is the gyroscope's.
-            rough = unwrapped(rough, math.copysign(math.pi, turned[index]))
-        motion.axis, motion.angle = axis, math.degrees(rough)
-        motion.fastest = scene.units.degrees * float(
-            np.abs(motion.rate[:, index] - resting(motion)[index]).max()
-        )
-        if motion.problem is not None:
-            return motion.problem
-        if abs(motion.angle) < self._step.minimum_deg:
-            motion.axis = None
-            swung = scene.units.gyroscope_known and motion.fastest >= SLOW / 2.0
-            if abs(motion.angle) < NUDGE_DEG and not swung:
-                return ""
-            return f"only {motion.angle:+.0f}°: turn at least {self._step.minimum_deg:.0f}°"
-        return None
-
-    def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray) -> str:
-        """A motion about another axis; a mere change of place is no attempt."""
-        axis = self.axis
-        start = DIRECTIONS[START_POSES[axis]]
-        moved = turn_towards(before, after)[2]
-        if moved < NUDGE_DEG or turn_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
-            return ""
-        other = AXES[int(np.argmax(share))]
-        if other == axis:
-            return f"it turned about {axis} and about another axis too: turn about {axis} alone"
-        return f"it turned mostly about {other}: turn about {axis}"
 
     def _senses(self, axis: str) -> tuple[bool, bool]:
         angles = [rotation.angle for rotation in self._turns(axis)]
@@ -217,7 +148,7 @@ class RotationStage:
         moving = self._turn is not None
         up = scene.up
         off_by = None if up is None else turn_towards(up, DIRECTIONS[start])[2]
-        poised = self._poised or moving
+        poised = moving or self._judge.poised(up, axis)
         return Status(
             instruction=f"ROTATE ABOUT {axis.upper()}" if poised else turn_up(start),
             detail=self._detail(),
@@ -234,7 +165,7 @@ class RotationStage:
             return f"stop where you like, then hold still for {self.seconds:.0f} s"
         if scene.passage.before is None or not scene.still or scene.held < self.seconds:
             return f"first hold still for {self.seconds:.0f} s"
-        if not self._poised:
+        if not self._judge.poised(scene.up, axis):
             return f"{axis} must lie level: gravity shows only turns about a level axis"
         left, _ = self._senses(axis)
         sense = "right" if left and len(self._turns(axis)) % 2 else "left"
@@ -258,30 +189,3 @@ class RotationStage:
             speeds=speeds([rotation.fastest for rotation in turns]),
             advice=self._advice(),
         )
-
-
-def resting(motion: KeptRotation) -> FloatArray:
-    """The gyroscope's reading at rest, from the holds on either side, shape (3,)."""
-    known = [
-        hold.gyroscope
-        for hold in (motion.before.hold, motion.after.hold)
-        if hold.gyroscope is not None
-    ]
-    return np.asarray(np.mean(known, axis=0), float) if known else np.zeros(3)
-
-
-def _turned(motion: KeptRotation) -> FloatArray:
-    """The integrated rate of a motion without its bias, shape (3,), rad or counts·s."""
-    return integral(motion.time, motion.rate - resting(motion))
-
-
-def fault_of(
-    motion: KeptRotation,
-    missing: bool,
-    full_scale: float | None,
-) -> str | None:
-    """What is wrong with the samples of any motion: a gap or clipping; None when nothing is."""
-    if missing:
-        return "samples are missing in it: turn again"
-    axis = clipped(motion.rate, resting(motion), full_scale)
-    return None if axis is None else f"{axis} was clipped at the end of its range: turn slower"

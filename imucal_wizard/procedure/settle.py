@@ -32,6 +32,7 @@ class Settling:
         self._first: list[FloatArray] = []
         self._newest: list[FloatArray] = []
         self._all: list[Windows] = []
+        self._longest: list[Windows] = []
 
     def add(self, moment: Moment, one_g: float) -> str:
         """Take a moment that is within the coarse limits; why it is a movement all the same, or "".
@@ -58,15 +59,18 @@ class Settling:
 
     def broken(self) -> None:
         """It moved: the run begins again."""
+        if len(self._run) > len(self._longest):
+            self._longest = self._run
         self._run, self._first, self._newest = [], [], []
+
+    @property
+    def longest(self) -> list[Windows]:
+        """The windows of the longest run that was broken."""
+        return self._longest
 
     def noise(self, *, any_window: bool = False) -> Noise | None:
         """The noise of the run, or of the newest windows whether still or not."""
-        return self._noise(self._all if any_window else self._run)
-
-    @staticmethod
-    def _noise(windows: list[Windows]) -> Noise | None:
-        return measure_noise(stacked(windows)) if windows else None
+        return noise_of(self._all if any_window else self._run)
 
     def _departs(self, moment: Moment, one_g: float) -> str:
         if len(self._run) < FIRST_WINDOWS:
@@ -104,6 +108,11 @@ class Settling:
         axis = int(np.argmax(apart / limit))
         units = self._units
         return f"{AXES[axis]} wandered by {apart[axis] * units.mg:.0f} {units.mg_unit}"
+
+
+def noise_of(windows: list[Windows]) -> Noise | None:
+    """The noise in single windows; None without any."""
+    return measure_noise(stacked(windows)) if windows else None
 
 
 def stacked(windows: list[Windows]) -> Windows:

@@ -5,9 +5,12 @@ from imucal_wizard.procedure.limits import coarse, fine
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import Step
 from imucal_wizard.procedure.scene import Scene
-from imucal_wizard.procedure.settle import Settling
+from imucal_wizard.procedure.settle import Settling, noise_of
 from imucal_wizard.procedure.state import EventKind, Status
 from imucal_wizard.procedure.stillness import Limits, Noise
+
+LEAST_WINDOWS = 15
+"""The fewest windows from which noise is taken when the whole length of rest never comes."""
 
 
 class SettleStage:
@@ -79,6 +82,23 @@ class SettleStage:
         self.finished = True
         scene.emit(EventKind.HOLD_TAKEN, f"Noise measured: {scene.units.noise_text(self.noise)}.")
         self._doubt()
+
+    def make_do(self) -> bool:
+        """Settle for the longest rest so far, when the whole length never came."""
+        windows = self._settling.longest
+        noise = noise_of(windows) if len(windows) >= LEAST_WINDOWS else None
+        if noise is None:
+            return False
+        self.noise = noise
+        scene = self._scene
+        scene.watch.set_limits(self.fine(noise))
+        self.finished = True
+        scene.emit(
+            EventKind.WARNING,
+            f"{self.seconds:.0f} s of rest never came: the noise is that of the longest rest, "
+            f"{scene.units.noise_text(noise)}.",
+        )
+        return True
 
     def _doubt(self) -> None:
         """Say so when gravity does not look like gravity."""

@@ -70,7 +70,7 @@ class Machine:
 
     def flush(self) -> tuple[Event, ...]:
         """The data have ended: a hold still running is complete as it is."""
-        self._conductor.end()
+        self._conductor.holding.restart()
         self._status = None
         return self._conductor.scene.drain()
 
@@ -82,4 +82,4 @@ class Machine:
 
     def collected(self) -> Collected:
         """What has been measured; a hold that still grows is as long as it is by now."""
-        return self._conductor.collected()
+        return self._conductor.holding.collected()

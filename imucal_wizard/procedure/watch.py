@@ -19,6 +19,7 @@ LOOSEN_SECONDS = 15.0
 LOOSEN_FACTOR = 2.0
 MOST_LOOSENED = 16.0
 RECENT_SECONDS = 5.0
+ALMOST = 1e-6
 
 
 class Watch:
@@ -97,6 +98,10 @@ class Watch:
         self.still = bool(moment.window.still(self._limits)[0])
         return self.still
 
+    def exhausted_in(self, seconds: float) -> bool:
+        """Whether it will then have lasted so long that something must give way."""
+        return self.waiting + seconds >= OFFER_SECONDS + LOOSEN_SECONDS - ALMOST
+
     def wait(self, seconds: float) -> str | None:
         """Count a moment in which a hold is asked for and not complete.
 
@@ -113,7 +118,7 @@ class Watch:
         self.waiting += seconds
         if before < OFFER_SECONDS <= self.waiting:
             return "stuck"
-        if self.waiting >= OFFER_SECONDS + LOOSEN_SECONDS and not self.still and self._nearly():
+        if self.exhausted_in(0.0) and not self.still and self._nearly():
             self.loosen()
             self.waiting = OFFER_SECONDS
             return "loosened"

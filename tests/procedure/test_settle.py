@@ -133,3 +133,15 @@ def test_a_gravity_of_a_thousand_is_doubted() -> None:
         Readings(Series(readings.accelerometer.time, wrong, "m/s^2"), readings.gyroscope)
     )
     assert "unit" in texts(events, EventKind.WARNING)[0]
+
+
+def test_where_ten_seconds_of_rest_never_come_the_longest_rest_must_do() -> None:
+    device = Device()
+    for pose in ("+x", "+z", "-x", "+y", "-z", "+z", "+x", "-y"):
+        device.hold(pose, 4.0)
+    machine = started()
+    events = machine.feed(device.readings())
+    assert "never came" in texts(events, EventKind.WARNING)[0]
+    assert machine.status().step is StepKind.UP_DOWN
+    assert machine.status().still.motions[0].limit < 6.0
+    assert machine.status().done

@@ -1,0 +1,110 @@
+"""Was this motion a rotation about the axis asked for, by how much, and can it be used."""
+
+import math
+
+import numpy as np
+
+from imucal_wizard.procedure.ledger import KeptRotation
+from imucal_wizard.procedure.plan import START_POSES, Step
+from imucal_wizard.procedure.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, turn_towards
+from imucal_wizard.procedure.rotation_check import MOSTLY, resting, shares
+from imucal_wizard.procedure.scene import Scene
+from imucal_wizard.procedure.turns import integral, level, turn_between, unwrapped
+from imucal_wizard.readings import FloatArray
+
+LEVEL_DEG = 25.0
+"""An axis this far from level still shows its turns in gravity."""
+NUDGE_DEG = 5.0
+"""A motion smaller than this was no attempt at a rotation."""
+NUDGE_RATE = 30.0
+"""Unless it was as fast as this on the way, °/s."""
+FAR = math.radians(120.0)
+
+
+class RotationJudge:
+    """Judges the motions of the rotation step."""
+
+    def __init__(self, scene: Scene, step: Step) -> None:
+        self._scene = scene
+        self._minimum = step.minimum_deg
+
+    def poised(self, up: FloatArray | None, axis: str) -> bool:
+        """Whether an axis lies level, so that gravity shows a turn about it."""
+        return up is not None and level(up, axis) <= LEVEL_DEG
+
+    def scale(self, axis: str) -> float | None:
+        """Radians per second for a reading of one; None while it is not known.
+
+        For counts it is what the rotations so far say of this axis (least squares).
+        """
+        if self._scene.units.gyroscope_known:
+            return 1.0
+        turns = self._scene.ledger.turns(axis)
+        pairs = [(math.radians(turn.angle), turned(turn)[AXES.index(axis)]) for turn in turns]
+        squares = sum(through * through for _, through in pairs)
+        return sum(angle * through for angle, through in pairs) / squares if squares > 0 else None
+
+    def fault(self, motion: KeptRotation, axis: str) -> str | None:
+        """What keeps a motion from being a rotation about the axis.
+
+        Fills in the angle, the fastest rate and, where it was about the axis, the axis.
+
+        Returns:
+            None when it is one, the reason when it is not, "" when none was meant.
+        """
+        before = self._scene.direction(motion.before)
+        after = self._scene.direction(motion.after)
+        if before is None or after is None or level(before, axis) > LEVEL_DEG:
+            return ""
+        if not np.isfinite(motion.rate).all():
+            return motion.problem
+        share = shares(motion.rate, resting(motion))
+        if share[AXES.index(axis)] < MOSTLY:
+            return self._strayed(share, before, after, axis)
+        angle = self._angle(motion, before, after, axis)
+        if angle is None:
+            return f"{axis} stands upright at its end: keep it level"
+        motion.axis, motion.angle = axis, math.degrees(angle)
+        motion.fastest = self._fastest(motion, axis)
+        return motion.problem or self._too_small(motion)
+
+    def _angle(
+        self, motion: KeptRotation, before: FloatArray, after: FloatArray, axis: str
+    ) -> float | None:
+        through = float(turned(motion)[AXES.index(axis)])
+        scale = self.scale(axis)
+        angle = turn_between(before, after, axis, 0.0 if scale is None else scale * through)
+        if angle is not None and scale is None and through * angle < 0.0 and abs(angle) > FAR:
+            # More than half a circle, seen from the other side: the sense is the gyroscope's.
+            return unwrapped(angle, math.copysign(math.pi, through))
+        return angle
+
+    def _fastest(self, motion: KeptRotation, axis: str) -> float:
+        index = AXES.index(axis)
+        rate = motion.rate[:, index] - resting(motion)[index]
+        return float(np.abs(rate).max()) * self._scene.units.degrees
+
+    def _too_small(self, motion: KeptRotation) -> str | None:
+        if abs(motion.angle) >= self._minimum:
+            return None
+        motion.axis = None
+        swung = self._scene.units.gyroscope_known and motion.fastest >= NUDGE_RATE
+        if abs(motion.angle) < NUDGE_DEG and not swung:
+            return ""
+        return f"only {motion.angle:+.0f}°: turn at least {self._minimum:.0f}°"
+
+    def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
+        """A motion about another axis; a mere change of place is no attempt."""
+        start = DIRECTIONS[START_POSES[axis]]
+        moved = turn_towards(before, after)[2]
+        if moved < NUDGE_DEG or turn_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
+            return ""
+        other = AXES[int(np.argmax(share))]
+        if other == axis:
+            return f"it turned about {axis} and about another axis too: turn about {axis} alone"
+        return f"it turned mostly about {other}: turn about {axis}"
+
+
+def turned(motion: KeptRotation) -> FloatArray:
+    """The integrated rate of a motion without its bias, shape (3,), rad or counts·s."""
+    return integral(motion.time, motion.rate - resting(motion))

@@ -1,0 +1,103 @@
+"""Which step comes when; each is at work in a stage of its own."""
+
+from imucal_wizard.procedure.holding import Holding
+from imucal_wizard.procedure.plain_step import PlainStage
+from imucal_wizard.procedure.pose_step import PoseStage
+from imucal_wizard.procedure.rotation_step import RotationStage
+from imucal_wizard.procedure.scene import Scene, Stage
+from imucal_wizard.procedure.settle_step import SettleStage
+from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.validate_step import ValidateStage
+from imucal_wizard.procedure.wording import TITLES
+
+MEASURING = (StepKind.SETTLE, StepKind.UP_DOWN, StepKind.POSES, StepKind.ROTATIONS)
+"""The steps that follow one another by themselves; the result comes after the last."""
+
+
+class Route:
+    """The way through the steps.
+
+    Attributes:
+        settle: the settle stage, whose limits all others use.
+        stages: the stage of each step.
+        step: the step at work.
+        skipped: steps left out, with the consequence.
+        return_to: the step to come back to when the noise has been measured again.
+    """
+
+    def __init__(self, scene: Scene, holding: Holding) -> None:
+        self._scene = scene
+        self._holding = holding
+        procedure = scene.procedure
+        self.settle = SettleStage(scene, procedure.step(StepKind.SETTLE))
+        self.stages: dict[StepKind, Stage] = {
+            StepKind.SETTLE: self.settle,
+            StepKind.UP_DOWN: PoseStage(scene, procedure.step(StepKind.UP_DOWN)),
+            StepKind.POSES: PoseStage(scene, procedure.step(StepKind.POSES)),
+            StepKind.ROTATIONS: RotationStage(scene, procedure.step(StepKind.ROTATIONS)),
+            StepKind.VALIDATE: ValidateStage(scene, procedure.step(StepKind.VALIDATE)),
+        }
+        for kind in (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE):
+            self.stages[kind] = PlainStage(kind)
+        self.step = procedure.kinds[0]
+        self.skipped: dict[StepKind, str] = {}
+        self.return_to: StepKind | None = None
+
+    @property
+    def stage(self) -> Stage:
+        """The step at work."""
+        return self.stages[self.step]
+
+    @property
+    def asking(self) -> bool:
+        """Whether a hold is asked for now."""
+        return self.stage.seconds > 0.0
+
+    def enter(self, kind: StepKind) -> None:
+        """Begin a step, or come back to it."""
+        scene = self._scene
+        self.step = kind
+        self.skipped.pop(kind, None)
+        kept = scene.run.kept
+        if kind is StepKind.SETTLE:
+            self._holding.restart()
+        elif kept is not None and (kind is StepKind.VALIDATE or kept.ticks):
+            # One placement is one measurement: a repeat begins with a move.
+            scene.run.used = kind is not StepKind.ROTATIONS
+        if kind is StepKind.RESULT:
+            # What is fitted on the way into the result stays what it is.
+            self._holding.finish()
+            scene.run.complete = kept is not None
+        scene.watch.rest()
+        self.stage.enter()
+
+    def advance(self) -> None:
+        """The step has all it needs: on to the next that does not."""
+        self._scene.emit(EventKind.STEP_DONE, f"{TITLES[self.step]} done.")
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Enter the next step that is neither finished nor skipped."""
+        if self.step is StepKind.SETTLE and self.return_to is not None:
+            kind, self.return_to = self.return_to, None
+            self.enter(kind)
+            return
+        kinds = self._scene.procedure.kinds
+        for kind in kinds[kinds.index(self.step) + 1 :]:
+            if self._left_out(kind):
+                continue
+            self.enter(kind)
+            if kind is StepKind.RESULT:
+                self._scene.emit(EventKind.FINISHED, "Everything is measured.")
+            return
+
+    def _left_out(self, kind: StepKind) -> bool:
+        if kind not in MEASURING:
+            return False
+        if self.stages[kind].finished or kind in self.skipped:
+            return True
+        if kind is StepKind.ROTATIONS and not self._scene.has_gyroscope:
+            self.skipped[kind] = "the stream has no gyroscope"
+            self._scene.emit(EventKind.STEP_SKIPPED, "No gyroscope: no rotations.")
+            return True
+        return False
