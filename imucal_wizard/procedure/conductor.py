@@ -112,7 +112,10 @@ class Conductor:
         what = watch.wait(moment.seconds)
         reason = watch.reason or "it moves again and again"
         if what == "stuck":
-            text = f"No rest for {watch.waiting:.0f} s: {reason}. Lean it on something."
+            way = "Lean it on something."
+            if route.step is StepKind.SETTLE:
+                way = "If it does lie still, its units are wrong: go back to the source."
+            text = f"No rest for {watch.waiting:.0f} s: {reason}. {way}"
             scene.emit(EventKind.STUCK, text)
         elif what == "loosened":
             text = f"The limits are {watch.loosened:.0f} times wider now: {reason}."

@@ -18,6 +18,8 @@ NUDGE_DEG = 5.0
 """A motion smaller than this was no attempt at a rotation."""
 NUDGE_RATE = 30.0
 """Unless it was as fast as this on the way, °/s."""
+MOST_CIRCLES = 3
+"""A hand does not turn a device farther than this between two holds."""
 FAR = math.radians(120.0)
 
 
@@ -64,6 +66,9 @@ class RotationJudge:
         angle = self._angle(motion, before, after, axis)
         if angle is None:
             return f"{axis} stands upright at its end: keep it level"
+        if abs(angle) > MOST_CIRCLES * 2.0 * math.pi:
+            circles = abs(angle) / (2.0 * math.pi)
+            return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
         motion.axis, motion.angle = axis, math.degrees(angle)
         motion.fastest = self._fastest(motion, axis)
         return motion.problem or self._too_small(motion)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from imucal_wizard.procedure.doubts import disagreement
 from imucal_wizard.procedure.ledger import KeptHold, KeptRotation
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import START_POSES, Step
@@ -99,6 +100,9 @@ class RotationStage:
             text = f"{motion.angle:+.0f}° about {axis} taken, {done} of {self._step.per_axis}."
             text += f" Next: about {self.axis}." if self.axis != axis else self._hint()
             scene.emit(EventKind.ROTATION_TAKEN, text)
+            doubt = disagreement(motion, scale_known=scene.units.gyroscope_known)
+            if doubt:
+                scene.emit(EventKind.WARNING, doubt)
         elif problem:
             scene.emit(EventKind.ROTATION_REJECTED, f"Rotation not used: {problem}.")
         else:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.procedure.blocks import join_blocks
+from imucal_wizard.procedure.doubts import frozen_axis
 from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.holds import Hold, hold_from
 from imucal_wizard.procedure.ledger import KeptHold, KeptRotation
@@ -14,7 +15,7 @@ from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.rotation_check import fault_of
 from imucal_wizard.procedure.route import Route
 from imucal_wizard.procedure.scene import Scene
-from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
 
 ALMOST = 1e-6
@@ -46,6 +47,7 @@ class Taking:
             hold = self._holding.hold()
             if hold is not None:
                 self._tell(self._keep(hold))
+                self._doubt()
         else:
             self._holding.finish()
             self._scene.motion = None
@@ -81,6 +83,13 @@ class Taking:
         if scene.motion is not None:
             scene.ledger.add_rotation(scene.motion)
         return kept
+
+    def _doubt(self) -> None:
+        """Say so when an axis looks clipped or dead in this hold."""
+        scene, window = self._scene, self._recent[-1].window
+        text = frozen_axis(window, self._route.settle.noise, scene.resolution.steps[0])
+        if text:
+            scene.emit(EventKind.WARNING, text)
 
     def _tell(self, kept: KeptHold) -> None:
         scene, route = self._scene, self._route

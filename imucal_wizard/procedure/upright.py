@@ -17,6 +17,8 @@ BIAS_PRIOR = 0.1
 OFFSET_PRIOR = 0.4
 """The same where an offset had to be guessed."""
 SCALE_PRIOR = 0.3
+SMALLEST, LARGEST = 0.4, 2.0
+"""Holds of another size than this share of the first say something else, such as a dead axis."""
 STEPS = 8
 
 
@@ -67,6 +69,10 @@ class Upright:
             return
         start, scale, prior = self._start
         points = (np.stack(readings) - start) / scale
+        sizes = np.sqrt((points * points).sum(axis=1))
+        points = points[(sizes > SMALLEST) & (sizes < LARGEST)]
+        if not len(points):
+            return
         bias, radius = np.zeros(3), 1.0
         for _ in range(STEPS):
             apart = points - bias
