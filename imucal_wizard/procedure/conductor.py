@@ -56,7 +56,8 @@ class Conductor:
     def _learn(self, moment: Moment) -> None:
         """Which way is up, and how fine the readings are."""
         scene, reading = self.scene, moment.mean_a
-        if not scene.upright.known:
+        if not scene.upright.known or not (scene.ledger.holds or scene.still):
+            # The first samples may come from a device in mid-air; the newest guess is the best.
             scene.upright.begin(reading)
         scene.up = scene.upright.up(reading) if np.isfinite(reading).all() else None
         if scene.resolution.see(moment) and self.route.step is not StepKind.SETTLE:

@@ -11,11 +11,12 @@ from imucal_wizard.procedure.poses import (
     FACE_TOLERANCE_DEG,
     POSE_TOLERANCE_DEG,
     nearest,
+    spoken,
     turn_towards,
 )
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import AxisStart, EventKind, Status, StepKind
-from imucal_wizard.procedure.wording import detail, how_to_turn, label, turn_up
+from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
 from imucal_wizard.readings import FloatArray
 
 TIE_DEG = 15.0
@@ -136,7 +137,7 @@ class PoseStage:
             off_by = turn_towards(up, DIRECTIONS[wanted])[2]
         return Status(
             instruction=self._instruction(),
-            detail=detail(wanted) if wanted else "",
+            detail=spoken(wanted) if wanted else "",
             guidance=self._guidance(up, recognised),
             wanted=wanted,
             recognised=recognised,

@@ -10,11 +10,12 @@ from imucal_wizard.procedure.poses import (
     DIRECTIONS,
     POSE_TOLERANCE_DEG,
     nearest,
+    spoken,
     turn_towards,
 )
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, Status
-from imucal_wizard.procedure.wording import detail, how_to_turn, turn_up
+from imucal_wizard.procedure.wording import how_to_turn, turn_up
 from imucal_wizard.readings import FloatArray
 
 
@@ -108,7 +109,7 @@ class ValidateStage:
             off_by = turn_towards(up, DIRECTIONS[wanted])[2]
         return Status(
             instruction=turn_up(wanted) if wanted else "TILT IT TO A NEW PLACE",
-            detail=f"{detail(wanted)}; any new orientation will do" if wanted else "",
+            detail=f"{spoken(wanted)}; any new orientation will do" if wanted else "",
             guidance=how_to_turn(up, wanted) if up is not None and wanted else "",
             wanted=wanted,
             recognised=None if up is None else nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG),

@@ -1,6 +1,6 @@
 """The words of the procedure: short, plain, and about what to do now."""
 
-from imucal_wizard.procedure.poses import DIRECTIONS, spoken, turn_towards
+from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.readings import FloatArray
 
@@ -29,18 +29,8 @@ def turn_up(pose: str) -> str:
 
 def how_to_turn(up: FloatArray, pose: str) -> str:
     """The way from here to a pose: "23° away: turn it about z, to the left"."""
-    return towards(up, DIRECTIONS[pose])
-
-
-def towards(up: FloatArray, wanted: FloatArray) -> str:
-    """The way from here to a direction."""
-    axis, sense, angle = turn_towards(up, wanted)
+    axis, sense, angle = turn_towards(up, DIRECTIONS[pose])
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
-
-
-def detail(pose: str) -> str:
-    """The pose once more, in plain words."""
-    return spoken(pose)
 
 
 def plural(count: int, word: str) -> str:

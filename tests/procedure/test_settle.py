@@ -6,7 +6,7 @@ import pytest
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import Readings, Series
-from tests.procedure.device import RATE, Device, kinds, texts
+from tests.procedure.device import RATE, Device, kinds, part, texts
 
 
 def started() -> Machine:
@@ -20,6 +20,20 @@ def test_nothing_is_measured_before_the_source_is_accepted() -> None:
     assert machine.feed(Device().rest(30.0).readings()) == ()
     assert machine.status().step is StepKind.SOURCE
     assert machine.status().up == pytest.approx((0.0, 0.0, 1.0), abs=0.01)
+
+
+def test_first_samples_from_mid_air_spoil_nothing() -> None:
+    whole = Device().rest(14.0).hold("+x").readings()
+    values = whole.accelerometer.values.copy()
+    values[:60] = [60.0, 10.0, -80.0]
+    machine = Machine(rate=RATE)
+    thrown = Readings(Series(whole.accelerometer.time, values, "m/s^2"), whole.gyroscope)
+    machine.feed(part(thrown, 0, 100))
+    machine.command("start")
+    machine.feed(part(thrown, 100, 150))
+    assert machine.status().still.motions[0].limit == pytest.approx(20.0, rel=0.01)
+    machine.feed(part(thrown, 150, len(thrown)))
+    assert machine.status().done == ("+x", "+z")
 
 
 def test_ten_seconds_of_rest_settle_it_and_tell_the_noise() -> None:
