@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.fitting.gyroscope import GyroscopeReport
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.solver.outliers import Suspect
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
 FACTORS = (
@@ -34,15 +35,34 @@ def accelerometer_warnings(accelerometer: AccelerometerFit, holds: Sequence[Hold
                     f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²: the accelerations are "
                     f"in {unit}; read them with --accel-unit {unit}"
                 )
+    if accelerometer.suspect is not None:
+        hold = holds[accelerometer.suspect.index]
+        pose = f" ({hold.pose})" if hold.pose else ""
+        place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
+        notes.append(_stands_out(place, accelerometer.suspect))
     count = sum(hold.hand_held for hold in holds)
     if count:
         notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
     return notes
 
 
-def gyroscope_warnings(fit: SensorFit, unit: str) -> list[str]:
+def _stands_out(place: str, suspect: Suspect) -> str:
+    return (
+        f"{place} does not fit with the others: its error is {suspect.ratio:.0f} times theirs. "
+        "Measure it again"
+    )
+
+
+def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
     """Warnings about rate, unit and axis order that the gyroscope's matrix shows."""
-    notes = []
+    notes: list[str] = []
+    fit = report.fit
+    if fit is None:
+        return notes
+    if report.suspect is not None:
+        bad = report.rotations[report.suspect.index]
+        place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
+        notes.append(_stands_out(place, report.suspect))
     matrix = fit.matrix / (np.linalg.norm(fit.matrix) / np.sqrt(3.0))
     best = np.abs(matrix).argmax(axis=1)
     if sorted(best.tolist()) == [0, 1, 2]:

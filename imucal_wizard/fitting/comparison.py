@@ -43,6 +43,7 @@ def single_axis(
         if rotation.axis is None or rotation.before.gyroscope is None:
             continue
         k = "xyz".index(rotation.axis)
+        channel = vector.nominal.channels[k]
         rate = (rotation.rate - vector.bias) @ vector.matrix.T
         angle = turn_angle(
             up[id(rotation.before)],
@@ -53,9 +54,9 @@ def single_axis(
         by_axis[rotation.axis].append(
             AxisTurn(
                 angle=angle,
-                integral=float(integral(rotation.rate, rotation.time)[k]),
+                integral=float(integral(rotation.rate, rotation.time)[channel]),
                 duration=float(rotation.time[-1] - rotation.time[0]),
-                bias=float(rotation.before.gyroscope[k]),
+                bias=float(rotation.before.gyroscope[channel]),
             )
         )
     return {
@@ -65,11 +66,15 @@ def single_axis(
 
 
 def comparison(single: SingleAxis, vector: VectorFit) -> tuple[AxisComparison, ...]:
-    """The three methods side by side, a row per axis (Q's table III)."""
+    """The three methods side by side, a row per axis (Q's table III).
+
+    The scale and bias of a body axis are those of the sensor axis that feels it.
+    """
     sigma = np.sqrt(np.diag(vector.covariance))
     rows = []
     for k, axis in enumerate("xyz"):
         count, static, dynamic = single[axis]
+        channel = vector.nominal.channels[k]
         rows.append(
             AxisComparison(
                 axis=axis,
@@ -81,9 +86,9 @@ def comparison(single: SingleAxis, vector: VectorFit) -> tuple[AxisComparison, .
                 dynamic_bias_error=dynamic.bias_error if dynamic else None,
                 dynamic_scale=dynamic.scale if dynamic else None,
                 dynamic_scale_error=dynamic.scale_error if dynamic else None,
-                vector_bias=float(vector.bias[k]),
-                vector_scale=float(vector.matrix[k, k]),
-                vector_scale_error=float(sigma[4 * k]),
+                vector_bias=float(vector.bias[channel]),
+                vector_scale=float(vector.matrix[k, channel]),
+                vector_scale_error=float(sigma[3 * k + channel]),
             )
         )
     return tuple(rows)
@@ -94,6 +99,7 @@ def by_single_axis(
     fit: SensorFit,
     single: SingleAxis,
     method: str,
+    vector: VectorFit,
 ) -> SensorFit:
     """The result by Q's static or dynamic approach instead: three scales, no cross-axis gain.
 
@@ -108,20 +114,22 @@ def by_single_axis(
             f"{missing}. Use the method vector, or add such rotations"
         )
     rows = [row for row in chosen.values() if row is not None]
-    matrix = np.diag([row.scale for row in rows])
-    bias = np.array([row.bias for row in rows])
+    channels = list(vector.nominal.channels)
+    matrix, bias = np.zeros((3, 3)), np.zeros(3)
+    matrix[range(3), channels] = [row.scale for row in rows]
+    bias[channels] = [row.bias for row in rows]
     closure = errors(turns, matrix, bias)
-    scale_errors = {f"sensitivity_{a}": r for a, r in zip("xyz", rows, strict=True)}
     parameters = []
     for parameter in fit.parameters:
         if parameter.name.startswith("cross"):
             continue
-        axis = parameter.name[-1]
-        row = rows["xyz".index(axis)]
-        if parameter.name in scale_errors:
+        axis = "xyz".index(parameter.name[-1])
+        if parameter.name.startswith("sensitivity"):
+            row = rows[axis]
             error = None if row.scale_error is None else row.scale_error / row.scale**2
             parameters.append(replace(parameter, value=1.0 / row.scale, standard_error=error))
         else:
+            row = rows[channels.index(axis)]
             parameters.append(replace(parameter, value=row.bias, standard_error=row.bias_error))
     return replace(
         fit,
@@ -136,4 +144,5 @@ def by_single_axis(
         held_out=None,
         covariance=None,
         warnings=(),
+        degrees_of_freedom=0,
     )

@@ -1,4 +1,4 @@
-"""The gyroscope of a recording: usable rotations chosen, three methods fitted side by side."""
+"""The gyroscope of a recording: three methods fitted side by side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,15 +7,16 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.comparison import by_single_axis, comparison, integral, single_axis
+from imucal_wizard.fitting.turns import Bench, examined, make_bench, paths
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.attitude import lay_out
-from imucal_wizard.solver.closure import Turns, errors
+from imucal_wizard.solver.closure import errors
+from imucal_wizard.solver.gains import nominal_of
 from imucal_wizard.solver.gyroscope import VectorFit, fit_vector
-from imucal_wizard.solver.gyroscope_start import aided_start
-from imucal_wizard.solver.noise import hold_noise
+from imucal_wizard.solver.gyroscope_start import start_matrix
+from imucal_wizard.solver.outliers import Suspect, suspect_rotation
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.result import AxisComparison, SensorFit
 from imucal_wizard.units import COUNT
@@ -33,11 +34,13 @@ class GyroscopeReport:
     """What became of the gyroscope.
 
     Attributes:
-        fit: the result, or None when it cannot be fitted.
+        fit: the result, or None when it cannot be fitted; its residuals are those of the rotations
+            without a problem, in order.
         rotations: all rotations, with axis and problem filled in.
         angles: angle turned in each, rad.
         comparison: static, dynamic and vector results per axis.
         warnings: why something is missing.
+        suspect: the rotation that does not fit with all others (index into ``rotations``), if any.
     """
 
     fit: SensorFit | None
@@ -45,18 +48,7 @@ class GyroscopeReport:
     angles: tuple[float, ...] = ()
     comparison: tuple[AxisComparison, ...] = ()
     warnings: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class _Bench:
-    """The usable rotations with all that belongs to them."""
-
-    turns: Turns
-    usable: tuple[int, ...]
-    stills: FloatArray
-    still_floor: FloatArray
-    direction_sigma: float
-    density: FloatArray
+    suspect: Suspect | None = None
 
 
 def fit_gyroscope(
@@ -66,94 +58,55 @@ def fit_gyroscope(
     unit: str,
     method: str = "vector",
 ) -> GyroscopeReport:
-    """Fit the gyroscope with gravity, as the accelerometer saw it, as the reference."""
-    bench = _prepare(holds, rotations, accelerometer)
+    """Fit the gyroscope with gravity, as the accelerometer saw it, as the reference.
+
+    Raises:
+        DataError: ``method`` is not ``vector`` and an axis has too few rotations about it.
+    """
+    rotations = examined(rotations)
+    bench = make_bench(holds, rotations, accelerometer)
     if bench is None:
-        return GyroscopeReport(
-            None,
-            tuple(rotations),
-            tuple(0.0 for _ in rotations),
-            warnings=("the gyroscope is not calibrated: no usable rotation between two holds",),
-        )
-    nominal = unit != COUNT
+        return _none(rotations, "no usable rotation between two holds")
     try:
-        start = _start(bench, rotations, accelerometer, nominal)
-        vector = fit_vector(bench.turns, bench.stills, bench.still_floor, start, nominal)
+        vector = _vector(bench, rotations, accelerometer, unit)
+        fit = _sensor_fit(bench, vector, unit)
     except DataError as error:
-        return GyroscopeReport(
-            None,
-            tuple(rotations),
-            tuple(0.0 for _ in rotations),
-            warnings=(f"the gyroscope is not calibrated: {error}",),
-        )
+        return _none(rotations, str(error))
     named, angles = _name_axes(rotations, vector, accelerometer, holds)
     up = {id(hold): direction for hold, direction in zip(holds, accelerometer.up, strict=True)}
     single = single_axis([named[i] for i in bench.usable], up, vector)
-    fit = _sensor_fit(bench, vector, unit)
     if method != "vector":
-        fit = by_single_axis(bench.turns, fit, single, method)
-    return GyroscopeReport(fit, named, angles, comparison(single, vector), fit.warnings)
-
-
-def _prepare(
-    holds: Sequence[Hold], rotations: Sequence[Rotation], accelerometer: AccelerometerFit
-) -> _Bench | None:
-    places = {id(hold): index for index, hold in enumerate(holds)}
-    usable = [i for i, r in enumerate(rotations) if r.problem is None and len(r.time) > 2]
-    stills = [hold.gyroscope for hold in holds if hold.gyroscope is not None]
-    if not usable or not stills:
-        return None
-    before = [places[id(rotations[i].before)] for i in usable]
-    after = [places[id(rotations[i].after)] for i in usable]
-    steps = lay_out([rotations[i].time for i in usable], [rotations[i].rate for i in usable])
-    turns = Turns(steps, accelerometer.up[before], accelerometer.up[after])
-    density = hold_noise(holds).gyroscope_density
-    density = np.zeros(3) if density is None else density
-    duration = float(np.median([hold.end - hold.start for hold in holds]))
-    sigma = float(np.sqrt(accelerometer.direction_variance.mean()))
-    return _Bench(
-        turns, tuple(usable), np.array(stills), np.sqrt(density / duration), sigma, density
+        fit = by_single_axis(bench.turns, fit, single, method, vector)
+    return GyroscopeReport(
+        fit, named, angles, comparison(single, vector), fit.warnings, _suspect(bench, vector)
     )
 
 
-def _start(
-    bench: _Bench,
-    rotations: Sequence[Rotation],
-    accelerometer: AccelerometerFit,
-    nominal: bool,
-) -> FloatArray:
-    """The better of the nominal matrix and the one the accelerometer suggests."""
-    fit = accelerometer.fit
-    bias = bench.stills.mean(axis=0)
-    tried = [np.eye(3)] if nominal else []
-    inside = [rotations[i].accelerometer for i in bench.usable]
-    known = [(force - fit.bias) @ fit.matrix.T for force in inside if force is not None]
-    if len(known) == len(inside):
-        aided = aided_start(bench.turns, known, bias)
-        if aided is not None:
-            tried.append(aided)
-    if not tried:
-        raise DataError(
-            "its unit is raw counts and the accelerometer during the turns was not kept"
-        )
-    return min(tried, key=lambda matrix: float((errors(bench.turns, matrix, bias) ** 2).sum()))
+def _none(rotations: Sequence[Rotation], why: str) -> GyroscopeReport:
+    return GyroscopeReport(
+        None,
+        tuple(rotations),
+        tuple(0.0 for _ in rotations),
+        warnings=(f"the gyroscope is not calibrated: {why}",),
+    )
 
 
-def _sensor_fit(bench: _Bench, vector: VectorFit, unit: str) -> SensorFit:
-    theta = np.concatenate([vector.matrix.ravel(), vector.bias])
-    sensitivity_unit = f"{unit}/(rad/s)" if unit == COUNT else "1"
-    scales = {f"{axis}{axis}": f"sensitivity_{axis}" for axis in "xyz"}
-    dropped = tuple(scales.get(name, f"cross_{name}") for name in vector.dropped)
+def _vector(
+    bench: Bench, rotations: Sequence[Rotation], accelerometer: AccelerometerFit, unit: str
+) -> VectorFit:
+    known = unit != COUNT
+    inside = paths([rotations[i] for i in bench.usable], accelerometer)
+    start = start_matrix(bench.turns, inside, bench.stills.mean(axis=0), known)
+    return fit_vector(bench.turns, bench.stills, bench.still_floor, start, nominal_of(start, known))
+
+
+def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
     parameters = with_errors(
-        lambda t: full_parameters(t[:9].reshape(3, 3), t[9:]),
-        theta,
-        vector.covariance,
-        lambda name: (
-            unit
-            if name.startswith("bias")
-            else (sensitivity_unit if name.startswith("sensitivity") else "rad")
-        ),
-        dropped,
+        lambda t: full_parameters(vector.nominal.ordered(t[:9].reshape(3, 3)), t[9:]),
+        np.concatenate([vector.matrix.ravel(), vector.bias]),
+        vector.covariance if vector.degrees_of_freedom > 0 else None,
+        lambda name: _unit_of(name, unit),
+        vector.dropped,
     )
     return SensorFit(
         sensor="gyroscope",
@@ -173,27 +126,38 @@ def _sensor_fit(bench: _Bench, vector: VectorFit, unit: str) -> SensorFit:
         held_out=None if vector.held_out is None else np.linalg.norm(vector.held_out, axis=1),
         covariance=vector.covariance,
         iterations=vector.iterations,
-        warnings=_not_carried(dropped),
+        warnings=_not_carried(vector.dropped),
+        degrees_of_freedom=vector.degrees_of_freedom,
     )
+
+
+def _unit_of(name: str, unit: str) -> str:
+    if name.startswith("bias"):
+        return unit
+    if name.startswith("sensitivity"):
+        return f"{unit}/(rad/s)" if unit == COUNT else "1"
+    return "rad"
 
 
 def _not_carried(dropped: Sequence[str]) -> tuple[str, ...]:
     if not dropped:
         return ()
     names = ", ".join(dropped)
-    advice = "Turn about each axis in both senses"
+    advice = "Turn about each axis in both senses, with that axis level"
     return (f"the rotations do not carry {names}: left at the nominal value. {advice}",)
 
 
-def _before(bench: _Bench, vector: VectorFit, unit: str) -> FloatArray:
+def _before(bench: Bench, vector: VectorFit, unit: str) -> FloatArray:
     """Closure with the nominal conversion only; for counts, with one common scale and the bias."""
     if unit != COUNT:
         return errors(bench.turns, np.eye(3), np.zeros(3))
-    scale = float(np.mean(np.diag(vector.matrix)))
-    return errors(bench.turns, scale * np.eye(3), bench.stills.mean(axis=0))
+    common = np.zeros((3, 3))
+    size = np.abs(vector.matrix.ravel()[list(vector.nominal.scales)]).mean()
+    common.flat[list(vector.nominal.scales)] = size * np.array(vector.nominal.signs)
+    return errors(bench.turns, common, bench.stills.mean(axis=0))
 
 
-def _floor(bench: _Bench, vector: VectorFit) -> float:
+def _floor(bench: Bench, vector: VectorFit) -> float:
     """Closure that noise alone would make, rad rms: angle random walk and both directions.
 
     Two components of each are seen; the one about gravity is not.
@@ -203,6 +167,11 @@ def _floor(bench: _Bench, vector: VectorFit) -> float:
     per_second = float(((vector.matrix**2) @ bench.density).mean())
     walk = 2.0 * per_second * float(durations.mean())
     return float(np.sqrt(walk + 4.0 * bench.direction_sigma**2))
+
+
+def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:
+    found = suspect_rotation(vector.closure, vector.drops, vector.degrees_of_freedom)
+    return None if found is None else replace(found, index=bench.usable[found.index])
 
 
 def _name_axes(
@@ -215,7 +184,8 @@ def _name_axes(
     places = {id(hold): index for index, hold in enumerate(holds)}
     named, angles = [], []
     for rotation in rotations:
-        if len(rotation.time) < 3:
+        place = places.get(id(rotation.before))
+        if place is None or len(rotation.time) < 2 or not np.isfinite(rotation.rate).all():
             named.append(rotation)
             angles.append(0.0)
             continue
@@ -223,7 +193,7 @@ def _name_axes(
         total = integral(rate, rotation.time)
         turned = float(integral(np.linalg.norm(rate, axis=1)[:, None], rotation.time)[0])
         axis = int(np.argmax(np.abs(total)))
-        up = accelerometer.up[places[id(rotation.before)]]
+        up = accelerometer.up[place]
         about = abs(total[axis]) > ONE_AXIS_SHARE * np.linalg.norm(total)
         clear = about and abs(total[axis]) > SMALLEST_TURN and abs(up[axis]) < LEVEL
         named.append(replace(rotation, axis="xyz"[axis] if clear else None))

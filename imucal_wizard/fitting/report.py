@@ -15,7 +15,8 @@ from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.segmentation import candidates, reduce, rotations_between
 from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray, Readings
-from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer, judge
+from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
+from imucal_wizard.solver.judging import judge
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -130,7 +131,7 @@ def _fit(
         holds, options.gravity, units["accelerometer"], options.method
     )
     named = _with_poses(holds, accelerometer)
-    rotations = [_between(rotation, holds, named) for rotation in rotations]
+    rotations = [_between(rotation, named) for rotation in rotations]
     sensors = {"accelerometer": _validated(accelerometer.fit, validation, options.gravity)}
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
@@ -141,7 +142,7 @@ def _fit(
         rotations = list(gyroscope.rotations)
         if gyroscope.fit is not None:
             sensors["gyroscope"] = gyroscope.fit
-            notes += gyroscope_warnings(gyroscope.fit, units["gyroscope"])
+            notes += gyroscope_warnings(gyroscope, units["gyroscope"])
         notes += gyroscope.warnings
     report = FitReport(
         gravity=options.gravity,
@@ -164,14 +165,14 @@ def _with_poses(holds: Sequence[Hold], accelerometer: AccelerometerFit) -> list[
     ]
 
 
-def _between(rotation: Rotation, old: Sequence[Hold], new: Sequence[Hold]) -> Rotation:
-    """The rotation with its holds replaced by the named ones."""
-    places = {id(hold): index for index, hold in enumerate(old)}
-    return replace(
-        rotation,
-        before=new[places[id(rotation.before)]],
-        after=new[places[id(rotation.after)]],
-    )
+def _between(rotation: Rotation, holds: Sequence[Hold]) -> Rotation:
+    """The rotation with its holds replaced by the named ones of the same times."""
+    places = {(hold.start, hold.end): hold for hold in holds}
+    before = places.get((rotation.before.start, rotation.before.end))
+    after = places.get((rotation.after.start, rotation.after.end))
+    if before is None or after is None:
+        return replace(rotation, problem=rotation.problem or "a hold at its end was not kept")
+    return replace(rotation, before=before, after=after)
 
 
 def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:

@@ -7,6 +7,11 @@ from imucal_wizard.units import STANDARD_GRAVITY
 
 MISSING_RATIO = 3.0
 """Held-out error against the noise floor beyond which the model is said to lack something."""
+FEW_RATIO = 3.0
+"""Held-out error against the fitted one beyond which there are too few data to predict any: with
+twice as many equations as unknowns the ratio is about two."""
+ENOUGH_REPEATS = 4
+"""Degrees of freedom from which the scatter of repeats is a better floor than the noise."""
 
 
 def verdict(report: FitReport) -> tuple[str, ...]:
@@ -34,10 +39,20 @@ def _judged(name: str, fit: SensorFit) -> str:
     if fit.rms_held_out is None:
         return f"{text}; no {_left_out(fit)} could be left out to check it"
     text += f", {shown(fit, fit.rms_held_out)} on {_left_out(fit)}s left out"
-    if fit.floor and fit.rms_held_out > MISSING_RATIO * fit.floor:
-        ratio = fit.rms_held_out / fit.floor
+    if fit.rms_held_out > FEW_RATIO * fit.rms_fitted:
+        return f"{text}: too few {_left_out(fit)}s to foretell one that is left out; add some"
+    floor = _floor(fit)
+    if floor and fit.rms_held_out > MISSING_RATIO * floor:
+        ratio = fit.rms_held_out / floor
         return f"{text}: {ratio:.0f} times what the noise makes. Something is missing in the model"
     return f"{text}: about what the noise makes"
+
+
+def _floor(fit: SensorFit) -> float | None:
+    """What does not repeat: noise within the holds, or what repeated holds show beyond it."""
+    if fit.repeat_rms is None or fit.repeat_degrees_of_freedom < ENOUGH_REPEATS:
+        return fit.floor
+    return max(fit.repeat_rms, fit.floor or 0.0)
 
 
 def _left_out(fit: SensorFit) -> str:

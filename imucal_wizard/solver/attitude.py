@@ -1,14 +1,23 @@
-"""Attitude from angular rate: many rotations side by side, exactly enough, with derivatives.
+"""Attitude from angular rate, to fourth order in the sampling interval, many rotations at once.
 
-Between two samples the rate is taken as linear in time. The rotation vector of that step is then
+The rotation vector of the step from one sample to the next (Magnus expansion, two terms) is
 
-    φ = ½ (w₀ + w₁) dt + (dt²/12) (w₀ × w₁)
+    φ = ∫ w dt + (dt²/12) w₀ × w₁
 
-up to fourth order in dt (the second term of the Magnus expansion, which a plain sum of rates leaves
-out and which is the coning error). Steps are joined as unit quaternions by a doubling scan, so all
-rotations of a recording cost a few passes over their samples.
+The integral of the samples is that of the cubic through them and their slopes,
+
+    ∫ y dt = (dt/2) (y₀ + y₁) + (dt²/12) (y₀′ − y₁′)
+
+(the trapezoidal rule alone is of second order); the product is the coning that a plain sum of rates
+leaves out. With ``w = M (y − b)`` both are linear in what can be prepared once:
+
+    φ = M (∫ y dt − b dt) + cof(M) (C + b × D),   C = (dt²/12) y₀ × y₁,  D = (dt²/12) (y₀ − y₁)
+
+since ``(M p) × (M q) = cof(M) (p × q)``. Steps are joined as unit quaternions by a tree of pairs.
+Arrays over the steps have their components first, (3, n), so that each component lies in one piece.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,137 +27,207 @@ from imucal_wizard.readings import FloatArray
 
 IntArray = NDArray[np.int64]
 
+PIECE = 32
+"""Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""
+
 
 @dataclass(frozen=True, eq=False)
 class Steps:
     """The integration steps of several rotations, laid end to end.
 
+    Readings are kept relative to ``origin``, so that raw counts around 32768 lose no digits.
+
     Attributes:
-        first: reading at the beginning of each step, shape (n, 3).
-        last: reading at its end, shape (n, 3).
-        dt: its duration, s, shape (n,).
+        integral: ``∫ y dt`` of each step, shape (3, n).
+        coning: ``C``, shape (3, n).
+        drift: ``D``, shape (3, n).
+        dt: duration, s, shape (n,); 0 for an empty step.
         rotation: which rotation it belongs to, shape (n,).
         offsets: index of the first step of each rotation, and n at the end, shape (m + 1,).
+        origin: the reading that counts as zero, shape (3,).
     """
 
-    first: FloatArray
-    last: FloatArray
+    integral: FloatArray
+    coning: FloatArray
+    drift: FloatArray
     dt: FloatArray
     rotation: IntArray
     offsets: IntArray
+    origin: FloatArray
 
 
-def lay_out(times: list[FloatArray], readings: list[FloatArray]) -> Steps:
-    """Steps of rotations given by their sample times (n,) and readings (n, 3)."""
-    counts = [len(time) - 1 for time in times]
+def lay_out(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> Steps:
+    """Steps of rotations given by their sample times (n,) and readings (n, 3).
+
+    A sample that is not later than the one before it is left out.
+    """
+    origin = np.mean([reading[0] for reading in readings], axis=0)
+    parts = []
+    for time, reading in zip(times, readings, strict=True):
+        keep = advancing(time)
+        parts.append(_filled(_steps(time[keep], reading[keep] - origin)))
+    counts = np.array([part.shape[1] for part in parts])
+    rows = np.concatenate(parts, axis=1)
     return Steps(
-        first=np.concatenate([reading[:-1] for reading in readings]),
-        last=np.concatenate([reading[1:] for reading in readings]),
-        dt=np.concatenate([np.diff(time) for time in times]),
-        rotation=np.repeat(np.arange(len(times)), counts),
+        integral=rows[:3],
+        coning=rows[3:6],
+        drift=rows[6:9],
+        dt=rows[9],
+        rotation=np.repeat(np.arange(len(parts)), counts),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        origin=origin,
     )
 
 
-def rotation_vectors(first: FloatArray, last: FloatArray, dt: FloatArray) -> FloatArray:
-    """Rotation vector of each step from the rates at its ends, rad, shape (n, 3)."""
-    step = dt[:, None]
-    return 0.5 * step * (first + last) + step * step / 12.0 * cross(first, last)
+def advancing(time: FloatArray) -> NDArray[np.bool_]:
+    """Which samples are later than all before them, shape (n,)."""
+    return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
+
+
+def _steps(time: FloatArray, reading: FloatArray) -> FloatArray:
+    """Integral, coning, drift and duration of the steps between samples, shape (10, n − 1)."""
+    dt = np.diff(time)
+    first, last = reading[:-1].T, reading[1:].T
+    integral = 0.5 * dt * (first + last)
+    if len(time) > 2:
+        slope = np.gradient(reading, time, axis=0, edge_order=2).T
+        integral += dt * dt / 12.0 * (slope[:, :-1] - slope[:, 1:])
+    twelfth = dt * dt / 12.0
+    return np.vstack([integral, twelfth * cross(first, last), twelfth * (first - last), dt])
+
+
+def _filled(steps: FloatArray) -> FloatArray:
+    empty = -steps.shape[1] % PIECE or (0 if steps.shape[1] else PIECE)
+    return np.pad(steps, ((0, 0), (0, empty)))
+
+
+def rotation_vectors(steps: Steps, matrix: FloatArray, bias: FloatArray) -> FloatArray:
+    """Rotation vector of each step under ``w = M (y − b)``, rad, shape (3, n).
+
+    Args:
+        steps: the steps.
+        matrix: M, rad/s per reading; one (3, 3), or one per rotation (m, 3, 3).
+        bias: b, reading units; one (3,), or one per rotation (m, 3).
+    """
+    offset = bias - steps.origin
+    if matrix.ndim == 3:
+        offset = offset[steps.rotation].T
+        moved = steps.integral - offset * steps.dt
+        coned = steps.coning + cross(offset, steps.drift)
+        each, cofactors = matrix[steps.rotation], cofactor(matrix)[steps.rotation]
+        turned = np.einsum("nij,jn->in", each, moved)
+        return np.asarray(turned + np.einsum("nij,jn->in", cofactors, coned))
+    moved = steps.integral - offset[:, None] * steps.dt
+    return np.asarray(matrix @ moved + cofactor(matrix) @ coned_by(steps, offset))
+
+
+def coned_by(steps: Steps, offset: FloatArray) -> FloatArray:
+    """``C + b × D`` for one bias relative to the origin, shape (3, n)."""
+    return steps.coning + cross(offset[:, None], steps.drift)
+
+
+def cofactor(matrix: FloatArray) -> FloatArray:
+    """Cofactor matrices, shape (…, 3, 3): rows are cross products of the rows of ``matrix``."""
+    a, b, c = (np.moveaxis(matrix[..., row, :], -1, 0) for row in range(3))
+    return np.stack([np.moveaxis(p, 0, -1) for p in (cross(b, c), cross(c, a), cross(a, b))], -2)
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product along the last axis (faster than NumPy's for many short vectors)."""
+    """Cross product along the first axis (faster than NumPy's for many short vectors)."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
     return out
 
 
 def quaternions(phi: FloatArray) -> FloatArray:
-    """Unit quaternions (w, x, y, z) of rotation vectors, shape (n, 4)."""
-    half = 0.5 * np.sqrt((phi * phi).sum(axis=-1))
-    out = np.empty((*phi.shape[:-1], 4))
-    out[..., 0] = np.cos(half)
-    out[..., 1:] = 0.5 * np.sinc(half / np.pi)[..., None] * phi
+    """Unit quaternions (w, x, y, z) of rotation vectors (3, n), shape (4, n)."""
+    half = 0.5 * np.sqrt(phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2])
+    out = np.empty((4, *phi.shape[1:]))
+    out[0] = np.cos(half)
+    out[1:] = 0.5 * np.sinc(half / np.pi) * phi
     return out
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Hamilton product, shape (n, 4)."""
-    pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
-    qw, qx, qy, qz = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    """Hamilton product along the first axis, shape (4, …)."""
     out = np.empty(np.broadcast_shapes(p.shape, q.shape))
-    out[..., 0] = pw * qw - px * qx - py * qy - pz * qz
-    out[..., 1] = pw * qx + px * qw + py * qz - pz * qy
-    out[..., 2] = pw * qy - px * qz + py * qw + pz * qx
-    out[..., 3] = pw * qz + px * qy - py * qx + pz * qw
+    out[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3]
+    out[1] = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2]
+    out[2] = p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1]
+    out[3] = p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0]
     return out
 
 
 def matrices(q: FloatArray) -> FloatArray:
-    """Rotation matrices (body to world) of unit quaternions, shape (n, 3, 3)."""
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    out = np.empty((*q.shape[:-1], 3, 3))
-    out[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    out[..., 0, 1] = 2.0 * (x * y - w * z)
-    out[..., 0, 2] = 2.0 * (x * z + w * y)
-    out[..., 1, 0] = 2.0 * (x * y + w * z)
-    out[..., 1, 1] = 1.0 - 2.0 * (x * x + z * z)
-    out[..., 1, 2] = 2.0 * (y * z - w * x)
-    out[..., 2, 0] = 2.0 * (x * z - w * y)
-    out[..., 2, 1] = 2.0 * (y * z + w * x)
-    out[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
-    return out
+    """Rotation matrices (body to world) of unit quaternions (4, …), shape (3, 3, …).
 
-
-def accumulate(steps: FloatArray, offsets: IntArray) -> FloatArray:
-    """Running products of step quaternions within each rotation, shape (n, 4).
-
-    Row i is the attitude after step i relative to the beginning of its rotation. Doubling scan:
-    after pass k every row holds the product of up to 2^k steps.
+    Of a quaternion of another length it is the rotation times that length squared.
     """
-    out = steps.copy()
-    position = np.arange(len(steps)) - np.repeat(offsets[:-1], np.diff(offsets))
-    shift = 1
-    longest = int(np.diff(offsets).max(initial=0))
-    while shift < longest:
-        rows = np.flatnonzero(position >= shift)
-        out[rows] = multiply(out[rows - shift], out[rows])
-        shift *= 2
+    w, x, y, z = q
+    ww, xx, yy, zz = w * w, x * x, y * y, z * z
+    xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
+    out = np.empty((3, 3, *q.shape[1:]))
+    out[0, 0] = ww + xx - yy - zz
+    out[1, 1] = ww - xx + yy - zz
+    out[2, 2] = ww - xx - yy + zz
+    out[0, 1], out[1, 0] = 2.0 * (xy - wz), 2.0 * (xy + wz)
+    out[0, 2], out[2, 0] = 2.0 * (xz + wy), 2.0 * (xz - wy)
+    out[1, 2], out[2, 1] = 2.0 * (yz - wx), 2.0 * (yz + wx)
     return out
 
 
 def total(steps: FloatArray, offsets: IntArray) -> FloatArray:
-    """The product of all step quaternions of each rotation, shape (m, 4): a tree of pairs."""
-    counts = np.diff(offsets)
-    rows = steps
-    while counts.max(initial=0) > 1:
-        starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
-        position = np.arange(len(rows)) - np.repeat(starts, counts)
-        even = np.flatnonzero(position % 2 == 0)
-        paired = np.flatnonzero((position % 2 == 0) & (position + 1 < np.repeat(counts, counts)))
-        halved = rows[even]
-        halved[np.searchsorted(even, paired)] = multiply(rows[paired], rows[paired + 1])
-        rows = halved
-        counts = (counts + 1) // 2
-    return rows
+    """The product of all step quaternions (4, n) of each rotation, shape (4, m).
 
-
-def right_jacobian(phi: FloatArray) -> FloatArray:
-    """``exp(φ + δ) ≈ exp(φ) exp(J δ)``; third order in φ, shape (n, 3, 3).
-
-    Steps between samples are short (0.1 rad at 600 °/s and 100 Hz), where the term left out is
-    below 1e-5.
+    The number of steps of each rotation is a multiple of ``PIECE``, as ``lay_out`` makes it.
     """
-    skew = skews(phi)
-    return np.eye(3) - 0.5 * skew + skew @ skew / 6.0
+    running = _scan(_tree(steps)[-1], offsets // PIECE)
+    return running[:, offsets[1:] // PIECE - 1]
 
 
-def skews(v: FloatArray) -> FloatArray:
-    """Cross-product matrices: ``skews(v) @ x == cross(v, x)``, shape (n, 3, 3)."""
-    out = np.zeros((*v.shape[:-1], 3, 3))
-    out[..., 0, 1], out[..., 0, 2] = -v[..., 2], v[..., 1]
-    out[..., 1, 0], out[..., 1, 2] = v[..., 2], -v[..., 0]
-    out[..., 2, 0], out[..., 2, 1] = -v[..., 1], v[..., 0]
+def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Attitude at the beginning and at the end of each step, relative to its rotation's beginning.
+
+    Up the tree by products of pairs, down again with what came before each pair.
+
+    Args:
+        steps: step quaternions, shape (4, n), as for ``total``.
+        offsets: as of ``Steps``.
+
+    Returns:
+        Two arrays of quaternions, shape (4, n).
+    """
+    levels = _tree(steps)
+    running = _scan(levels[-1], offsets // PIECE)
+    before = np.empty_like(running)
+    before[:, 1:] = running[:, :-1]
+    before[:, offsets[:-1] // PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    for level in levels[-2::-1]:
+        finer = np.empty_like(level)
+        finer[:, 0::2] = before
+        finer[:, 1::2] = multiply(before, level[:, 0::2])
+        before = finer
+    return before, multiply(before, steps)
+
+
+def _tree(steps: FloatArray) -> list[FloatArray]:
+    """Products of 1, 2, 4 … PIECE neighbouring steps."""
+    levels = [steps]
+    for _ in range(PIECE.bit_length() - 1):
+        levels.append(multiply(levels[-1][:, 0::2], levels[-1][:, 1::2]))
+    return levels
+
+
+def _scan(pieces: FloatArray, offsets: IntArray) -> FloatArray:
+    """Running products within each rotation: after pass k each holds up to 2^k pieces."""
+    out = pieces.copy()
+    counts = np.diff(offsets)
+    position = np.arange(pieces.shape[1]) - np.repeat(offsets[:-1], counts)
+    reach = 1
+    while reach < int(counts.max(initial=0)):
+        later = np.flatnonzero(position >= reach)
+        out[:, later] = multiply(out[:, later - reach], out[:, later])
+        reach *= 2
     return out

@@ -6,40 +6,87 @@ cent wrong, which is near enough for the exact fit to begin from.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import skews
+from imucal_wizard.solver.attitude import attitudes, matrices, quaternions, rotation_vectors
 from imucal_wizard.solver.closure import Turns
 
 
-def aided_start(turns: Turns, inside: Sequence[FloatArray], bias: FloatArray) -> FloatArray | None:
-    """M from the accelerometer's direction during the rotations, shape (3, 3).
+@dataclass(frozen=True, eq=False)
+class Path:
+    """One rotation with what the accelerometer felt during it.
+
+    Attributes:
+        time: sample times, s, ever later, shape (n,).
+        reading: the gyroscope, shape (n, 3).
+        up: direction of the calibrated specific force, unit vectors, shape (n, 3).
+    """
+
+    time: FloatArray
+    reading: FloatArray
+    up: FloatArray
+
+
+def start_matrix(turns: Turns, paths: Sequence[Path], bias: FloatArray, known: bool) -> FloatArray:
+    """The better of the identity (where the unit is known) and what the accelerometer suggests.
+
+    They are compared all along the rotations: at their ends a whole turn more or less, which a
+    wrong unit or rate makes, does not show.
 
     Args:
         turns: the rotations.
-        inside: for each rotation the calibrated specific force at its samples, shape (n, 3).
+        paths: the same with the accelerometer in them, or none when it was not kept.
         bias: the gyroscope's reading at rest, shape (3,).
+        known: the readings are in rad/s.
 
-    Returns:
-        M, rad/s per reading, of least norm where the rotations do not carry all of it; None when
-        there is no rotation.
+    Raises:
+        DataError: neither can be had.
     """
-    rows, changes = [], []
-    steps = turns.steps
-    for index, force in enumerate(inside):
-        part = slice(int(steps.offsets[index]), int(steps.offsets[index + 1]))
-        length = np.linalg.norm(force, axis=1)
-        up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))[:, None]
-        middle = 0.5 * (up[:-1] + up[1:])
-        rate = 0.5 * (steps.first[part] + steps.last[part]) - bias
-        weights = skews(middle) * steps.dt[part, None, None]
-        rows.append(np.einsum("nia,nc->iac", weights, rate).reshape(3, 9))
-        changes.append(turns.after[index] - turns.before[index])
-    if not rows:
-        return None
-    design, change = np.concatenate(rows), np.concatenate(changes)
+    if not paths:
+        if known:
+            return np.eye(3)
+        raise DataError(
+            "its unit is raw counts and the accelerometer during the turns was not kept"
+        )
+    tried = [aided_start(turns, paths, bias), *([np.eye(3)] if known else [])]
+    if not tried[0].any():
+        raise DataError("its readings do not change while the device turns: it is dead")
+    return min(tried, key=lambda matrix: misfit(turns, paths, matrix, bias))
+
+
+def aided_start(turns: Turns, paths: Sequence[Path], bias: FloatArray) -> FloatArray:
+    """M from the accelerometer's direction during the rotations, rad/s per reading, shape (3, 3).
+
+    Of least norm where the rotations do not carry all of it.
+    """
+    normal, slope = np.zeros((9, 9)), np.zeros(9)
+    for path, before, after in zip(paths, turns.before, turns.after, strict=True):
+        middle = 0.5 * (path.up[:-1] + path.up[1:])
+        rate = 0.5 * (path.reading[:-1] + path.reading[1:]) - bias
+        sums = (middle * np.diff(path.time)[:, None]).T @ rate
+        design = np.zeros((3, 3, 3))  # u × (M y): component, row of M, column of M
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            design[i, k], design[i, j] = sums[j], -sums[k]
+        rows = design.reshape(3, 9)
+        normal += rows.T @ rows
+        slope += rows.T @ (after - before)
     # signal of the strongest direction against the few per cent that hand motion spoils
-    solution = np.linalg.lstsq(design, change, rcond=1e-3)[0]
-    return np.asarray(solution.reshape(3, 3))
+    return np.asarray(np.linalg.pinv(normal, rcond=1e-6, hermitian=True) @ slope).reshape(3, 3)
+
+
+def misfit(turns: Turns, paths: Sequence[Path], matrix: FloatArray, bias: FloatArray) -> float:
+    """Mean square distance of carried up from the accelerometer's, all along the rotations."""
+    steps = turns.steps
+    _, ends = attitudes(quaternions(rotation_vectors(steps, matrix, bias)), steps.offsets)
+    squares, count = 0.0, 0
+    for index, path in enumerate(paths):
+        first = int(steps.offsets[index])
+        turned = matrices(ends[:, first : first + len(path.time) - 1])
+        carried = np.einsum("jin,j->ni", turned, turns.before[index])
+        squares += float(((carried - path.up[1:]) ** 2).sum())
+        count += len(carried)
+    return squares / max(count, 1)

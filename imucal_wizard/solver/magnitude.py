@@ -13,6 +13,8 @@ from imucal_wizard.readings import FloatArray
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Places of the six matrix entries in the parameter vector, after the three biases."""
 SIZE = 9
+SHORTEST = 1e-12
+"""A vector shorter than this, in units of the magnitude, has no direction and pulls nowhere."""
 BIAS = (0, 1, 2)
 SCALE = (3, 6, 8)
 NON_ORTHOGONALITY = (4, 5, 7)
@@ -39,15 +41,6 @@ class Problem:
         matrix = np.zeros((3, 3))
         matrix[tuple(zip(*TRIANGLE, strict=True))] = theta[3:]
         return matrix * self.magnitude / self.span, self.centre + self.span * theta[:3]
-
-    def theta(self, matrix: FloatArray, bias: FloatArray) -> FloatArray:
-        """The parameter vector of a calibration (inverse of ``matrix_and_bias``), shape (9,)."""
-        entries = matrix[tuple(zip(*TRIANGLE, strict=True))] * self.span / self.magnitude
-        return np.concatenate([(bias - self.centre) / self.span, entries])
-
-    def rows(self, keep: FloatArray) -> "Problem":
-        """The same problem with some of its points."""
-        return Problem(self.points[keep], self.centre, self.span, self.magnitude)
 
 
 def make_problem(means: FloatArray, magnitude: float) -> Problem:
@@ -81,7 +74,8 @@ def jacobian(theta: FloatArray, points: FloatArray) -> FloatArray:
     """
     offsets = points - theta[:3]
     vectors = corrected(theta, points)
-    unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    lengths = np.linalg.norm(vectors, axis=1)
+    unit = vectors / np.maximum(lengths, SHORTEST)[:, None]
     columns = np.empty((len(points), SIZE))
     columns[:, :3] = -unit @ triangle(theta)
     for place, (row, column) in enumerate(TRIANGLE):

@@ -8,8 +8,8 @@ import numpy as np
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray
 
-MEDIAN_CHI2_4 = 0.839
-"""Median over mean of a χ² with the 4 degrees of freedom of five batches."""
+BATCH_FREEDOM = 4
+"""Degrees of freedom per axis of the covariance of an average: five batch means."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """
     times = np.array([hold.end - hold.start for hold in holds])
     own = np.array([_mean_variance(hold.accelerometer_covariance) for hold in holds])
-    density = _pooled(own * times)
+    density = _pooled(own * times, 3 * BATCH_FREEDOM)
     variance = density / times
     for index, hold in enumerate(holds):
         if hold.hand_held and np.isfinite(own[index]):
@@ -46,7 +46,8 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     ]
     per_axis = None
     if gyroscope:
-        per_axis = np.array([_pooled(column) for column in np.array(gyroscope).T])
+        columns = np.array(gyroscope).T
+        per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns])
     return HoldNoise(variance, per_axis)
 
 
@@ -54,6 +55,11 @@ def _mean_variance(covariance: FloatArray) -> float:
     return float(np.trace(covariance)) / 3.0
 
 
-def _pooled(values: FloatArray) -> float:
+def _pooled(values: FloatArray, freedom: int) -> float:
+    """Mean of χ²-distributed values from their median, which a disturbed one does not move.
+
+    Median over mean is ``(1 − 2/(9ν))³`` (Wilson & Hilferty).
+    """
     known = values[np.isfinite(values)]
-    return float(np.median(known)) / MEDIAN_CHI2_4 if len(known) else 0.0
+    ratio = (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    return float(np.median(known)) / ratio if len(known) else 0.0

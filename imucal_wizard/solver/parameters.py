@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import Parameter
 
@@ -37,7 +38,12 @@ def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
     """Biases, sensitivities and the six cross-axis gains ``M_ij / M_jj`` of a full matrix.
 
     A cross-axis gain is the part of a rate about axis j that appears about axis i, rad.
+
+    Raises:
+        DataError: a scale is zero.
     """
+    if (np.diag(matrix) == 0.0).any():
+        raise DataError("an axis has no scale at all: check that its column is connected")
     values = {f"bias_{axis}": float(bias[i]) for i, axis in enumerate(AXES)}
     values |= {f"sensitivity_{axis}": float(1.0 / matrix[i, i]) for i, axis in enumerate(AXES)}
     for i, row in enumerate(AXES):
@@ -53,11 +59,12 @@ def with_errors(
     covariance: FloatArray | None,
     units: Callable[[str], str],
     dropped: tuple[str, ...],
+    repeat_ratio: float | None = None,
 ) -> tuple[Parameter, ...]:
     """Parameters with standard errors carried over from the covariance of ``theta``.
 
     The derivative of the conversion is taken by central differences at a step of a thousandth of
-    each standard deviation, where its curvature is invisible.
+    each standard deviation, where its curvature is invisible, but not below what rounding allows.
 
     Args:
         convert: from the solver's parameters, shape (n,), to named values.
@@ -65,6 +72,7 @@ def with_errors(
         covariance: of ``theta``, or None when nothing is left over to judge it by.
         units: unit of a parameter by name.
         dropped: names of parameters the data do not carry.
+        repeat_ratio: standard errors from the repeats over those from the residual, or None.
     """
     values = convert(theta)
     errors: dict[str, float | None] = dict.fromkeys(values)
@@ -72,16 +80,12 @@ def with_errors(
         slopes = _slopes(convert, theta, np.sqrt(np.diag(covariance)))
         variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
         errors = dict(zip(values, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
-    return tuple(
-        Parameter(
-            name,
-            value,
-            None if name in dropped else errors[name],
-            units(name),
-            name not in dropped,
-        )
-        for name, value in values.items()
-    )
+    parameters = []
+    for name, value in values.items():
+        error = None if name in dropped else errors[name]
+        repeats = None if error is None or repeat_ratio is None else error * repeat_ratio
+        parameters.append(Parameter(name, value, error, units(name), name not in dropped, repeats))
+    return tuple(parameters)
 
 
 def _slopes(
@@ -91,7 +95,7 @@ def _slopes(
     columns = []
     for index, sigma in enumerate(scale):
         step = np.zeros_like(theta)
-        step[index] = 1e-3 * sigma if sigma > 0.0 else 1.0
+        step[index] = max(1e-3 * sigma, 1e-8 * abs(theta[index])) if sigma > 0.0 else 1.0
         above = np.array(list(convert(theta + step).values()))
         below = np.array(list(convert(theta - step).values()))
         columns.append((above - below) / (2.0 * step[index]) if sigma > 0.0 else 0.0 * above)

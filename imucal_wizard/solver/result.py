@@ -12,11 +12,15 @@ class Parameter:
     """One number of a model.
 
     Attributes:
-        name: as in the JSON (``bias_x``, ``sensitivity_x``, ``non_orthogonality_xy`` …).
+        name: as in the JSON: ``bias_x``, ``sensitivity_x`` and, of the accelerometer, the angles
+            ``theta_yz``, ``theta_zy``, ``theta_zx``; of the gyroscope ``cross_xy`` and so on.
         value: in ``unit``.
-        standard_error: one standard deviation, or None where the data leave nothing to judge by.
+        standard_error: one standard deviation from the residual of the fit, with the fit's
+            ``degrees_of_freedom``; None where the data leave nothing to judge by.
         unit: unit word.
         carried: False when the data do not carry it, so that it stays at its nominal value.
+        standard_error_repeats: the same from the repeats alone, with the fit's
+            ``repeat_degrees_of_freedom``; None where there are none.
     """
 
     name: str
@@ -24,6 +28,7 @@ class Parameter:
     standard_error: float | None
     unit: str
     carried: bool = True
+    standard_error_repeats: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +52,17 @@ class SensorFit:
         floor: what the noise alone would make of the error, or None.
         residuals: error of each hold or rotation, in ``unit``.
         held_out: error of each when it is left out, or None.
-        covariance: of ``theta`` (the nine or twelve base parameters), or None.
+        covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
+            yy, yz, zz (accelerometer), or of M's nine entries by rows and the biases (gyroscope).
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         warnings: what the user must know about this sensor.
+        degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
+            the truth 95 times in 100 reaches ``student.quantile(0.95, degrees_of_freedom)`` times
+            the standard error to either side; 1.96 only where there are many.
+        repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
+            what no model can explain; None without repeats.
+        repeat_degrees_of_freedom: of ``repeat_rms``.
     """
 
     sensor: str
@@ -72,6 +84,9 @@ class SensorFit:
     iterations: int = 0
     validation_rms: float | None = None
     warnings: tuple[str, ...] = ()
+    degrees_of_freedom: int = 0
+    repeat_rms: float | None = None
+    repeat_degrees_of_freedom: int = 0
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,9 @@ import numpy as np
 
 from imucal_wizard.readings import FloatArray
 
+MAX_CONDITION = 1e3
+"""Beyond this the rotations are all alike: an angle error of 0.1° then makes one of 100 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class AxisTurn:
@@ -68,7 +71,11 @@ def turn_angle(before: FloatArray, after: FloatArray, axis: int, integrated: flo
 
 
 def static_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
-    """Q's static approach: bias at rest, then ``k = Δθ / ((w̄ − b) T)`` averaged (eq. 18)."""
+    """Q's static approach: bias at rest, then ``k = Δθ / ((w̄ − b) T)`` averaged (eq. 18).
+
+    None without a rotation in which the readings add up to anything.
+    """
+    turns = [t for t in turns if t.integral - t.bias * t.duration != 0.0]
     if not turns:
         return None
     scales = np.array([t.angle / (t.integral - t.bias * t.duration) for t in turns])
@@ -98,9 +105,11 @@ def dynamic_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
     angles = np.array([t.angle for t in turns])
     columns = np.column_stack([integrals, -durations])
     norms = np.linalg.norm(columns, axis=0)
-    if np.linalg.cond(columns / norms) > 1e3:
+    if not norms.all() or np.linalg.cond(columns / norms) > MAX_CONDITION:
         return None
     scale, product = np.linalg.lstsq(columns, angles, rcond=None)[0]
+    if scale == 0.0:
+        return None
     residual = angles - columns @ np.array([scale, product])
     variance = float(residual @ residual) / (len(turns) - 2)
     covariance = variance * np.linalg.inv(columns.T @ columns)

@@ -1,0 +1,107 @@
+"""The usable rotations of a recording, with all that the gyroscope's fit needs of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.accelerometer import AccelerometerFit
+from imucal_wizard.solver.attitude import advancing, lay_out
+from imucal_wizard.solver.closure import Turns
+from imucal_wizard.solver.gyroscope_start import Path
+from imucal_wizard.solver.noise import hold_noise
+
+FEWEST_SAMPLES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The usable rotations with all that belongs to them.
+
+    Attributes:
+        turns: the rotations, ready to be closed.
+        usable: which of all rotations they are.
+        stills: the gyroscope's mean in each hold, shape (n, 3).
+        still_floor: standard deviation of such a mean by noise alone, shape (3,).
+        direction_sigma: standard deviation of a measured up direction, rad.
+        density: variance × time of the gyroscope per axis, reading units² s, shape (3,).
+    """
+
+    turns: Turns
+    usable: tuple[int, ...]
+    stills: FloatArray
+    still_floor: FloatArray
+    direction_sigma: float
+    density: FloatArray
+
+
+def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
+    """The rotations, with the problem named of those that cannot be integrated."""
+    return [replace(one, problem=one.problem or _problem(one)) for one in rotations]
+
+
+def _problem(rotation: Rotation) -> str | None:
+    if len(rotation.time) < FEWEST_SAMPLES or advancing(rotation.time).sum() < FEWEST_SAMPLES:
+        return "no gyroscope samples in it"
+    if not (np.abs(rotation.rate) < 1e100).all() or not np.isfinite(rotation.time).all():
+        return "its gyroscope samples are not all numbers"
+    force = rotation.accelerometer
+    if force is not None and not (np.abs(force) < 1e100).all():
+        return "its accelerometer samples are not all numbers"
+    return None
+
+
+def make_bench(
+    holds: Sequence[Hold], rotations: Sequence[Rotation], accelerometer: AccelerometerFit
+) -> Bench | None:
+    """The usable ones of examined rotations; None without any, or without a still mean."""
+    places = {id(hold): index for index, hold in enumerate(holds)}
+    usable = tuple(i for i, rotation in enumerate(rotations) if rotation.problem is None)
+    means = [hold.gyroscope for hold in holds if hold.gyroscope is not None]
+    stills = np.array([mean for mean in means if (np.abs(mean) < 1e100).all()])
+    if not usable or not len(stills):
+        return None
+    density = hold_noise(holds).gyroscope_density
+    density = np.zeros(3) if density is None else density
+    duration = float(np.median([hold.end - hold.start for hold in holds]))
+    return Bench(
+        _turns([rotations[i] for i in usable], places, accelerometer),
+        usable,
+        stills,
+        np.sqrt(density / duration),
+        float(np.sqrt(accelerometer.direction_variance.mean())),
+        density,
+    )
+
+
+def _turns(
+    rotations: Sequence[Rotation], places: dict[int, int], accelerometer: AccelerometerFit
+) -> Turns:
+    before = [places[id(rotation.before)] for rotation in rotations]
+    after = [places[id(rotation.after)] for rotation in rotations]
+    up, doubt = accelerometer.up, accelerometer.up_doubt
+    return Turns(
+        lay_out([rotation.time for rotation in rotations], [r.rate for r in rotations]),
+        up[before],
+        up[after],
+        None if doubt is None else doubt[before],
+        None if doubt is None else doubt[after],
+    )
+
+
+def paths(rotations: Sequence[Rotation], accelerometer: AccelerometerFit) -> list[Path]:
+    """The rotations with the accelerometer in them; none when it was not kept."""
+    fit = accelerometer.fit
+    found = []
+    for rotation in rotations:
+        if rotation.accelerometer is None:
+            return []
+        keep = advancing(rotation.time)
+        force = (rotation.accelerometer[keep] - fit.bias) @ fit.matrix.T
+        length = np.linalg.norm(force, axis=1)[:, None]
+        up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
+        found.append(Path(rotation.time[keep], rotation.rate[keep], up))
+    return found

@@ -1,0 +1,104 @@
+"""A gyroscope calibration in the making: the data, the parameters, what the data say of them.
+
+Parameters are made dimensionless: gains in units of the overall gain, biases in units of the
+scatter of the still means.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.closure import BIAS, MATRIX, SIZE, Linearised, Turns, linearise
+
+BLIND = 1e-10
+"""Share of a combination of parameters in what the rotations show, below which they do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class RotationData:
+    """Rotations and still means, with the units that make the parameters dimensionless."""
+
+    turns: Turns
+    stills: FloatArray
+    still_sigma: FloatArray
+    gain: float
+
+    @property
+    def units(self) -> FloatArray:
+        """What one unit of each dimensionless parameter is, shape (12,)."""
+        return np.concatenate([np.full(9, self.gain), self.still_sigma])
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A calibration, and what the data say of it.
+
+    Attributes:
+        matrix: M.
+        bias: b.
+        at: closure there.
+        closing: rms closure per component that weighs the rotations, rad.
+        free: which of the twelve parameters are fitted.
+    """
+
+    matrix: FloatArray
+    bias: FloatArray
+    at: Linearised
+    closing: float
+    free: tuple[int, ...]
+
+    def columns(self, data: RotationData) -> FloatArray:
+        """Weighted derivative of the closures by the free dimensionless parameters, (m, 3, p)."""
+        return (self.at.jacobian * data.units)[:, :, self.free] / self.closing
+
+    def normal(self, data: RotationData, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Normal matrix and gradient of the free parameters."""
+        flat = columns.reshape(-1, len(self.free))
+        still = np.zeros((SIZE, SIZE))
+        still[BIAS, BIAS] = len(data.stills) * np.eye(3)
+        pull = np.zeros(SIZE)
+        pull[BIAS] = ((data.stills - self.bias) / data.still_sigma).sum(axis=0)
+        chosen = np.ix_(self.free, self.free)
+        slope = flat.T @ self.at.errors.ravel() / self.closing - pull[list(self.free)]
+        return flat.T @ flat + still[chosen], slope
+
+
+def point_at(
+    data: RotationData, matrix: FloatArray, bias: FloatArray, closing: float, free: tuple[int, ...]
+) -> Point:
+    """The closure at these parameters."""
+    return Point(matrix, bias, linearise(data.turns, matrix, bias), closing, free)
+
+
+def moved_by(data: RotationData, point: Point, step: FloatArray) -> Point:
+    """The closure a dimensionless step (12,) further."""
+    change = step * data.units
+    matrix, bias = point.matrix + change[MATRIX].reshape(3, 3), point.bias + change[BIAS]
+    return point_at(data, matrix, bias, point.closing, point.free)
+
+
+def inverted(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse over what is determined, and each parameter's share in what is not."""
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    seen = values > BLIND
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    return inverse / np.outer(scale, scale), (vectors[:, ~seen] ** 2).sum(axis=1)
+
+
+def freedom(turns: Turns, free: Sequence[int]) -> int:
+    """Two closures per rotation, the turn about gravity being unseen, less the gains fitted."""
+    return 2 * len(turns) - sum(index < 9 for index in free)
+
+
+def rotation_data(
+    turns: Turns, stills: FloatArray, floor: FloatArray, start: FloatArray
+) -> RotationData:
+    """The data, with biases weighed by the scatter of the still means, or their noise alone."""
+    scatter = stills.std(axis=0, ddof=1) if len(stills) > 2 else floor
+    tiny = 1e-9 * max(float(np.abs(stills).max()), 1e-9)
+    sigma = np.maximum(np.maximum(scatter, floor), tiny)
+    return RotationData(turns, stills, sigma, float(np.linalg.norm(start, 2)))
