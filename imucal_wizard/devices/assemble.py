@@ -65,6 +65,12 @@ class Assembler:
         by_device = self._device.lost if self._device is not None else self._host.lost
         return by_device + self._counter.lost
 
+    @property
+    def dropped(self) -> int:
+        """Those of the lost samples that went missing while the device was there."""
+        clock = self._device if self._device is not None else self._host
+        return self.lost - clock.away
+
     def feed(self, rows: Rows, arrival: float) -> Readings | None:
         """The samples whose time can be told now; None when there are none."""
         values = rows.values

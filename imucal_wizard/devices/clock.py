@@ -6,6 +6,8 @@ from imucal_wizard.readings import FloatArray
 
 SEGMENT_GAP = 1.0
 """Seconds put between two segments where the true distance is not known: no hold survives it."""
+LONG_GAP = 1.0
+"""A longer gap is no drop: the device was away."""
 _LONGEST_GAP = 3600.0
 _WRAP_WITHIN = 2.0
 
@@ -13,7 +15,8 @@ _WRAP_WITHIN = 2.0
 class DeviceClock:
     """Seconds since the first sample, from the device's own time.
 
-    The result depends on the ticks alone: not on arrival, not on how the bytes were cut.
+    The result depends on the ticks alone: not on arrival, not on how the bytes were cut. Counted
+    are ``wraps``, ``restarts`` and ``jumps``.
 
     Args:
         factor: seconds per tick.
@@ -33,6 +36,7 @@ class DeviceClock:
         self._last: float | None = None
         self._last_time = 0.0
         self._lost = 0
+        self._away = 0
         self.wraps = 0
         self.restarts = 0
         self.jumps = 0
@@ -41,6 +45,11 @@ class DeviceClock:
     def lost(self) -> int:
         """How many samples are missing by the device's time."""
         return self._smoother.lost if self._smoother else self._lost
+
+    @property
+    def away(self) -> int:
+        """Those of them that are missing in long gaps."""
+        return self._smoother.away if self._smoother else self._away
 
     def feed(self, ticks: FloatArray) -> FloatArray:
         """Times of these samples, s, never decreasing.
@@ -82,7 +91,9 @@ class DeviceClock:
 
     def _count_lost(self, step: float) -> None:
         if step > self._limit:
-            self._lost += round(step / self._period) - 1
+            missing = round(step / self._period) - 1
+            self._lost += missing
+            self._away += missing if step > LONG_GAP else 0
 
 
 class Smoother:
@@ -103,6 +114,7 @@ class Smoother:
         self._limit = quantum + 2.0 * period
         self._time: float | None = None
         self.lost = 0
+        self.away = 0
 
     def feed(self, times: FloatArray) -> FloatArray:
         """Fine times of these samples, s, never decreasing.
@@ -120,6 +132,7 @@ class Smoother:
         if error > self._limit:  # samples are missing: keep the phase, skip whole periods
             missing = round(error / self._period)
             self.lost += missing
+            self.away += missing if error > 0.9 * LONG_GAP else 0
             self._time += (missing + 1) * self._period
             return self._time
         self._time += max(0.0, self._period + self._PHASE * error)

@@ -13,7 +13,8 @@ from imucal_wizard.readings import FloatArray, Readings
 _WINDOW_SECONDS = 2.0
 _DEAD_WINDOWS = 5
 _CHECKS = (checks.frozen, checks.repeated, checks.gravity, checks.zero_rate, checks.clipped)
-_RATE_AFTER = 5.0
+_RATE_AFTER = 8.0
+_SILENCE = 0.5
 _FEW = 5
 _LEAST = 100
 """Samples below which no share is worth a warning."""
@@ -32,6 +33,7 @@ class Health:
         self._assembler = assembler
         self._compare = compare_arrivals and assembler.device is not None
         self._fit = RateFit()
+        self._arrival = 0.0
         self._rows: list[tuple[FloatArray, FloatArray | None]] = []
         self._count = 0
         self._windows: deque[checks.Window] = deque(maxlen=_DEAD_WINDOWS)
@@ -53,6 +55,9 @@ class Health:
         if self._count >= self._size:
             self._cut(self._size, readings)
         if self._compare:
+            if arrival - self._arrival > _SILENCE:  # the device was away: its time went on alone
+                self._fit = RateFit()
+            self._arrival = arrival
             self._fit.add(self._assembler.samples + self._assembler.lost, arrival)
 
     def count(self, malformed: int, decimals: tuple[int, ...]) -> None:
@@ -64,8 +69,8 @@ class Health:
             self._note("malformed", _malformed(malformed, self._assembler.not_finite, total))
         elif self._assembler.not_finite >= _FEW:
             self._note("nan", _not_finite(self._assembler.not_finite))
-        if total >= _LEAST and self._assembler.lost >= max(_FEW, 0.01 * total):
-            self._note("lost", _lost(self._assembler.lost, total))
+        if total >= _LEAST and self._assembler.dropped >= max(_FEW, 0.01 * total):
+            self._note("lost", _lost(self._assembler.dropped, total))
         if total >= _LEAST and decimals and not self._digits_known:
             self._digits_known = True
             self._digits(decimals)
@@ -152,11 +157,16 @@ _TIME = {
 
 
 def _wrong_clock(device: float, host: float) -> str:
-    """The device's rate against the rate at which its samples arrive."""
-    if not host or abs(device / host - 1) < 0.05:
+    """The device's rate against the rate at which its samples arrive.
+
+    Samples that arrive faster than the device's time says are no fault: so does a source that
+    is played faster than it was.
+    """
+    ratio = device / host if host else 1.0
+    units = (("ms", 1e-3), ("us", 1e-6))
+    unit = next((name for name, size in units if abs(ratio / size - 1) < 0.2), "")
+    if ratio < 1.05 and not unit:
         return ""
-    ratio = device / host
-    unit = next((u for f, u in ((1e-3, "ms"), (1e-6, "us")) if abs(ratio / f - 1) < 0.2), "")
     advice = (
         f"the time column is probably in {unit}: set its unit"
         if unit

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.devices.clock import LONG_GAP
 from imucal_wizard.devices.rate import RateFit
 from imucal_wizard.readings import FloatArray
 
@@ -36,6 +37,7 @@ class HostClock:
         self._last_time = 0.0
         self._shift = 0.0
         self.lost = 0
+        self.away = 0
 
     @property
     def period(self) -> float:
@@ -85,6 +87,7 @@ class HostClock:
         missing = self._missing(arrival)
         if missing > 0:
             self.lost += missing
+            self.away += missing if missing * self.period > LONG_GAP else 0
             self._shift += missing
             self._waiting = [piece + missing for piece in self._waiting]
         self._stalled = None

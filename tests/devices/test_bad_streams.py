@@ -144,6 +144,16 @@ def test_lost_samples_are_counted_and_named() -> None:
     assert "samples are missing" in warned(values)
 
 
+def test_a_device_that_was_away_for_a_while_dropped_nothing() -> None:
+    def leave(values: FloatArray) -> None:
+        values[600:, 0] += 60.0
+
+    intake = Intake()
+    feed(intake, HEADER + printed(spoilt(leave)))
+    assert intake.lost == 6000
+    assert intake.warnings == ()
+
+
 def test_half_lines_are_counted_and_named() -> None:
     lines = contract(400).splitlines(keepends=True)
     lines[20::20] = [line[:25] + b"\r\n" for line in lines[20::20]]
@@ -181,6 +191,18 @@ def test_a_clock_that_is_wrong_by_a_factor_is_noticed_by_the_hosts() -> None:
     for i, row in enumerate(at_rest(1500, rate=204.8)):
         intake.feed((HEADER if i == 0 else b"") + printed(row[None]), i / 102.4)
     assert any("204.8 samples/s, but 102.4 arrive" in text for text in intake.warnings)
+
+
+def test_a_silence_or_a_faster_playing_is_no_wrong_clock() -> None:
+    intake, silent = Intake(), 0.0
+    for i, row in enumerate(at_rest(3000)):
+        silent = 60.0 if i > 1000 else 0.0
+        intake.feed((HEADER if i == 0 else b"") + printed(row[None]), i / 100 + silent)
+    assert intake.warnings == ()
+    fast = Intake()
+    for i, row in enumerate(at_rest(3000)):
+        fast.feed((HEADER if i == 0 else b"") + printed(row[None]), i / 300)
+    assert fast.warnings == ()
 
 
 def test_time_in_milliseconds_under_a_header_of_seconds_is_noticed() -> None:
