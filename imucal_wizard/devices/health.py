@@ -66,11 +66,11 @@ class Health:
         total = self._assembler.samples
         spoilt = malformed + self._assembler.not_finite
         if total >= _LEAST and spoilt >= max(_FEW, 0.01 * total):
-            self._note("malformed", _malformed(malformed, self._assembler.not_finite, total))
+            self._note("malformed", _MALFORMED if malformed else _NOT_FINITE)
         elif self._assembler.not_finite >= _FEW:
-            self._note("nan", _not_finite(self._assembler.not_finite))
+            self._note("nan", _NOT_FINITE)
         if total >= _LEAST and self._assembler.dropped >= max(_FEW, 0.01 * total):
-            self._note("lost", _lost(self._assembler.dropped, total))
+            self._note("lost", _LOST)
         if total >= _LEAST and decimals and not self._digits_known:
             self._digits_known = True
             self._digits(decimals)
@@ -146,6 +146,18 @@ class Health:
         self._notes.setdefault(key, text)
 
 
+_MALFORMED = (
+    "More than one line in a hundred cannot be read (cut short, columns missing): check the cable "
+    "and the speed, and that no other program reads the port."
+)
+_NOT_FINITE = (
+    "Some samples carry NaN or nothing instead of a number and are left out: check the sensor's "
+    "wiring and the sketch."
+)
+_LOST = (
+    "More than one sample in a hundred is missing: lower the sampling rate or raise the speed of "
+    "the port (--baud), and print less per sample."
+)
 _TIME = {
     "wrap": "The device's time began again at zero because its counter was full: that is "
     "understood and nothing is lost.",
@@ -174,26 +186,4 @@ def _wrong_clock(device: float, host: float) -> str:
     )
     return (
         f"By its own time the device sends {device:.5g} samples/s, but {host:.5g} arrive: {advice}."
-    )
-
-
-def _malformed(lines: int, not_finite: int, samples: int) -> str:
-    return (
-        f"{lines} lines could not be read (cut short, or columns missing) and {not_finite} had no "
-        f"number (NaN) beside {samples} good samples: check the cable and the speed, and that no "
-        f"other program reads the port."
-    )
-
-
-def _not_finite(count: int) -> str:
-    return (
-        f"{count} samples carried NaN or nothing instead of a number and were left out: check the "
-        f"sensor's wiring and the sketch."
-    )
-
-
-def _lost(lost: int, samples: int) -> str:
-    return (
-        f"{lost} samples are missing beside {samples}: lower the sampling rate or raise the speed "
-        f"of the port (--baud), and print less per sample."
     )

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -327,3 +328,45 @@ def test_real_binary_captures_are_named_and_not_mistaken_for_text() -> None:
         assert not intake.ready
         assert protocol in intake.problem
         assert "text" in intake.problem
+
+
+SPOIL = st.lists(
+    st.tuples(
+        st.floats(0, 1),
+        st.one_of(st.binary(min_size=1, max_size=20), st.sampled_from([b"\r", b"\x00\n", b"nan"])),
+    ),
+    max_size=6,
+)
+STREAMS = {name: entry[1] for name, entry in {**FIRMWARE, **ASKING}.items()}
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    name=st.sampled_from(sorted(STREAMS)),
+    spoil=SPOIL,
+    cuts=st.lists(st.floats(0, 1), max_size=30),
+)
+def test_spoilt_streams_too_give_the_same_whatever_the_cuts(
+    name: str, spoil: list[tuple[float, bytes]], cuts: list[float]
+) -> None:
+    data = STREAMS[name] * 60
+    for where, what in spoil:
+        place = int(where * len(data))
+        data = data[:place] + what + data[place:]
+    places = sorted({0, len(data), *(int(c * len(data)) for c in cuts)})
+    setup = StreamSetup(gyroscope_unit="deg/s", rate=100.0)
+    whole, pieces = Intake(setup), Intake(setup)
+    one = whole.feed(data, 1.0)
+    there = [pieces.feed(data[a:b], 1.0) for a, b in pairwise(places)]
+    parts = [part for part in there if part is not None]
+    assert (one is None) == (not parts)
+    assert (whole.setup, whole.malformed, whole.lost) == (
+        pieces.setup,
+        pieces.malformed,
+        pieces.lost,
+    )
+    if one is not None:
+        assert same(join(parts), one)
+        again = Intake(whole.setup).feed(data, 1.0)
+        assert again is not None
+        assert same(again, one)
