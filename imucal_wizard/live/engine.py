@@ -85,21 +85,26 @@ class Engine:
         if readings is not None:
             self.receive_readings(readings)
 
-    def receive_readings(self, readings: Readings) -> None:
-        """Take samples that are decoded already, all sensors at the same times."""
+    def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
+        """Take samples that are decoded already, all sensors at the same times.
+
+        Args:
+            readings: the samples.
+            rate: samples per second of the whole, where it is known; 0 to take it from these.
+        """
         if not len(readings):
             return
         self._noted = tuple(dict.fromkeys((*self._noted, *readings.warnings)))
-        machine = self._machine or self._begin(readings)
+        machine = self._machine or self._begin(readings, rate)
         self._fed += len(readings)
         self._time = float(readings.accelerometer.time[-1])
         self._view.feed(readings)
         self._happened(machine.feed(readings))
 
-    def _begin(self, readings: Readings) -> Machine:
+    def _begin(self, readings: Readings, rate: float) -> Machine:
         """The machine, now that rate and units are known; it obeys what was ordered before."""
         gyroscope = readings.gyroscope
-        rate = self.intake.rate or readings.accelerometer.rate
+        rate = self.intake.rate or rate or readings.accelerometer.rate
         machine = self._machine = Machine(
             self.settings.procedure,
             rate=rate,

@@ -32,6 +32,7 @@ class ReadingsTape:
 
     def __init__(self, readings: Readings) -> None:
         self._readings = _together(readings)
+        self._rate = self._readings.accelerometer.rate
         self._next = 0
 
     @property
@@ -49,7 +50,7 @@ class ReadingsTape:
         time = self._readings.accelerometer.time
         past = int(np.searchsorted(time, time[0] + until)) if len(time) else 0
         if past > self._next:
-            engine.receive_readings(self._part(self._next, past))
+            engine.receive_readings(self._part(self._next, past), self._rate)
             self._next = past
         return past < len(time)
 

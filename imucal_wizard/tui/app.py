@@ -61,7 +61,7 @@ class WizardApp(App[Saved]):
         self.sounds.muted = self.settings.muted
         self._heard = 0
         self._shown: tuple[object, int] = (None, -1)
-        self._ended_early = False
+        self._ended_in = ""
 
     def on_mount(self) -> None:
         """Begin to ask for snapshots and to lead through the steps."""
@@ -76,7 +76,7 @@ class WizardApp(App[Saved]):
         """Read from this source from now on."""
         self.drop_source()
         self.source, self.snapshot, self._heard = source, None, 0
-        self._ended_early = False
+        self._ended_in = ""
         hand = getattr(source, "hand", None)
         if isinstance(hand, Hand):
             self.hand_keys = HandKeys(hand)
@@ -110,9 +110,9 @@ class WizardApp(App[Saved]):
         if self.source is not None:
             self.source.command(name, argument)
 
-    def fail(self, error: ImucalError) -> None:
+    def fail(self, error: ImucalError, *, always: bool = False) -> None:
         """An unattended run cannot go on: leave with the reason; others stay and show it."""
-        if self.settings.quit_after:
+        if always or self.settings.quit_after:
             self.failure = error
             self.action_leave()
 
@@ -151,15 +151,14 @@ class WizardApp(App[Saved]):
             self.sounds.hear(snapshot.events[-new:])
 
     def _end_early(self, snapshot: "Snapshot") -> None:
-        """A recording that ends in the middle is fitted with what it has."""
-        if self._ended_early:
+        """A recording that ends in the middle of a step is fitted with what it has."""
+        step = str(snapshot.status.step)
+        if step == self._ended_in:
             return
-        if snapshot.status.step in MEASURING:
-            self._ended_early = True
+        self._ended_in = step
+        if step in MEASURING:
             self.order("goto", "result")
-        elif snapshot.status.step == "validate":
-            self._ended_early = True
+        elif step == "validate":
             self.order("save")
-        elif snapshot.status.step == "source":
-            self._ended_early = True
+        elif step == "source" and not snapshot.stream.samples:
             self.fail(DataError("nothing could be read before the recording ended"))

@@ -1,6 +1,7 @@
 """The way from the command line's options into the app and out again."""
 
 import sys
+from dataclasses import replace
 
 from imucal_wizard.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.tui.app import WizardApp
@@ -27,8 +28,8 @@ def run_wizard(options: WizardOptions) -> int:
     _check(options)
     workshop = Workshop(options)
     settings = Settings(options.auto, options.quit, options.muted)
-    if options.auto:
-        settings = Settings(options.auto, options.quit, options.muted, AUTO_COUNTDOWN)
+    if options.auto or options.quit:
+        settings = replace(settings, countdown=AUTO_COUNTDOWN)
     app = WizardApp(workshop.services(), settings, first_choice(options))
     try:
         saved = app.run()

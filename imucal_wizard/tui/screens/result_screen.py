@@ -1,6 +1,7 @@
 """The result: what was found, how good it is, what is missing."""
 
 import asyncio
+import math
 import time
 from typing import ClassVar
 
@@ -123,14 +124,20 @@ class ResultScreen(LiveScreen):
             return
         if time.monotonic() >= self._deadline:
             self._deadline = None
-            self.wizard.order("validate")
+            self.wizard.order("save" if self._over else "validate")
         self._tell_next()
+
+    @property
+    def _over(self) -> bool:
+        """Whether no new pose can come."""
+        return self.wizard.snapshot is not None and self.wizard.snapshot.finished
 
     def _tell_next(self) -> None:
         text = "v: a few new poses that the fit has not seen   s: save without"
+        if self._over:
+            text = "s: save; the recording has ended"
         if self._deadline is not None:
-            left = max(0, round(self._deadline - time.monotonic()))
-            text = (
-                f"validation with a few new poses begins by itself in {left} s; any key stops that"
-            )
+            left = max(0, math.ceil(self._deadline - time.monotonic()))
+            what = "saving" if self._over else "validation with a few new poses"
+            text = f"{what} begins by itself in {left} s; any key stops that"
         self.query_one("#next", Lines).show([line(f" {text}", "accent")])

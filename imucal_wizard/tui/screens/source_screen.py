@@ -29,6 +29,7 @@ VIRTUAL = SourceChoice(
     title="virtual IMU",
     detail="a sensor made of software: to practise on, no hardware needed",
 )
+_RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
@@ -133,10 +134,11 @@ class SourceScreen(LiveScreen):
             self.wizard.use_source(source)
         except ImucalError as error:
             self._chosen = None
-            self._say(f"▲ {error}", "bad")
-            self.wizard.fail(error)
+            self._say(f"▲ {choice.title or choice.target} cannot be opened", "bad")
+            self.query_one(Preview).complain(str(error))
+            given = choice is self.wizard.choice and choice.kind in _RECORDED
+            self.wizard.fail(error, always=given)
             return
-        self._say(f"{choice.title or choice.target}: is this what you expect?   enter starts")
         self.query_one(OptionList).focus()
         self.footer()
 
@@ -168,8 +170,10 @@ class SourceScreen(LiveScreen):
             self.wizard.source.set_setup(setup)
 
     def action_start(self) -> None:
-        """The stream is what it should be: go on."""
-        self.wizard.order("start")
+        """The stream is what it should be: go on; not before anything has arrived."""
+        snapshot = self.wizard.snapshot
+        if snapshot is not None and snapshot.stream.samples and not snapshot.stream.needs:
+            self.wizard.order("start")
 
     def take(self, snapshot: "Snapshot") -> None:
         """Show what arrives; start by itself where nobody is asked."""
@@ -178,20 +182,24 @@ class SourceScreen(LiveScreen):
         stream = snapshot.stream
         self._ask(stream)
         alone = self.wizard.settings.auto or (
-            self._chosen is not None and self._chosen.kind in (SourceKind.FILE, SourceKind.SESSION)
+            self._chosen is not None and self._chosen.kind in _RECORDED
         )
         if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
             self._started = True
             self.action_start()
 
     def _ask(self, stream: "StreamStatus") -> None:
-        """Open the questions by themselves, once, when something must be asked."""
-        if not stream.needs:
-            return
-        self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
-        if not self._asked and stream.columns:
-            self._asked = True
-            self.action_columns()
+        """Say what is wanted now; open the questions by themselves, once, where there are any."""
+        name = self._chosen.title or self._chosen.target if self._chosen else ""
+        if stream.needs:
+            self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
+            if not self._asked and stream.columns:
+                self._asked = True
+                self.action_columns()
+        elif stream.samples:
+            self._say(f"{name}: is this what you expect?   enter starts")
+        else:
+            self._say(f"{name}: waiting for samples …   esc: another source")
 
     def _say(self, text: str, style: str = "strong") -> None:
         place = self.query_one("#question", Lines)

@@ -38,6 +38,11 @@ class Preview(Lines):
             rows += [*wrapped(text, width), line("")]
         self.show(rows)
 
+    def complain(self, problem: str) -> None:
+        """Why there is nothing to show, and what to do."""
+        width = max(30, self.size.width)
+        self.show(wrapped(f"▲ {problem}", width, "bad", indent="  "))
+
     def tell(self, stream: "StreamStatus") -> None:
         """Show the newest values."""
         width = max(30, self.size.width)

@@ -7,6 +7,8 @@ from imucal_wizard.tui.widgets.lines import Lines
 _CELLS = 5
 """Cells of a short bar; the limit lies at the third."""
 _AT_LIMIT = 3
+_LETTERS = {"a": "a", "g": "ω"}
+"""What a channel's first letter is called."""
 
 
 def reason(still: StillStatus) -> Line:
@@ -51,7 +53,8 @@ class StillBars(Lines):
 
 
 def _compact(motions: list[AxisMotion]) -> Line:
-    spans: list[Span] = [(f"{unit_sign(motions[0].unit):<7}", "quiet")]
+    name = f"{_LETTERS[motions[0].channel[0]]} {unit_sign(motions[0].unit)}"
+    spans: list[Span] = [(f"{name:<7}", "quiet")]
     for motion in motions:
         value = number(motion.value, 2)
         sign = "▲" if motion.moving else " "
@@ -68,7 +71,7 @@ def _full(motion: AxisMotion, width: int) -> Line:
     drawn = "▪" * filled + "·" * (cells - filled)
     words = f" {number(motion.value, 2)} of {number(motion.limit, 2)} {unit_sign(motion.unit)}"
     style = "warn" if motion.moving else ""
-    name = f"{'ω' if motion.channel[0] == 'g' else motion.channel[0]} {motion.channel[-1]}  "
+    name = f"{_LETTERS[motion.channel[0]]} {motion.channel[-1]}  "
     return (
         (name, "strong"),
         (drawn[:at_limit] + "│" + drawn[at_limit:], style),

@@ -10,7 +10,10 @@ from imucal_wizard.tui.widgets.lines import Lines
 _UP = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille cell, top row first."""
 _LABEL = 4
-_SMALLEST_SPAN = 1e-6
+_SMALLEST_SPAN: dict[str, float] = {"m/s^2": 2.0, "rad/s": 0.2}
+"""A still device draws a line and not its noise."""
+_SMALLEST_SHARE = 0.02
+"""The same for counts, as a share of the largest."""
 
 
 def trace(values: FloatArray, low: float, high: float, columns: int, rows: int) -> list[str]:
@@ -83,7 +86,7 @@ class Traces(Lines):
         self.show(rows + self._block("ω", self._values[:, 3:6], self._units[1], width, each))
 
     def _block(self, name: str, values: FloatArray, unit: str, width: int, rows: int) -> list[Line]:
-        low, high = _span(values)
+        low, high = _span(values, unit)
         scale = f" {number(low, 2)}…{number(high, 2)} {unit_sign(unit)}"
         columns = (width - len(scale) - 2 - 3 * _LABEL) // 3
         drawn = [trace(values[:, i], low, high, columns, rows) for i in range(values.shape[1])]
@@ -97,12 +100,13 @@ class Traces(Lines):
         return block
 
 
-def _span(values: FloatArray) -> tuple[float, float]:
+def _span(values: FloatArray, unit: str) -> tuple[float, float]:
     """Round limits that hold all values, with a little air."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return -1.0, 1.0
     low, high = float(finite.min()), float(finite.max())
-    air = max(_SMALLEST_SPAN, 0.05 * (high - low), 1e-3 * max(abs(low), abs(high)))
+    least = _SMALLEST_SPAN.get(unit, _SMALLEST_SHARE * max(abs(low), abs(high), 1.0))
+    air = max(0.05 * (high - low), (least - (high - low)) / 2.0)
     step = 10.0 ** np.floor(np.log10(high - low + 2 * air)) / 2.0
     return float(np.floor((low - air) / step) * step), float(np.ceil((high + air) / step) * step)
