@@ -2,7 +2,6 @@
 
 import math
 import textwrap
-import unicodedata
 
 Span = tuple[str, str]
 """A piece of text and the name of its style (``""``, ``strong``, ``quiet``, ``good`` …)."""
@@ -14,11 +13,7 @@ def clean(text: str) -> str:
     """The text without what a terminal could obey: control and format characters."""
     if text.isascii() and text.isprintable():
         return text
-    return "".join(" " if c in "\t\n\r" else c for c in text if c in "\t\n\r" or _harmless(c))
-
-
-def _harmless(character: str) -> bool:
-    return unicodedata.category(character) not in ("Cc", "Cf", "Cs", "Co", "Cn")
+    return "".join(c if c.isprintable() else " " if c.isspace() else "" for c in text)
 
 
 def line(text: str, style: str = "") -> Line:

@@ -56,7 +56,7 @@ async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> 
     async with WizardApp(services).run_test(size=USUAL) as pilot:
         await shows(pilot, "/dev/ttyACM0")
         await pilot.press("down", "enter")
-        await shows(pilot, "join the group dialout", "virtual IMU")
+        await shows(pilot, "cannot be opened", "no permission", "dialout", "virtual IMU")
 
 
 async def test_a_wrong_unit_and_too_few_digits_are_pointed_out() -> None:

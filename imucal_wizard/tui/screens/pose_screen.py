@@ -31,6 +31,12 @@ class PoseScreen(StepScreen):
                 status.done, status.missing, status.wanted, status.recognised
             )
 
+    def in_place(self, status: Status) -> bool:
+        """In a pose that is still missing; anywhere new in the validation."""
+        return status.recognised is not None and (
+            status.recognised in status.missing or status.recognised == status.wanted
+        )
+
     def progress_words(self, status: Status) -> str:
         """How many poses are done, and where the device is instead of where it is wanted."""
         words = super().progress_words(status)

@@ -14,6 +14,7 @@ from imucal_wizard.tui.widgets.rotation_panel import RotationPanel
 
 _SWING_DEG = 90.0
 _SWING_SECONDS = 4.0
+_ENOUGH_DEG = 20.0
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -32,6 +33,10 @@ class RotationScreen(StepScreen):
         super().take(snapshot)
         if snapshot.status.rotation is not None:
             self.query_one(RotationPanel).tell(snapshot.status.rotation)
+
+    def in_place(self, status: Status) -> bool:
+        """At the end of a turn that is large enough to count."""
+        return status.rotation is not None and abs(status.rotation.angle) > _ENOUGH_DEG
 
     def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
         """The start pose, swinging about the wanted axis to show what is meant."""

@@ -114,7 +114,7 @@ class StepScreen(LiveScreen):
         """Show a snapshot."""
         super().take(snapshot)
         status = snapshot.status
-        self.query_one(BigText).say(status.instruction or self.wizard.waiting_words)
+        self.query_one(BigText).say(*self.headline(status))
         self._say(status)
         self.query_one("#still", Lines).show([reason(status.still)])
         self.query_one(StillBars).tell(status.still)
@@ -125,6 +125,17 @@ class StepScreen(LiveScreen):
         units = stream.accelerometer_unit, stream.gyroscope_unit
         self.query_one(Traces).feed(snapshot.traces, units)
         self.query_one(StreamLine).tell(stream, status.noise, self.wizard.sounds.muted)
+
+    def headline(self, status: Status) -> tuple[str, str]:
+        """What is read from two metres, and its style: HOLD STILL once it is where it should be."""
+        still = status.still
+        if still.still and still.held < still.needed and self.in_place(status):
+            return "HOLD STILL", "good"
+        return status.instruction or self.wizard.waiting_words, "strong"
+
+    def in_place(self, status: Status) -> bool:  # noqa: ARG002 (each step has its own answer)
+        """Whether a hold that is begun here will count."""
+        return False
 
     def progress_words(self, status: Status) -> str:
         """How much of the step is done."""

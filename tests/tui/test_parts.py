@@ -1,0 +1,117 @@
+"""The parts that screens are made of, without a screen."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.state import Event, EventKind
+from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
+from imucal_wizard.tui.residual_plot import dot_plot
+from imucal_wizard.tui.sounds import PATTERNS, Sounds
+from imucal_wizard.tui.text import bar, clean, number
+from imucal_wizard.tui.widgets.big_text import enlarged
+from imucal_wizard.tui.widgets.traces import trace
+
+
+@given(st.text())
+def test_cleaned_text_holds_nothing_a_terminal_obeys(text: str) -> None:
+    assert all(c.isprintable() or c == " " for c in clean(text))
+
+
+@given(st.floats(allow_nan=True, allow_infinity=True))
+def test_any_number_is_short(value: float) -> None:
+    assert len(number(value)) <= 10
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(2.94, "2.94"), (0.012345, "0.0123"), (-7.0, "−7.00"), (123456.0, "123456")]
+)
+def test_numbers_keep_three_digits(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+@given(st.floats(0, 1), st.integers(3, 60))
+def test_a_bar_is_as_wide_as_asked(fraction: float, width: int) -> None:
+    assert len(bar(fraction, width)) == width
+
+
+@pytest.mark.parametrize("name", list(DIRECTIONS))
+def test_the_wanted_attitude_has_the_wanted_direction_on_top(name: str) -> None:
+    x, y, z = (float(value) for value in DIRECTIONS[name])
+    now = product(about((0.6, 0.0, 0.8), 1.1), about((0.0, 1.0, 0.0), 0.4))
+    top = times(tilted(now, (x, y, z)), (x, y, z))
+    assert top == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
+
+
+def test_a_device_at_rest_shows_its_top_front_and_right_face() -> None:
+    picture = draw(IDENTITY, 30, 14)
+    text = "\n".join(picture)
+    assert [face in text for face in ("+z", "−y", "+x")] == [True] * 3
+    assert [face in text for face in ("−z", "+y", "−x")] == [False] * 3
+    rows = {face: next(i for i, row in enumerate(picture) if face in row) for face in ("+z", "−y")}
+    assert rows["+z"] < rows["−y"]
+
+
+@given(st.floats(-math.pi, math.pi), st.integers(6, 40), st.integers(3, 20))
+def test_a_drawing_fills_its_place_and_no_more(angle: float, columns: int, rows: int) -> None:
+    picture = draw(about((0.6, 0.0, 0.8), angle), columns, rows, axis="y")
+    assert len(picture) == rows
+    assert {len(row) for row in picture} == {columns}
+
+
+@given(st.lists(st.floats(-10, 10), max_size=300), st.integers(1, 40), st.integers(1, 6))
+def test_a_trace_fills_its_place_whatever_comes(
+    values: list[float], columns: int, rows: int
+) -> None:
+    picture = trace(np.array(values), -5.0, 5.0, columns, rows)
+    assert len(picture) == rows
+    assert {len(row) for row in picture} == {columns}
+
+
+def test_a_rising_trace_rises() -> None:
+    top, bottom = trace(np.linspace(-1, 1, 100), -1.0, 1.0, 10, 2)
+    assert not top[:5].strip()
+    assert top[5:].strip()
+    assert bottom[:5].strip()
+
+
+def test_channels_that_are_dead_leave_the_trace_empty() -> None:
+    assert trace(np.full(50, np.nan), -1.0, 1.0, 10, 1) == [" " * 10]
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "rows"), [(160, 8, 7), (78, 4, 4), (40, 4, 1), (20, 4, 1), (9, 4, 2)]
+)
+def test_the_instruction_is_as_large_as_there_is_room(width: int, height: int, rows: int) -> None:
+    shown = [row for row in enlarged("TURN +X −Y UP", width, height) if row.strip()]
+    assert len(shown) == rows
+    assert max(map(len, shown)) <= width
+
+
+def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
+    rows = ["".join(text for text, _ in row) for row in dot_plot(np.array([0.1, -0.9]), 0.1, 40)]
+    assert "∘" in rows[3]
+    assert "●" in rows[6]
+    assert "┼" in rows[3]
+
+
+def test_every_kind_of_event_has_a_sound() -> None:
+    assert set(PATTERNS) == {str(kind) for kind in EventKind}
+
+
+def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
+    rung: list[float] = []
+    waiting: list[object] = []
+    now = [0.0]
+    sounds = Sounds(lambda: rung.append(now[0]), lambda _s, f: waiting.append(f), lambda: now[0])
+    sounds.hear([Event(EventKind.LINK_LOST, 0.0, "lost")])
+    now[0] = 0.2
+    sounds.hear([Event(EventKind.STILL, 0.2, "still")])
+    assert rung == [0.0]
+    now[0] = 60.0
+    sounds.hear([Event(EventKind.STILL, 60.0, "still")])
+    assert rung == [0.0, 60.0]

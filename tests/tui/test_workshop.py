@@ -1,0 +1,157 @@
+"""The app on real sources: the virtual IMU, recordings, sessions; and what is saved."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.calibration import load
+from imucal_wizard.devices.virtual import simulate_recording
+from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.live.snapshot import Snapshot
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.run import first_choice, run_wizard
+from imucal_wizard.tui.settings import Settings
+from imucal_wizard.tui.source import Hand, Source, SourceChoice, SourceKind
+from imucal_wizard.tui.workshop import Workshop
+from tests.tui import fakes
+from tests.tui.waiting import shows, until
+
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+DEADLINE = 20.0
+
+
+@contextmanager
+def running(source: Source) -> Iterator[Source]:
+    source.start()
+    try:
+        yield source
+    finally:
+        source.stop()
+
+
+def wait_for(source: Source, true: Callable[[Snapshot], bool]) -> Snapshot:
+    deadline = time.monotonic() + DEADLINE
+    while not true(source.snapshot()):
+        assert time.monotonic() < deadline, source.snapshot()
+        time.sleep(0.01)
+    return source.snapshot()
+
+
+def test_the_virtual_imu_is_read_like_a_port_and_has_a_hand(tmp_path: Path) -> None:
+    workshop = Workshop(WizardOptions(sessions=tmp_path, speed=20.0))
+    source = workshop.open_source(VIRTUAL)
+    with running(source):
+        snapshot = wait_for(source, lambda s: s.stream.samples > 100)
+        assert snapshot.stream.rate == pytest.approx(100.0, rel=1e-3)
+        assert "virtual IMU" in snapshot.stream.source
+        assert snapshot.stream.needs == ()
+        hand = getattr(source, "hand", None)
+        assert isinstance(hand, Hand)
+        hand.turn("x", 90.0)
+        wait_for(source, lambda s: (s.stream.accelerometer or (0, 0, 9))[2] < 2.0)
+
+
+def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
+    tmp_path: Path,
+) -> None:
+    workshop = Workshop(WizardOptions(sessions=tmp_path, speed=50.0, auto=True))
+    source = workshop.open_source(VIRTUAL)
+    with running(source):
+        wait_for(source, lambda s: s.stream.samples > 0)
+        source.command("start")
+        before = wait_for(source, lambda s: s.status.step == "up-down" and s.status.holds >= 3)
+    offered = workshop.earlier()
+    assert [choice.kind for choice in offered] == [SourceKind.SESSION]
+    assert "at Up/down" in offered[0].title
+    again = workshop.open_source(offered[0])
+    with running(again):
+        after = wait_for(again, lambda s: s.stream.samples >= before.stream.samples)
+        assert after.status.step in ("up-down", "poses")
+        assert after.status.holds >= before.status.holds
+
+
+def test_a_recording_plays_to_its_end(tmp_path: Path) -> None:
+    recording = tmp_path / "six.csv"
+    simulate_recording(recording, poses="6")
+    workshop = Workshop(WizardOptions(replay=(recording,), speed=1000.0))
+    source = workshop.open_source(SourceChoice(SourceKind.FILE, title="six.csv"))
+    with running(source):
+        wait_for(source, lambda s: s.stream.samples > 0)
+        source.command("start")
+        snapshot = wait_for(source, lambda s: s.finished)
+        assert snapshot.status.holds >= 6
+
+
+async def test_a_recording_is_calibrated_without_a_key(tmp_path: Path) -> None:
+    recording, place = tmp_path / "six.csv", tmp_path / "six.json"
+    simulate_recording(recording, poses="18")
+    options = WizardOptions(replay=(recording,), speed=1000.0, save=place)
+    settings = Settings(quit_after=True, countdown=0.1)
+    app = WizardApp(Workshop(options).services(), settings, first_choice(options))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await shows(pilot, "▸SAVE")
+        await until(pilot, lambda: not app.is_running)
+    assert app.failure is None
+    assert set(load(place).sensors) == {"accelerometer", "gyroscope"}
+
+
+async def test_a_file_that_is_no_recording_ends_the_app_with_the_reason(tmp_path: Path) -> None:
+    nothing = tmp_path / "nothing.csv"
+    nothing.write_text("these are words\n")
+    options = WizardOptions(replay=(nothing,))
+    app = WizardApp(Workshop(options).services(), Settings(), first_choice(options))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: not app.is_running)
+    assert isinstance(app.failure, RecordingError)
+
+
+def test_a_calibration_never_replaces_another_unless_its_name_was_given(tmp_path: Path) -> None:
+    workshop = Workshop(WizardOptions())
+    workshop.session = tmp_path / "s.imucal"
+    names = [workshop.save(fakes.report()).path.name for _ in range(3)]
+    assert names == ["s.json", "s-2.json", "s-3.json"]
+    given = tmp_path / "mine.json"
+    workshop = Workshop(WizardOptions(save=given))
+    assert {workshop.save(fakes.report()).path for _ in range(2)} == {given}
+
+
+@pytest.mark.parametrize(
+    ("options", "kind"),
+    [
+        (WizardOptions(port="/dev/ttyACM0"), SourceKind.PORT),
+        (WizardOptions(replay=(Path("a.csv"),)), SourceKind.FILE),
+        (WizardOptions(resume=Path("a.imucal")), SourceKind.SESSION),
+        (WizardOptions(auto=True), SourceKind.VIRTUAL),
+        (WizardOptions(hidden=("g-sensitivity:0.1:x",)), SourceKind.VIRTUAL),
+    ],
+)
+def test_options_that_name_a_source_choose_it(options: WizardOptions, kind: SourceKind) -> None:
+    choice = first_choice(options)
+    assert choice is not None
+    assert choice.kind is kind
+
+
+def test_without_options_the_operator_chooses() -> None:
+    assert first_choice(WizardOptions()) is None
+
+
+def test_without_a_terminal_the_wizard_says_what_to_use_instead(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    with pytest.raises(UsageError, match="imucal-wizard fit"):
+        run_wizard(WizardOptions())
+
+
+def test_what_is_not_there_is_said_in_a_sentence(tmp_path: Path) -> None:
+    workshop = Workshop(WizardOptions())
+    missing = SourceChoice(SourceKind.SESSION, str(tmp_path / "none.imucal"))
+    with pytest.raises(SessionError, match="there is no session"):
+        workshop.open_source(missing)
+    with pytest.raises(RecordingError, match="there is no file"):
+        workshop.open_source(replace(missing, kind=SourceKind.FILE, target="none.csv"))
