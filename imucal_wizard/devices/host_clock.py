@@ -107,6 +107,7 @@ class HostClock:
             return indices
         if self._last_index is None:
             self._last_index = float(indices[0])
-        times = self._last_time + (indices - self._last_index) * self.period
-        self._last_index, self._last_time = float(indices[-1]), float(times[-1])
+        times: FloatArray = self._last_time + (indices - self._last_index) * self.period
+        if not self._given:  # a given rate counts from the first sample, whatever the chunks
+            self._last_index, self._last_time = float(indices[-1]), float(times[-1])
         return times

@@ -337,7 +337,8 @@ SPOIL = st.lists(
     ),
     max_size=6,
 )
-STREAMS = {name: entry[1] for name, entry in {**FIRMWARE, **ASKING}.items()}
+STREAMS = {name: entry[1] for name, entry in FIRMWARE.items()}
+STREAMS |= {name: entry[1] for name, entry in ASKING.items()}
 
 
 @settings(max_examples=40, deadline=None)
