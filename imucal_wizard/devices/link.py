@@ -1,13 +1,11 @@
 """One Transport before pyserial: a port, a pseudo-terminal or a URL; opened, read, lost, found."""
 
-import os
-import select
 import sys
-import time
 from collections.abc import Callable
 from typing import Any
 
 from imucal_wizard.devices import link_errors
+from imucal_wizard.devices.gather import gathered
 from imucal_wizard.devices.plain import plain
 from imucal_wizard.devices.port_list import PortInfo, list_ports, same_device
 from imucal_wizard.errors import LinkError
@@ -28,13 +26,6 @@ else:
 
     _LOST = (OSError, TypeError, ValueError, termios.error)
     # TypeError and ValueError: another thread has closed the port meanwhile
-
-_GATHER = 0.012
-"""Seconds for which bytes that keep coming are gathered into one chunk."""
-_PAUSE = 0.002
-"""Seconds between two looks while gathering; a tty holds 4 KiB, 5 ms at 8,000 lines/s."""
-_SLOW = 512
-"""So few bytes in ``_PAUSE`` are no fast stream: nothing is gained by waiting for more."""
 
 
 class Transport:
@@ -116,7 +107,7 @@ class Transport:
             raise LinkError(f"{plain(self.port)} is not open: open it first.")
         try:
             if self._fd is not None:
-                return _gathered(self._fd, timeout)
+                return gathered(self._fd, timeout)
             return self._read_any(timeout)
         except _LOST as error:
             self.close()
@@ -186,33 +177,3 @@ def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
     if at_old_name:
         return at_old_name[0]
     return same[0] if len(same) == 1 else None
-
-
-def _readable(fd: int, timeout: float) -> bool:
-    return bool(select.select([fd], [], [], timeout)[0])
-
-
-def _gathered(fd: int, timeout: float) -> bytes:
-    """Wait for the first bytes; while they keep coming fast, gather for a moment.
-
-    A slow stream is handed over at once. A fast one comes in few large chunks, which costs a
-    third; no look is later than ``_PAUSE``, so that the terminal's buffer never fills.
-    """
-    if not _readable(fd, timeout):
-        return b""
-    data = _taken(fd)
-    end = time.monotonic() + _GATHER
-    while time.monotonic() < end:
-        time.sleep(_PAUSE)
-        if _readable(fd, 0.0):
-            data += _taken(fd)
-        elif len(data) < _SLOW:
-            break
-    return data
-
-
-def _taken(fd: int) -> bytes:
-    data = os.read(fd, 65536)
-    if not data:
-        raise OSError("end of the stream")
-    return data
