@@ -55,7 +55,7 @@ class Attitude:
         size = max(1, round(_PIECE / step)) if step > 0 else len(gyroscope)
         starts = np.arange(0, len(gyroscope), size)[-_MOST_PIECES:]
         vectors = np.add.reduceat(gyroscope.values, starts, axis=0) * step
-        for turn in matrices(quaternions(vectors)):
+        for turn in _rotations(vectors):
             self.matrix = self.matrix @ turn
         return True
 
@@ -68,7 +68,12 @@ class Attitude:
         sine = float(np.linalg.norm(level))
         axis = level / sine if sine > 1e-9 else np.array([1.0, 0.0, 0.0])
         angle = float(np.arctan2(sine, shown[2])) * (1.0 - float(np.exp(-time_constants)))
-        self.matrix = matrices(quaternions((axis * angle)[None]))[0] @ self.matrix
+        self.matrix = _rotations((axis * angle)[None])[0] @ self.matrix
+
+
+def _rotations(vectors: FloatArray) -> FloatArray:
+    """Rotation matrices, shape (n, 3, 3), of rotation vectors, shape (n, 3)."""
+    return np.moveaxis(matrices(quaternions(vectors.T)), -1, 0)
 
 
 def _up_from(readings: Readings) -> FloatArray | None:

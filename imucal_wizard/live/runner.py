@@ -17,6 +17,11 @@ FRAME = 0.05
 JOIN = 0.1
 """Seconds that ``stop`` waits for the thread."""
 _ANSWER = 0.05
+STOPPED = (
+    "reading has stopped by a fault of this program; nothing measured is lost: quit, and take the "
+    "session up again with --resume"
+)
+"""What is said when the thread ends unasked."""
 
 Listener = Callable[[Status], None]
 """Told of every new status, by the thread that made it."""
@@ -101,11 +106,15 @@ class Runner:
 
     def _live(self) -> None:
         """The thread: work until told to stop, then let go of everything."""
+        problem = STOPPED
         try:
             self._work()
+            problem = ""
         except ImucalError as error:
-            self._engine.link(str(error))
+            problem = str(error)
         finally:
+            if problem:
+                self._engine.link(problem)
             self._engine.close()
             self._published = self._engine.snapshot()
 

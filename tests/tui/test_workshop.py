@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from imucal_wizard.calibration import load
@@ -54,6 +55,16 @@ def test_the_virtual_imu_is_read_like_a_port_and_has_a_hand(tmp_path: Path) -> N
         assert isinstance(hand, Hand)
         hand.turn("x", 90.0)
         wait_for(source, lambda s: (s.stream.accelerometer or (0, 0, 9))[2] < 2.0)
+        snapshot = wait_for(source, _drawn_upright)
+        assert snapshot.stream.problem == ""
+
+
+def _drawn_upright(snapshot: Snapshot) -> bool:
+    """What the accelerometer says is up points up in the drawing."""
+    if snapshot.attitude is None or snapshot.stream.accelerometer is None:
+        return False
+    up = snapshot.attitude @ np.array(snapshot.stream.accelerometer)
+    return bool(up[2] / np.linalg.norm(up) > 0.99)
 
 
 def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
