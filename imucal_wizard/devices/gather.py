@@ -21,6 +21,9 @@ def gathered(fd: int, timeout: float) -> bytes:
 
     A slow stream is handed over at once. A fast one comes in few large chunks, which costs a
     third; no look is later than ``_PAUSE``, so that the terminal's buffer never fills.
+
+    Raises:
+        OSError: the stream has ended and all its bytes have been handed over.
     """
     if not _readable(fd, timeout):
         return b""
@@ -29,7 +32,10 @@ def gathered(fd: int, timeout: float) -> bytes:
     while time.monotonic() < end:
         time.sleep(_PAUSE)
         if _readable(fd, 0.0):
-            data += _taken(fd)
+            try:
+                data += _taken(fd)
+            except OSError:
+                break  # the device is gone: first hand over its last bytes, the next call says so
         elif len(data) < _SLOW:
             break
     return data

@@ -117,6 +117,18 @@ def test_an_unplugged_device_is_noticed_after_all_it_sent_has_been_read(pty: Pty
     assert not transport.is_open
 
 
+def test_the_last_bytes_are_read_when_the_other_end_closes_at_once() -> None:
+    with server() as listening:
+        transport = Transport(url_of(listening))
+        transport.open()
+        peer, _ = listening.accept()
+        peer.sendall(b"x" * 5000)
+        peer.close()
+        assert len(until(transport.read, 5000)) == 5000
+        with pytest.raises(LinkError, match="is gone"):
+            until(transport.read, 1)
+
+
 def test_a_device_that_comes_back_is_opened_again_and_marks_the_break(tmp_path: Path) -> None:
     first, second = Pty(), Pty()
     transport = Transport(link(tmp_path / "imu", first.path))
