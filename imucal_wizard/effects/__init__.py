@@ -1,0 +1,1 @@
+"""The physics: what may move a reading besides bias and gain, one small file per effect."""

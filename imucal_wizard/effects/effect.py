@@ -1,0 +1,191 @@
+"""What an effect is: by how much each of its parameters moves the reading, and what to say of it.
+
+The model equation of a sensor is ``y = S·(x + ε) + b + noise``; an effect is one term of ``ε``,
+linear in its parameters, on top of bias, scale and non-orthogonality.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import STANDARD_GRAVITY
+
+ACCELEROMETER = "accelerometer"
+GYROSCOPE = "gyroscope"
+
+Kind = Literal["orientation", "time", "hold"]
+Grades = Mapping[str, tuple[float, float]]
+Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
+
+
+@dataclass(frozen=True, eq=False)
+class Circumstances:
+    """All that an effect may depend on, one row per hold or per sample.
+
+    Temperature and drift are told from a reference, so that the bias keeps its meaning. The
+    reference belongs to the session: rows selected from it, or the samples of one of its rotations,
+    are given the same one.
+
+    Attributes:
+        force: true specific force in the body frame, m/s², shape (n, 3).
+        rate: true angular rate in the body frame, rad/s, shape (n, 3); zeros at rest.
+        temperature: °C, shape (n,); NaN where it is unknown.
+        time: s since the session's first sample, shape (n,).
+        previous: specific force of the hold before, m/s², shape (n, 3); NaN before the first.
+        vibration: mean square vibration, sum over the axes, (m/s²)², shape (n,).
+        gravity: local gravity, m/s².
+        reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
+        reference_time: middle of the session, s; NaN takes the middle of the rows.
+    """
+
+    force: FloatArray
+    rate: FloatArray
+    temperature: FloatArray
+    time: FloatArray
+    previous: FloatArray
+    vibration: FloatArray
+    gravity: float = STANDARD_GRAVITY
+    reference_temperature: float = np.nan
+    reference_time: float = np.nan
+
+    def __post_init__(self) -> None:
+        known = self.temperature[np.isfinite(self.temperature)]
+        if np.isnan(self.reference_temperature) and len(known):
+            object.__setattr__(self, "reference_temperature", float(known.mean()))
+        if np.isnan(self.reference_time) and len(self):
+            middle = 0.5 * float(self.time.min() + self.time.max())
+            object.__setattr__(self, "reference_time", middle)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def select(self, rows: Rows) -> "Circumstances":
+        """These rows, with the reference of the whole."""
+        return replace(
+            self,
+            force=self.force[rows],
+            rate=self.rate[rows],
+            temperature=self.temperature[rows],
+            time=self.time[rows],
+            previous=self.previous[rows],
+            vibration=self.vibration[rows],
+        )
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect.
+
+    Attributes:
+        name: output axis, then what moves it: ``x``, ``xy`` (x feels y), ``xyz`` (x feels y·z).
+        unit: the unit in which it is shown, ``mg/g²``.
+        typical: standard deviation of the prior, that of a consumer part, in ``unit``.
+        grades: realistic magnitudes (low, high) by sensor grade, in ``unit``.
+        chosen: the grades whose range is a typical choice and stands in no data sheet.
+    """
+
+    name: str
+    unit: str
+    typical: float
+    grades: Grades = field(default_factory=dict)
+    chosen: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Story:
+    """What an author writes about an effect, for a student.
+
+    Attributes:
+        what: what happens in the sensor.
+        equation: the equation in words.
+        signature: what it looks like in the residuals.
+        needs: what data reveal it.
+    """
+
+    what: str
+    equation: str
+    signature: str
+    needs: str
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """All there is to tell about an effect; sizes and costs are computed."""
+
+    what: str
+    equation: str
+    signature: str
+    sizes: str
+    needs: str
+    cost: str
+
+
+class Effect(ABC):
+    """One physical effect: a term of ``ε``, linear in its parameters.
+
+    Attributes:
+        name: as in the contract, ``second-order``.
+        sensors: which sensors may have it.
+        family: the family that 1 g cannot split, or None.
+        kind: what its size follows: the orientation, the time (or temperature), or the hold.
+        title: its name in plain words.
+        equation: its formula on axis ``i``, ``x`` being the true input.
+        order: place in lists; the plainest of a family first.
+        stories: what to tell about it, by sensor.
+    """
+
+    name: ClassVar[str]
+    sensors: ClassVar[tuple[str, ...]]
+    family: ClassVar[str | None] = None
+    kind: ClassVar[Kind]
+    title: ClassVar[str]
+    equation: ClassVar[str]
+    order: ClassVar[int] = 100
+    stories: ClassVar[Mapping[str, Story]] = {}
+
+    @abstractmethod
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """Its parameters on this sensor, p of them."""
+
+    @abstractmethod
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Error ``ε`` of the input per shown unit of each parameter.
+
+        Args:
+            sensor: ``accelerometer`` or ``gyroscope``.
+            c: n rows of circumstances.
+            variant: one of ``variants``, or None for the usual one.
+
+        Returns:
+            m/s² or rad/s per shown unit, shape (n, 3, p).
+        """
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """Settings of what is not linear in it (a time constant, a moment), tried one by one.
+
+        Args:
+            c: one row per hold, in the order of time.
+        """
+        del c
+        return (None,)
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """What these data lack to show the effect at all; None where nothing is lacking.
+
+        Args:
+            sensor: ``accelerometer`` or ``gyroscope``.
+            c: all the session's rows; for the gyroscope those in motion too.
+        """
+        del sensor, c
+        return None
+
+    def error(
+        self, sensor: str, c: Circumstances, sizes: FloatArray, variant: float | None = None
+    ) -> FloatArray:
+        """``ε`` of the input, m/s² or rad/s, shape (n, 3), for sizes (p,) in shown units."""
+        return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)

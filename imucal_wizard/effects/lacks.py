@@ -1,0 +1,78 @@
+"""What data can lack, told once for all effects: a sentence, or None if all is there."""
+
+import numpy as np
+
+from imucal_wizard.effects.axis_effect import DEGREE
+from imucal_wizard.effects.effect import GYROSCOPE, Circumstances
+
+SMALLEST_SWING = 0.5
+"""Temperatures closer than this are one temperature, °C."""
+SLOWEST_TURN = 1.0 * DEGREE
+"""Rates under this are rest, rad/s."""
+SAME_DIRECTION = np.cos(np.radians(12.0))
+SHORTEST_SESSION = 60.0
+"""A session under a minute says nothing of what is slow, s."""
+UNEVEN = 1.5
+"""The shakiest row must have this many times the vibration of the quietest."""
+
+
+def temperatures(c: Circumstances) -> str | None:
+    """Whether the temperature is known and not always the same."""
+    known = c.temperature[np.isfinite(c.temperature)]
+    if len(known) == 0:
+        return "no temperature was recorded; send the chip's temperature along with the readings"
+    if float(np.ptp(known)) < SMALLEST_SWING:
+        return (
+            f"only one temperature, {known.mean():.1f} °C; take some poses again warmer or colder"
+        )
+    return None
+
+
+def duration(c: Circumstances) -> str | None:
+    """Whether the session is long enough for anything slow."""
+    if len(c) == 0 or float(np.ptp(c.time)) < SHORTEST_SESSION:
+        return "the session is shorter than a minute; repeat the first poses later"
+    return None
+
+
+def turns(sensor: str, c: Circumstances) -> str | None:
+    """Whether a gyroscope was turned at all; an accelerometer needs no turning."""
+    if sensor == GYROSCOPE and not (np.abs(c.rate) > SLOWEST_TURN).any():
+        return "nothing turns in these data; rotate the device between still poses"
+    return None
+
+
+def both_senses(sensor: str, c: Circumstances) -> str | None:
+    """Whether some axis of a gyroscope was turned in both senses."""
+    missing = turns(sensor, c)
+    if missing or sensor != GYROSCOPE:
+        return missing
+    left = (c.rate > SLOWEST_TURN).any(axis=0)
+    right = (c.rate < -SLOWEST_TURN).any(axis=0)
+    if not (left & right).any():
+        return "every axis was turned in one sense only; rotate in the other sense too"
+    return None
+
+
+def directions(c: Circumstances) -> str | None:
+    """Whether gravity was felt from more than one side."""
+    up = c.force / np.maximum(np.linalg.norm(c.force, axis=1, keepdims=True), 1e-12)
+    if len(up) == 0 or float((up @ up[0]).min()) > SAME_DIRECTION:
+        return "gravity comes from one side only; hold the device still in several poses"
+    return None
+
+
+def previous_poses(c: Circumstances) -> str | None:
+    """Whether the poses before are known and differ."""
+    known = c.previous[np.isfinite(c.previous).all(axis=1)]
+    if len(known) < 2 or float(np.ptp(known, axis=0).max()) < 0.1 * c.gravity:
+        return "no pose was reached from different sides; come to the same poses in another order"
+    return None
+
+
+def vibrations(c: Circumstances) -> str | None:
+    """Whether some poses were shakier than others."""
+    known = c.vibration[np.isfinite(c.vibration)]
+    if len(known) < 2 or float(known.max()) <= UNEVEN * float(known.min()):
+        return "all poses were equally quiet; take some again on a support that shakes"
+    return None

@@ -1,0 +1,32 @@
+"""Directions all over the sphere, and circumstances in which only they matter."""
+
+import numpy as np
+
+from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import STANDARD_GRAVITY
+
+
+def full_sphere(n: int = 4000) -> FloatArray:
+    """Unit vectors on a Fibonacci lattice, as good as uniform, shape (n, 3)."""
+    k = np.arange(n) + 0.5
+    z = 1.0 - 2.0 * k / n
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * k
+    ring = np.sqrt(1.0 - z**2)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
+
+
+def at_rest(up: FloatArray, **changed: FloatArray) -> Circumstances:
+    """Holds with these up directions, one a minute at 25 °C, unless changed."""
+    n = len(up)
+    force = STANDARD_GRAVITY * up
+    previous = np.vstack([np.full((1, 3), np.nan), force[:-1]])
+    columns = {
+        "force": force,
+        "rate": np.zeros((n, 3)),
+        "temperature": np.full(n, 25.0),
+        "time": 60.0 * np.arange(n),
+        "previous": previous,
+        "vibration": np.zeros(n),
+    }
+    return Circumstances(**{**columns, **changed})
