@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from imucal_wizard.errors import RecordingError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.readings import Readings, Series
 
@@ -28,18 +29,23 @@ class ReadingsTape:
 
     The gyroscope is brought to the accelerometer's times where it has its own: the procedure looks
     at both together.
+
+    Raises:
+        RecordingError: it holds no two samples.
     """
 
     def __init__(self, readings: Readings) -> None:
         self._readings = _together(readings)
-        self._rate = self._readings.accelerometer.rate
+        self._rate = readings.accelerometer.rate
+        if self._rate <= 0.0:
+            raise RecordingError("it holds too few samples to be played; record again")
         self._next = 0
 
     @property
     def duration(self) -> float:
         """Length, s."""
         time = self._readings.accelerometer.time
-        return float(time[-1] - time[0]) if len(time) else 0.0
+        return float(time[-1] - time[0])
 
     def rewind(self) -> None:
         """Begin again."""
@@ -48,7 +54,7 @@ class ReadingsTape:
     def play(self, engine: Engine, until: float) -> bool:
         """Feed the samples before ``until`` seconds from the beginning; whether more are left."""
         time = self._readings.accelerometer.time
-        past = int(np.searchsorted(time, time[0] + until)) if len(time) else 0
+        past = int(np.searchsorted(time, time[0] + until))
         if past > self._next:
             engine.receive_readings(self._part(self._next, past), self._rate)
             self._next = past

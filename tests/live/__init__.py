@@ -1,0 +1,1 @@
+"""From the port to the screen, in threads, with real ports and real files."""

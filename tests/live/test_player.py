@@ -1,0 +1,101 @@
+"""A recording played at any speed gives what it gives in one piece."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.errors import UsageError
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.player import Player
+from imucal_wizard.live.tape import BytesTape, ReadingsTape
+from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.readings import Readings, Series
+from imucal_wizard.recordings import read
+from tests.live.performance import pieces, recorded, same, settings, wait_for
+
+
+def _readings(tmp_path: Path) -> Readings:
+    path = tmp_path / "performed.csv"
+    path.write_bytes(recorded())
+    return read([path])
+
+
+def _at_once(readings: Readings) -> Collected:
+    engine = Engine(settings=settings())
+    engine.command("start")
+    engine.receive_readings(readings, readings.accelerometer.rate)
+    engine.end()
+    return engine.collected()
+
+
+@pytest.mark.parametrize("speed", [60.0, 300.0, float("inf")])
+def test_speed_changes_nothing_in_the_result(tmp_path: Path, speed: float) -> None:
+    readings = _readings(tmp_path)
+    player = Player(ReadingsTape(readings), Engine(settings=settings()), speed)
+    player.start()
+    player.command("start")
+    wait_for(lambda: player.snapshot().finished)
+    assert player.snapshot().status.step is StepKind.RESULT
+    assert same(player.collected(), _at_once(readings))
+    player.stop()
+
+
+def test_the_bytes_of_a_session_are_played_as_they_were_read() -> None:
+    engine = Engine(settings=settings())
+    engine.command("start")
+    for arrival, data in pieces(recorded(), 2500):
+        engine.receive(data, arrival)
+    engine.end()
+    tape = BytesTape(pieces(recorded(), 2500))
+    player = Player(tape, Engine(settings=settings()), float("inf"))
+    player.start()
+    player.command("start")
+    wait_for(lambda: player.snapshot().finished)
+    assert same(player.collected(), engine.collected())
+    player.stop()
+
+
+def test_however_long_the_preview_was_looked_at_it_starts_at_the_first_sample(
+    tmp_path: Path,
+) -> None:
+    readings = _readings(tmp_path)
+    player = Player(ReadingsTape(readings), Engine(settings=settings()), float("inf"))
+    player.start()
+    wait_for(lambda: player.snapshot().stream.samples == len(readings))
+    assert player.snapshot().status.step is StepKind.SOURCE
+    assert not player.finished
+    player.command("start")
+    wait_for(lambda: player.snapshot().finished)
+    assert same(player.collected(), _at_once(readings))
+    player.stop()
+
+
+def test_commands_are_obeyed_after_the_end(tmp_path: Path) -> None:
+    player = Player(ReadingsTape(_readings(tmp_path)), Engine(settings=settings()), float("inf"))
+    player.start()
+    player.command("start")
+    wait_for(lambda: player.snapshot().finished)
+    player.command("validate")
+    wait_for(lambda: player.snapshot().status.step is StepKind.VALIDATE)
+    player.stop()
+
+
+def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometers(
+    tmp_path: Path,
+) -> None:
+    whole = _readings(tmp_path)
+    gyroscope = whole.gyroscope
+    assert gyroscope is not None
+    fewer = Series(gyroscope.time[::2], gyroscope.values[::2], gyroscope.unit)
+    engine = Engine(settings=settings())
+    tape = ReadingsTape(Readings(whole.accelerometer, fewer))
+    assert not tape.play(engine, np.inf)
+    stream = engine.snapshot().stream
+    assert stream.samples == len(whole)
+    assert any("brought to the accelerometer's times" in text for text in stream.warnings)
+
+
+def test_a_speed_of_nothing_is_refused() -> None:
+    with pytest.raises(UsageError, match="above 0"):
+        Player(BytesTape([]), Engine(), 0.0)

@@ -1,0 +1,96 @@
+"""A session taken up again stands where it ended, to the last bit, and goes on from there."""
+
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.devices.intake import StreamSetup
+from imucal_wizard.errors import SessionError
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.resume import begin, resume
+from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.sessions import Session
+from tests.live.performance import pieces, recorded, same, settings
+
+
+def _receive(engine: Engine, first: int, past: int) -> None:
+    for arrival, data in pieces(recorded(), 3000)[first:past]:
+        engine.receive(data, arrival)
+
+
+@pytest.mark.parametrize("share", [0.15, 0.6, 0.97])
+def test_a_session_cut_off_anywhere_goes_on_as_if_nothing_had_happened(
+    tmp_path: Path, share: float
+) -> None:
+    count = len(pieces(recorded(), 3000))
+    cut = round(share * count)
+    path = tmp_path / "a.imucal"
+    live = begin(path, None, settings())
+    live.command("start")
+    _receive(live, 0, cut)
+    live.journal.close()
+    resumed = resume(path)
+    engine = resumed.engine
+    resumed.prepare(engine)
+    assert engine.status().step is live.status().step
+    assert same(engine.collected(), live.collected())
+    _receive(live, cut, count)
+    _receive(engine, cut, count)
+    engine.journal.close()
+    assert same(engine.collected(), live.collected())
+    assert engine.status() == live.status()
+    again = resume(path)
+    again.prepare(again.engine)
+    assert same(again.engine.collected(), live.collected())
+    again.engine.journal.close()
+
+
+def test_commands_take_effect_at_the_same_sample_again(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    live = begin(path, None, settings())
+    live.command("start")
+    for number, (arrival, data) in enumerate(pieces(recorded(), 3000)):
+        if number == 50:
+            live.set_setup(StreamSetup(gyroscope_unit="rad/s"))
+            live.command("start")
+            live.command("skip")
+        if number in (150, 151):
+            live.command("undo")
+        live.receive(data, arrival)
+    live.journal.close()
+    resumed = resume(path)
+    resumed.prepare(resumed.engine)
+    resumed.engine.journal.close()
+    assert same(resumed.engine.collected(), live.collected())
+    assert resumed.engine.status() == live.status()
+    assert resumed.engine.snapshot().events == live.snapshot().events
+
+
+@pytest.mark.parametrize(("now", "goes_on_at"), [(1500.0, 500.0), (900.0, 21.0)])
+def test_the_session_clock_goes_on_after_the_pause_and_never_back(
+    tmp_path: Path, now: float, goes_on_at: float
+) -> None:
+    path = tmp_path / "a.imucal"
+    engine = begin(path, about={"created": 1000.0})
+    engine.receive(b"x", 20.0)
+    engine.journal.close()
+    resumed = resume(path)
+    assert resumed.prepare(resumed.engine, lambda: now) == goes_on_at
+    resumed.engine.journal.close()
+
+
+def test_nothing_measured_yet_is_taken_up_at_the_source(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    begin(path, None, settings(), about={"port": "/dev/ttyX"}).journal.close()
+    resumed = resume(path)
+    resumed.prepare(resumed.engine)
+    assert resumed.about["port"] == "/dev/ttyX"
+    assert resumed.engine.status().step is StepKind.SOURCE
+    resumed.engine.journal.close()
+
+
+def test_a_session_without_its_settings_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    Session.create(path, {}).close()
+    with pytest.raises(SessionError, match="lacks its settings"):
+        resume(path)
