@@ -76,3 +76,10 @@ def vibrations(c: Circumstances) -> str | None:
     if len(known) < 2 or float(known.max()) <= UNEVEN * float(known.min()):
         return "all poses were equally quiet; take some again on a support that shakes"
     return None
+
+
+def rows(c: Circumstances, least: int) -> str | None:
+    """Whether there are enough holds."""
+    if len(c) < least:
+        return f"only {len(c)} holds; {least} are the fewest that can show it"
+    return None

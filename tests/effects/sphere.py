@@ -16,17 +16,21 @@ def full_sphere(n: int = 4000) -> FloatArray:
     return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], axis=1)
 
 
-def at_rest(up: FloatArray, **changed: FloatArray) -> Circumstances:
-    """Holds with these up directions, one a minute at 25 °C, unless changed."""
+def at_rest(
+    up: FloatArray,
+    *,
+    rate: FloatArray | None = None,
+    temperature: FloatArray | None = None,
+    vibration: FloatArray | None = None,
+) -> Circumstances:
+    """Holds with these up directions, one a minute, at rest and 25 °C unless told otherwise."""
     n = len(up)
     force = STANDARD_GRAVITY * up
-    previous = np.vstack([np.full((1, 3), np.nan), force[:-1]])
-    columns = {
-        "force": force,
-        "rate": np.zeros((n, 3)),
-        "temperature": np.full(n, 25.0),
-        "time": 60.0 * np.arange(n),
-        "previous": previous,
-        "vibration": np.zeros(n),
-    }
-    return Circumstances(**{**columns, **changed})
+    return Circumstances(
+        force=force,
+        rate=np.zeros((n, 3)) if rate is None else rate,
+        temperature=np.full(n, 25.0) if temperature is None else temperature,
+        time=60.0 * np.arange(n, dtype=np.float64),
+        previous=np.vstack([np.full((1, 3), np.nan), force[:-1]]),
+        vibration=np.zeros(n) if vibration is None else vibration,
+    )

@@ -43,8 +43,8 @@ class SecondOrder(AxisEffect):
             "quite a straight line: it bends the same way for a push from either side.",
             equation="error on an axis = coefficient × (force on that axis)²",
             signature="Plotted over the axis' own force the residual is an S: it rises at one "
-            "face, falls at the opposite one, and crosses zero about 40° away from each face. Most of "
-            "the bend looks like a bias and has been swallowed by the fit already.",
+            "face, falls at the opposite one, and crosses zero about 40° away from each face. Most "
+            "of the bend looks like a bias and has been swallowed by the fit already.",
             needs="Both faces of the axis and poses half way between (edges, corners). At 1 g the "
             "asymmetry looks almost the same; only forces well over 1 g tell them apart.",
         ),

@@ -1,0 +1,72 @@
+"""Bias that wanders with time."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from imucal_wizard.effects import lacks
+from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.readings import FloatArray
+
+_MINUTE = 60.0
+
+
+class BiasDrift(BiasEffect):
+    """``ε_i = d (t − t₀)``, ``t₀`` the middle of the session.
+
+    The trend, or rate ramp, of the bias in IEEE 1293 and IEEE 1431; the bias of the base model is
+    that of the session's middle.
+    """
+
+    name: ClassVar[str] = "bias-drift"
+    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
+    family: ClassVar[str | None] = "slow-bias"
+    kind: ClassVar[Kind] = "time"
+    title: ClassVar[str] = "bias drifts with time"
+    equation: ClassVar[str] = "ε_i = dᵢ (t − t₀)"
+    order: ClassVar[int] = 31
+    sizes: ClassVar[Mapping[str, Size]] = {
+        ACCELEROMETER: Size(
+            "mg/min",
+            MILLI_G,
+            0.3,
+            {"consumer": (0.05, 1.0), "industrial": (0.005, 0.05), "tactical": (0.0005, 0.005)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "°/s/min",
+            DEGREE,
+            0.01,
+            {"consumer": (0.002, 0.02), "industrial": (2e-4, 0.002), "tactical": (2e-5, 2e-4)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: ClassVar[Mapping[str, Story]] = {
+        ACCELEROMETER: Story(
+            what="Stress relaxes, charge gathers on the electrodes, the supply voltage sinks: the "
+            "zero moves a little every minute. Slow noise does the same for a while, without any "
+            "law behind it.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The same pose reads differently later; residuals open like a fan from the "
+            "middle of the session to both ends.",
+            needs="The same poses early, in the middle and late. Without repeats it cannot be told "
+            "from temperature or warm-up, and slow noise alone can look like it.",
+        ),
+        GYROSCOPE: Story(
+            what="The zero of the rate moves a little every minute: ageing drive, sinking supply, "
+            "or slow noise that follows no law.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The readings at rest climb or fall steadily, in every pose alike.",
+            needs="Still poses over the whole session at a steady temperature.",
+        ),
+    }
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``t − t₀``, min."""
+        del variant
+        return (c.time - c.reference_time) / _MINUTE
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A session of more than a minute."""
+        del sensor
+        return lacks.duration(c)

@@ -1,0 +1,66 @@
+"""Third-order non-linearity."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from imucal_wizard.effects import lacks
+from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, AxisEffect, Size, sensed
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.readings import FloatArray
+
+
+class ThirdOrder(AxisEffect):
+    """``ε_i = K₃ x_i³``: the term K₃ of the model equations of IEEE 1293 and IEEE 1431."""
+
+    name: ClassVar[str] = "third-order"
+    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
+    family: ClassVar[str | None] = "odd-order"
+    kind: ClassVar[Kind] = "orientation"
+    title: ClassVar[str] = "third-order non-linearity"
+    equation: ClassVar[str] = "ε_i = K₃ᵢ x_i³"
+    order: ClassVar[int] = 20
+    # a best-fit-line specification e of full scale F bounds a pure cubic: K₃ ≤ 4e/F²
+    sizes: ClassVar[Mapping[str, Size]] = {
+        ACCELEROMETER: Size(
+            "mg/g³",
+            MILLI_G,
+            2.0,
+            {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "1e-7/(°/s)²",
+            1e-7 * DEGREE,
+            0.3,
+            {"consumer": (0.05, 0.5), "industrial": (0.01, 0.05), "tactical": (0.001, 0.01)},
+            chosen=("industrial", "tactical"),
+        ),
+    }
+    stories: ClassVar[Mapping[str, Story]] = {
+        ACCELEROMETER: Story(
+            what="Near the end of its travel the proof mass is held back, or the amplifier begins "
+            "to saturate: the answer to a push flattens, to both sides alike.",
+            equation="error on an axis = coefficient × (force on that axis)³",
+            signature="The same sign at both faces of the axis and the other sign around 45°: four "
+            "lobes around the axis. Most of it passes for a scale error.",
+            needs="Faces, edges and corners. Gravity hardly tells it from the odd quadratic term; "
+            "several g would.",
+        ),
+        GYROSCOPE: Story(
+            what="At fast turns the read-out flattens, to both senses alike.",
+            equation="error on an axis = coefficient × (rate about that axis)³",
+            signature="Fast turns come out too small in both senses while slow ones come out a "
+            "little too large, because the scale is a compromise between them.",
+            needs="Turns at three speeds or more, the fastest near the range. At one speed it "
+            "cannot be told from the scale.",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``x_i³``, g³ or (°/s)³."""
+        del variant
+        return sensed(sensor, c) ** 3
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A gyroscope must have been turned."""
+        return lacks.turns(sensor, c)

@@ -1,0 +1,57 @@
+"""Vibration that moves the mean."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from imucal_wizard.effects import lacks
+from imucal_wizard.effects.axis_effect import MILLI_G, BiasEffect, Size
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Kind, Story
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import ACCELERATION
+
+
+class VibrationRectification(BiasEffect):
+    """``ε_i = K_v ⟨|a_vibration|²⟩``: the vibration rectification error of IEEE 1293.
+
+    The mean square is summed over the three axes.
+    """
+
+    name: ClassVar[str] = "vibration-rectification"
+    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER,)
+    kind: ClassVar[Kind] = "hold"
+    title: ClassVar[str] = "vibration moves the mean"
+    equation: ClassVar[str] = "ε_i = K_vᵢ ⟨vibration²⟩"
+    order: ClassVar[int] = 51
+    sizes: ClassVar[Mapping[str, Size]] = {
+        ACCELEROMETER: Size(
+            "mg/g²",
+            MILLI_G,
+            100.0,
+            {"consumer": (10.0, 300.0), "industrial": (1.0, 60.0), "tactical": (0.02, 1.0)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: ClassVar[Mapping[str, Story]] = {
+        ACCELEROMETER: Story(
+            what="A sensor that bends the straight line a little turns shaking into a constant: "
+            "each swing to one side counts more than the swing back, and the mean is off. Shaking "
+            "that is clipped at the end of the range does the same.",
+            equation="error on an axis = coefficient × mean square of the shaking",
+            signature="Poses with large variance have a residual, quiet ones have none; over the "
+            "variance it is a straight line.",
+            needs="The same poses on a quiet and on a shaking support. A pose taken by hand is not "
+            "only shaken but moved, which looks much the same.",
+        ),
+    }
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """Mean square vibration, g²; 0 where it is unknown."""
+        del variant
+        return np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION["g"] ** 2
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Quiet and shaky poses."""
+        del sensor
+        return lacks.vibrations(c)

@@ -1,0 +1,82 @@
+"""Bias that settles after switching on."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from imucal_wizard.effects import lacks
+from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.readings import FloatArray
+
+TIME_CONSTANTS = (60.0, 100.0, 180.0, 300.0, 600.0, 1200.0)
+"""Time constants tried, s: so near each other that any between two is met well by one of them."""
+USUAL = 180.0
+
+
+class WarmUp(BiasEffect):
+    """``ε_i = W exp(−t/τ)``, ``t`` from the session's first sample.
+
+    The turn-on transient of IEEE 1293 and IEEE 1431 as a single exponential. The bias of the base
+    model is that of the warm sensor.
+    """
+
+    name: ClassVar[str] = "warm-up"
+    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
+    family: ClassVar[str | None] = "slow-bias"
+    kind: ClassVar[Kind] = "time"
+    title: ClassVar[str] = "warm-up after switching on"
+    equation: ClassVar[str] = "ε_i = Wᵢ exp(−t/τ)"
+    order: ClassVar[int] = 32
+    sizes: ClassVar[Mapping[str, Size]] = {
+        ACCELEROMETER: Size(
+            "mg",
+            MILLI_G,
+            3.0,
+            {"consumer": (1.0, 6.0), "industrial": (0.1, 1.0), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "°/s",
+            DEGREE,
+            0.2,
+            {"consumer": (0.05, 0.5), "industrial": (0.005, 0.05), "tactical": (0.0005, 0.005)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: ClassVar[Mapping[str, Story]] = {
+        ACCELEROMETER: Story(
+            what="After switching on, the chip heats itself by a few degrees and the stress in the "
+            "package settles; the zero follows until it is warm through.",
+            equation="error on an axis = size at the start × a factor that falls to a third in "
+            "each time constant",
+            signature="Large in the first poses, gone in the last ones; up at one face and down at "
+            "the other.",
+            needs="Start cold and come back to the first poses at the end. Or let it warm up for "
+            "ten minutes first: then there is nothing to model.",
+        ),
+        GYROSCOPE: Story(
+            what="After switching on, the chip heats itself by a few degrees and the drive "
+            "settles; the zero follows until it is warm through.",
+            equation="error on an axis = size at the start × a factor that falls to a third in "
+            "each time constant",
+            signature="The readings at rest slide towards a final value, fast at first.",
+            needs="Still poses from the first minute to the last. Or let it warm up for ten "
+            "minutes first: then there is nothing to model.",
+        ),
+    }
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """Time constants, s."""
+        del c
+        return TIME_CONSTANTS
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``exp(−t/τ)``."""
+        return np.exp(-c.time / (USUAL if variant is None else variant))
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A session of more than a minute."""
+        del sensor
+        return lacks.duration(c)
