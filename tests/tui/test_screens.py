@@ -101,6 +101,22 @@ async def test_a_problem_comes_before_the_ways_out_and_these_before_the_last_eve
         assert "−y taken" not in text
 
 
+async def test_a_lost_device_and_a_hold_that_counts_are_read_from_afar() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    app = app_with(source)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18")
+        words = app.screen.query_one(BigText)
+        in_place = replace(fakes.poses_status(), recognised="+x-y", still=fakes.still())
+        source.say(in_place)
+        await until(pilot, lambda: words.text == "HOLD STILL")
+        source.say(replace(in_place, recognised="+x"))
+        await until(pilot, lambda: words.text == "TURN +X −Y UP")
+        source.stream = replace(source.stream, connected=False)
+        source.say(in_place)
+        await until(pilot, lambda: words.text == "NOT CONNECTED")
+
+
 async def test_the_key_of_an_offer_gives_its_command() -> None:
     status = replace(fakes.poses_status(), offers=(Offer("take", "t", "take it anyway"),))
     source = fakes.FakeSource(status)

@@ -41,5 +41,5 @@ class PoseScreen(StepScreen):
         """How many poses are done, and where the device is instead of where it is wanted."""
         words = super().progress_words(status)
         if status.recognised and status.recognised in status.done:
-            return f"{words}   this one is done: turn on"
+            return f"{words}   this one is taken already"
         return words

@@ -114,7 +114,9 @@ class StepScreen(LiveScreen):
         """Show a snapshot."""
         super().take(snapshot)
         status = snapshot.status
-        self.query_one(BigText).say(*self.headline(status))
+        lost = not snapshot.stream.connected and not snapshot.finished
+        words = ("NOT CONNECTED", "bad") if lost else self.headline(status)
+        self.query_one(BigText).say(*words)
         self._say(status)
         self.query_one("#still", Lines).show([reason(status.still)])
         self.query_one(StillBars).tell(status.still)
