@@ -90,7 +90,7 @@ class WizardApp(App[Saved]):
 
     def tick(self) -> None:
         """Take one snapshot and show it where it says something new."""
-        if self.source is None:
+        if self.source is None or not self.screen_stack:  # the app is closing
             return
         snapshot = self.source.snapshot()
         screen = self.screen

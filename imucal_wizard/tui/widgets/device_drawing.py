@@ -12,7 +12,7 @@ class DeviceDrawing(Lines):
 
     DEFAULT_CSS = """
     DeviceDrawing { width: 1fr; height: 1fr; }
-    DeviceDrawing { border: round $border-blurred; border-title-style: bold; }
+    DeviceDrawing { border: round $foreground 40%; border-title-style: bold; }
     """
 
     def __init__(self, title: str, *, id: str | None = None) -> None:  # noqa: A002 (Textual's own name for it)
