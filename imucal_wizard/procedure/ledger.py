@@ -43,6 +43,7 @@ class KeptRotation:
         after: the hold it ends in.
         time: gyroscope sample times, s, shape (n,).
         rate: gyroscope readings, shape (n, 3).
+        acceleration: accelerometer readings at these times, shape (n, 3).
         step: the step in which it ended.
         axis: the body axis it was about, or None.
         problem: why it cannot be used, or None.
@@ -55,6 +56,7 @@ class KeptRotation:
     after: KeptHold
     time: FloatArray
     rate: FloatArray
+    acceleration: FloatArray
     step: StepKind
     axis: str | None = None
     problem: str | None = None
@@ -65,7 +67,9 @@ class KeptRotation:
     def rotation(self) -> Rotation:
         """The frozen rotation, with its holds as they are now."""
         before, after = self.before.hold, self.after.hold
-        return Rotation(before, after, self.time, self.rate, self.axis, self.problem)
+        return Rotation(
+            before, after, self.time, self.rate, self.axis, self.problem, self.acceleration
+        )
 
 
 class Ledger:

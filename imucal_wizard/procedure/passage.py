@@ -1,6 +1,7 @@
 """The motion since the last hold: its samples, kept only as long as they may be needed."""
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +12,23 @@ from imucal_wizard.readings import FloatArray
 
 LONGEST_SECONDS = 60.0
 """A motion longer than this tells a gyroscope's drift and little else."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The samples of one motion.
+
+    Attributes:
+        time: sample times, s, shape (n,).
+        rate: gyroscope readings, shape (n, 3).
+        acceleration: accelerometer readings, shape (n, 3).
+        missing: samples are missing among them, or are no numbers.
+    """
+
+    time: FloatArray
+    rate: FloatArray
+    acceleration: FloatArray
+    missing: bool
 
 
 class Passage:
@@ -42,11 +60,8 @@ class Passage:
                 self.before = None
                 self.lost = f"it took longer than {LONGEST_SECONDS:.0f} s"
 
-    def samples(self, after: KeptHold) -> tuple[FloatArray, FloatArray, bool] | None:
-        """Times and rates from inside ``before`` to inside ``after``, and whether some are missing.
-
-        None without a gyroscope.
-        """
+    def samples(self, after: KeptHold) -> Motion | None:
+        """What was read from inside ``before`` to inside ``after``; None without a gyroscope."""
         parts = list(self._parts)
         starts = [float(part.block.start[0]) for part in parts]
         past = len(starts)
@@ -56,8 +71,12 @@ class Passage:
         rates = [part.rate for part in parts if part.rate is not None]
         if not rates:
             return None
-        time = np.concatenate([part.time for part in parts])
         rate = np.concatenate(rates)
         # The gap flag of the first part tells of what lies before it.
         broken = any(bool(part.block.gap[0]) for part in parts[1:])
-        return time, rate, broken or not bool(np.isfinite(rate).all())
+        return Motion(
+            np.concatenate([part.time for part in parts]),
+            rate,
+            np.concatenate([part.acceleration for part in parts]),
+            broken or not bool(np.isfinite(rate).all()),
+        )

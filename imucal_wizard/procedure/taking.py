@@ -112,9 +112,10 @@ class Taking:
         samples = passage.samples(kept)
         if samples is None:
             return None
-        time, rate, missing = samples
-        motion = KeptRotation(before, kept, time, rate, self._route.step)
-        motion.problem = fault_of(motion, self._scene.gyroscope_range, missing=missing)
+        motion = KeptRotation(
+            before, kept, samples.time, samples.rate, samples.acceleration, self._route.step
+        )
+        motion.problem = fault_of(motion, self._scene.gyroscope_range, missing=samples.missing)
         return motion
 
     def _newest(self, seconds: float) -> list[Moment]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from imucal_wizard.fitting import fit_collected
 from imucal_wizard.procedure.poses import EDGES, FACES, angle_between
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.procedure.steps import Machine
@@ -37,6 +38,18 @@ def test_poses_and_rotations_in_counts(scale: tuple[float, float], offset: float
     collected = machine.collected()
     assert {collected.holds[index].pose for index in collected.poses} == {*FACES, *EDGES}
     assert len(collected.turns) >= 6
+
+
+def test_a_gyroscope_in_counts_is_calibrated_from_what_the_wizard_collects() -> None:
+    device = Device().rest(4.0).poses([*FACES, *EDGES])
+    for axis, start in (("x", "+z"), ("y", "+z"), ("z", "+x")):
+        device.hold(start).rotate(axis, 90.0).rest(2.0).rotate(axis, -140.0).rest(2.0)
+    machine, readings = counting(device, *XSENS)
+    machine.feed(readings)
+    units = {"accelerometer": "count", "gyroscope": "count"}
+    report = fit_collected(machine.collected(), units, RATE)
+    scale = np.diag(report.sensors["gyroscope"].matrix)
+    assert scale == pytest.approx(np.full(3, 1.0 / XSENS[0][1]), rel=0.02)
 
 
 def test_start_values_in_counts_are_sensitivities_around_the_offset() -> None:
