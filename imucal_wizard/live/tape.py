@@ -1,6 +1,5 @@
-"""Recordings that can be played: samples of a file, or the bytes of a session."""
+"""A recording that can be played; a session is read like any recording first."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -12,10 +11,6 @@ from imucal_wizard.readings import Readings, Series
 
 class Tape(Protocol):
     """Something recorded that goes through an engine piece by piece."""
-
-    @property
-    def duration(self) -> float:
-        """Length, s."""
 
     def rewind(self) -> None:
         """Begin again."""
@@ -40,12 +35,6 @@ class ReadingsTape:
         if self._rate <= 0.0:
             raise RecordingError("it holds too few samples to be played; record again")
         self._next = 0
-
-    @property
-    def duration(self) -> float:
-        """Length, s."""
-        time = self._readings.accelerometer.time
-        return float(time[-1] - time[0])
 
     def rewind(self) -> None:
         """Begin again."""
@@ -72,33 +61,6 @@ class ReadingsTape:
             None if t is None else t.between(begin, end),
             own.warnings,
         )
-
-
-class BytesTape:
-    """The bytes of a session with their arrival times."""
-
-    def __init__(self, pieces: Sequence[tuple[float, bytes]]) -> None:
-        self._pieces = pieces
-        self._next = 0
-
-    @property
-    def duration(self) -> float:
-        """Length, s."""
-        return self._pieces[-1][0] - self._pieces[0][0] if self._pieces else 0.0
-
-    def rewind(self) -> None:
-        """Begin again."""
-        self._next = 0
-
-    def play(self, engine: Engine, until: float) -> bool:
-        """Feed the pieces that came before ``until`` seconds; whether more are left."""
-        while self._next < len(self._pieces):
-            arrival, data = self._pieces[self._next]
-            if arrival - self._pieces[0][0] >= until:
-                return True
-            engine.receive(data, arrival)
-            self._next += 1
-        return False
 
 
 def _together(readings: Readings) -> Readings:

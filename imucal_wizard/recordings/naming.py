@@ -2,7 +2,7 @@
 
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.errors import RecordingError
-from imucal_wizard.recordings.header import column
+from imucal_wizard.recordings.header import column, is_time_of_day
 
 _IGNORED = Column("", name="-")
 _MAY_COME_TWICE = ("", "t", "temp", "counter")
@@ -39,6 +39,9 @@ def named(names: list[str], fields: list[str] | None) -> list[Column]:
 
 def _once(columns: list[Column]) -> list[Column]:
     """Each channel once: a second time or temperature is left out, a second axis is an error."""
+    times = [one for one in columns if one.channel == "t"]
+    if len(times) > 1 and not all(map(is_time_of_day, times)):
+        columns = [_IGNORED if is_time_of_day(one) else one for one in columns]
     seen: dict[str, Column] = {}
     result = []
     for one in columns:

@@ -160,7 +160,7 @@ def _row(content: str, layout: Layout) -> list[float] | None:
 
 
 def _number(field: str, decimal_comma: bool) -> float:
-    """One field; what says that there is no value is NaN.
+    """One field; what says that there is no value is NaN, a time of day is its seconds.
 
     Raises:
         ValueError: it is no number.
@@ -170,6 +170,9 @@ def _number(field: str, decimal_comma: bool) -> float:
         return np.nan
     if "_" in field:
         raise ValueError(field)
+    if field.count(":") == 2:
+        hours, minutes, seconds = field.split(":")
+        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
     return float(field.replace(",", ".") if decimal_comma else field)
 
 

@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.errors import UsageError
+from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.player import Player
-from imucal_wizard.live.tape import BytesTape, ReadingsTape
+from imucal_wizard.live.resume import begin
+from imucal_wizard.live.tape import ReadingsTape
 from imucal_wizard.procedure.state import Collected, StepKind
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read
@@ -41,18 +42,23 @@ def test_speed_changes_nothing_in_the_result(tmp_path: Path, speed: float) -> No
     player.stop()
 
 
-def test_the_bytes_of_a_session_are_played_as_they_were_read() -> None:
-    engine = Engine(settings=settings())
+def test_a_session_is_played_as_it_was_measured(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    engine = begin(path, None, settings())
     engine.command("start")
     for arrival, data in pieces(recorded(), 2500):
         engine.receive(data, arrival)
     engine.end()
-    tape = BytesTape(pieces(recorded(), 2500))
-    player = Player(tape, Engine(settings=settings()), float("inf"))
+    engine.journal.close()
+    player = Player(ReadingsTape(read([path])), Engine(settings=settings()), float("inf"))
     player.start()
     player.command("start")
     wait_for(lambda: player.snapshot().finished)
-    assert same(player.collected(), engine.collected())
+    played, live = player.collected(), engine.collected()
+    for one, other in zip(played.holds, live.holds, strict=True):
+        np.testing.assert_array_equal(one.accelerometer, other.accelerometer)
+        assert one.end == pytest.approx(other.end)
+    assert played.turns == live.turns
     player.stop()
 
 
@@ -96,6 +102,13 @@ def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometers(
     assert any("brought to the accelerometer's times" in text for text in stream.warnings)
 
 
-def test_a_speed_of_nothing_is_refused() -> None:
+def test_a_speed_of_nothing_is_refused(tmp_path: Path) -> None:
+    tape = ReadingsTape(_readings(tmp_path))
     with pytest.raises(UsageError, match="above 0"):
-        Player(BytesTape([]), Engine(), 0.0)
+        Player(tape, Engine(), 0.0)
+
+
+def test_a_single_sample_cannot_be_played() -> None:
+    one = Series(np.zeros(1), np.zeros((1, 3)), "m/s^2")
+    with pytest.raises(RecordingError, match="too few samples"):
+        ReadingsTape(Readings(one))

@@ -95,6 +95,20 @@ def test_a_rate_that_contradicts_the_times_is_not_used(tmp_path: Path) -> None:
     assert any("--rate 50 was not used" in text for text in readings.warnings)
 
 
+def test_a_time_of_day_is_the_time_where_there_is_no_better_one(tmp_path: Path) -> None:
+    """As OpenLog Artemis prints it: date, time of day in hundredths, mg, deg/s, a last comma."""
+    rows = [
+        f"01/07/2000,16:{18 + n // 6000:02d}:{n % 6000 / 100:05.2f},{x:.2f},{y:.2f},{z + 1000:.2f},"
+        for n, (x, y, z) in enumerate(np.random.default_rng(3).normal(0, 2, (400, 3)))
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["rtcDate,rtcTime,aX,aY,aZ,", *rows, ""]))
+    readings = read([path])
+    assert readings.accelerometer.rate == pytest.approx(100.0)
+    assert readings.accelerometer.time[0] == pytest.approx(16 * 3600 + 18 * 60)
+    assert np.median(readings.accelerometer.values[:, 2]) == pytest.approx(9.81, abs=0.01)
+
+
 def test_samples_without_a_time_are_left_out(tmp_path: Path) -> None:
     values = samples()
     values[10, 0] = np.nan

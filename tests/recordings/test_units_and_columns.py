@@ -110,6 +110,8 @@ def test_a_log_that_begins_in_mid_line_and_repeats_its_header_is_read(tmp_path: 
         ("imu_degC", "temp", "degC"),
         ("ax (m/s²)", "ax", "m/s^2"),
         ("humidity_%", "", ""),
+        ("gyro_x_rad_s", "gx", "rad/s"),
+        ("rtcTime", "t", "s"),
         ("part", "", ""),
     ],
 )
