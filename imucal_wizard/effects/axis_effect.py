@@ -3,7 +3,6 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
@@ -61,7 +60,7 @@ class Size:
 class AxisEffect(Effect):
     """An effect whose parameter ``K_i`` moves axis ``i`` only: ``ε_i = K_i · shape_i``."""
 
-    sizes: ClassVar[Mapping[str, Size]]
+    sizes: Mapping[str, Size]
 
     @abstractmethod
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:

@@ -7,7 +7,7 @@ linear in its parameters, on top of bias, scale and non-orthogonality.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,14 +139,14 @@ class Effect(ABC):
         stories: what to tell about it, by sensor.
     """
 
-    name: ClassVar[str]
-    sensors: ClassVar[tuple[str, ...]]
-    family: ClassVar[str | None] = None
-    kind: ClassVar[Kind]
-    title: ClassVar[str]
-    equation: ClassVar[str]
-    order: ClassVar[int] = 100
-    stories: ClassVar[Mapping[str, Story]] = {}
+    name: str
+    sensors: tuple[str, ...]
+    family: str | None = None
+    kind: Kind
+    title: str
+    equation: str
+    order: int = 100
+    stories: Mapping[str, Story] = {}
 
     @abstractmethod
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:

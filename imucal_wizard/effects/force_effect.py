@@ -1,7 +1,6 @@
 """Effects of the specific force on the rate: a 3×3 matrix, output axis by input axis."""
 
 from abc import abstractmethod
-from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from imucal_wizard.readings import FloatArray
 class ForceEffect(Effect):
     """``ε_i = Σ_j K_ij felt_j`` with the nine parameters ``xx``, ``xy`` … ``zz``."""
 
-    size: ClassVar[Size]
+    size: Size
 
     @abstractmethod
     def felt(self, c: Circumstances) -> FloatArray:

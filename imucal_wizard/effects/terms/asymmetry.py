@@ -1,27 +1,26 @@
 """Scale factor asymmetry."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 
 class Asymmetry(AxisEffect):
     """``ε_i = A |x_i|``: half the difference of the gains for + and −, K₁'/2 of IEEE 1293."""
 
-    name: ClassVar[str] = "asymmetry"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "even-order"
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "scale factor asymmetry"
-    equation: ClassVar[str] = "ε_i = Aᵢ |x_i|"
-    order: ClassVar[int] = 11
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "asymmetry"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "even-order"
+    kind = "orientation"
+    title = "scale factor asymmetry"
+    equation = "ε_i = Aᵢ |x_i|"
+    order = 11
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g",
             MILLI_G,
@@ -37,7 +36,7 @@ class Asymmetry(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A push from one side is measured with a slightly larger gain than a push from "
             "the other: two springs, two electrode gaps or two halves of an amplifier that are "

@@ -1,11 +1,10 @@
 """Bias that wanders with time."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 _MINUTE = 60.0
@@ -18,14 +17,14 @@ class BiasDrift(BiasEffect):
     that of the session's middle.
     """
 
-    name: ClassVar[str] = "bias-drift"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "slow-bias"
-    kind: ClassVar[Kind] = "time"
-    title: ClassVar[str] = "bias drifts with time"
-    equation: ClassVar[str] = "ε_i = dᵢ (t − t₀)"
-    order: ClassVar[int] = 31
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "bias-drift"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    kind = "time"
+    title = "bias drifts with time"
+    equation = "ε_i = dᵢ (t − t₀)"
+    order = 31
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/min",
             MILLI_G,
@@ -41,7 +40,7 @@ class BiasDrift(BiasEffect):
             chosen=("consumer", "industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="Stress relaxes, charge gathers on the electrodes, the supply voltage sinks: the "
             "zero moves a little every minute. Slow noise does the same for a while, without any "

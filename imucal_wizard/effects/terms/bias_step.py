@@ -1,13 +1,12 @@
 """Bias that jumps once."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 SMALLEST_SIDE = 3
@@ -20,14 +19,14 @@ class BiasStep(BiasEffect):
     The bias of the base model is that before the moment.
     """
 
-    name: ClassVar[str] = "bias-step"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "slow-bias"
-    kind: ClassVar[Kind] = "time"
-    title: ClassVar[str] = "bias jumps once"
-    equation: ClassVar[str] = "ε_i = Bᵢ from the moment on"
-    order: ClassVar[int] = 33
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "bias-step"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    kind = "time"
+    title = "bias jumps once"
+    equation = "ε_i = Bᵢ from the moment on"
+    order = 33
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg",
             MILLI_G,
@@ -43,7 +42,7 @@ class BiasStep(BiasEffect):
             chosen=("consumer", "industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A bump, a fall or a tightened screw strains the package, and the proof mass "
             "rests elsewhere ever after; or a power dip resets an offset inside the chip.",

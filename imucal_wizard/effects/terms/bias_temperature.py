@@ -1,11 +1,10 @@
 """Temperature coefficient of the bias."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 
@@ -16,14 +15,14 @@ class BiasTemperature(BiasEffect):
     bias of the base model stays that of the session.
     """
 
-    name: ClassVar[str] = "bias-temperature"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "slow-bias"
-    kind: ClassVar[Kind] = "time"
-    title: ClassVar[str] = "bias follows the temperature"
-    equation: ClassVar[str] = "ε_i = b₁ᵢ (T − T₀)"
-    order: ClassVar[int] = 30
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "bias-temperature"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    kind = "time"
+    title = "bias follows the temperature"
+    equation = "ε_i = b₁ᵢ (T − T₀)"
+    order = 30
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/°C",
             MILLI_G,
@@ -39,7 +38,7 @@ class BiasTemperature(BiasEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="Silicon, glue and package grow by different amounts when they get warm. The "
             "stress bends the die, and the proof mass rests a little elsewhere: the zero moves.",

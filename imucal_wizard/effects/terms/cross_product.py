@@ -1,7 +1,6 @@
 """Products of the inputs of two axes."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from imucal_wizard.effects.effect import (
     Circumstances,
     Effect,
     EffectParameter,
-    Kind,
     Story,
 )
 from imucal_wizard.readings import FloatArray
@@ -45,14 +43,14 @@ class CrossProduct(Effect):
     term and the squares of the other axes as well, up to a bias: ``x³ = x − xy² − xz²``.
     """
 
-    name: ClassVar[str] = "cross-product"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "even-order"
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "cross-axis product"
-    equation: ClassVar[str] = "ε_i = Σ Kᵢⱼₖ x_j x_k"
-    order: ClassVar[int] = 12
-    stories: ClassVar[Mapping[str, Story]] = {
+    name = "cross-product"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "even-order"
+    kind = "orientation"
+    title = "cross-axis product"
+    equation = "ε_i = Σ Kᵢⱼₖ x_j x_k"
+    order = 12
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A proof mass pushed aside along one direction answers to another with a changed "
             "gain: its beams twist, its electrodes overlap a little less.",

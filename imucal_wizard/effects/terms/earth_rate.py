@@ -1,7 +1,6 @@
 """The turning Earth."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from imucal_wizard.effects.effect import (
     Circumstances,
     Effect,
     EffectParameter,
-    Kind,
     Story,
 )
 from imucal_wizard.readings import FloatArray
@@ -32,13 +30,13 @@ class EarthRate(Effect):
     narrow prior of a known planet tells them apart.
     """
 
-    name: ClassVar[str] = "earth-rate"
-    sensors: ClassVar[tuple[str, ...]] = (GYROSCOPE,)
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "the turning Earth"
-    equation: ClassVar[str] = "ε = Ω_up u"
-    order: ClassVar[int] = 60
-    stories: ClassVar[Mapping[str, Story]] = {
+    name = "earth-rate"
+    sensors = (GYROSCOPE,)
+    kind = "orientation"
+    title = "the turning Earth"
+    equation = "ε = Ω_up u"
+    order = 60
+    stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="Nothing is wrong in the sensor: the Earth turns under it, fifteen degrees an "
             "hour, and a gyroscope at rest turns along. Part of it is about the vertical, most at "

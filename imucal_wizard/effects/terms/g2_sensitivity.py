@@ -1,11 +1,10 @@
 """Gyroscope that feels the square of gravity."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, Size
-from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Story
 from imucal_wizard.effects.force_effect import ForceEffect
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
@@ -18,20 +17,20 @@ class G2Sensitivity(ForceEffect):
     coefficients is a bias.
     """
 
-    name: ClassVar[str] = "g2-sensitivity"
-    sensors: ClassVar[tuple[str, ...]] = (GYROSCOPE,)
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "the rate follows the square of gravity"
-    equation: ClassVar[str] = "ε_i = Σ Hᵢⱼ f_j²"
-    order: ClassVar[int] = 2
-    size: ClassVar[Size] = Size(
+    name = "g2-sensitivity"
+    sensors = (GYROSCOPE,)
+    kind = "orientation"
+    title = "the rate follows the square of gravity"
+    equation = "ε_i = Σ Hᵢⱼ f_j²"
+    order = 2
+    size = Size(
         "°/s/g²",
         DEGREE,
         0.01,
         {"consumer": (0.002, 0.02), "industrial": (2e-4, 0.002), "tactical": (1e-5, 2e-4)},
         chosen=("consumer", "industrial", "tactical"),
     )
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The springs that hold the vibrating mass are not equally stiff. Gravity bends "
             "them, and a mass that is both bent aside and off its balance turns: twice the force, "

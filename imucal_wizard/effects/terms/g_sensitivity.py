@@ -1,11 +1,10 @@
 """Gyroscope that feels gravity."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, Size
-from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Story
 from imucal_wizard.effects.force_effect import ForceEffect
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
@@ -14,20 +13,20 @@ from imucal_wizard.units import ACCELERATION
 class GSensitivity(ForceEffect):
     """``ε_i = Σ G_ij f_j``: the acceleration-sensitive drift of IEEE 1431, nine coefficients."""
 
-    name: ClassVar[str] = "g-sensitivity"
-    sensors: ClassVar[tuple[str, ...]] = (GYROSCOPE,)
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "the rate follows gravity"
-    equation: ClassVar[str] = "ε_i = Σ Gᵢⱼ f_j"
-    order: ClassVar[int] = 1
-    size: ClassVar[Size] = Size(
+    name = "g-sensitivity"
+    sensors = (GYROSCOPE,)
+    kind = "orientation"
+    title = "the rate follows gravity"
+    equation = "ε_i = Σ Gᵢⱼ f_j"
+    order = 1
+    size = Size(
         "°/s/g",
         DEGREE,
         0.1,
         {"consumer": (0.01, 0.1), "industrial": (0.001, 0.015), "tactical": (1e-4, 0.001)},
         chosen=("tactical",),
     )
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The vibrating mass has weight. It sags to one side under gravity, its gaps and "
             "its balance change, and part of the drive motion is taken for a turn.",

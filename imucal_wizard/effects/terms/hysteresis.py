@@ -1,13 +1,12 @@
 """Memory of the pose before."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import MILLI_G, AxisEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 
@@ -19,13 +18,13 @@ class Hysteresis(AxisEffect):
     its plainest linear form.
     """
 
-    name: ClassVar[str] = "hysteresis"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER,)
-    kind: ClassVar[Kind] = "hold"
-    title: ClassVar[str] = "memory of the pose before"
-    equation: ClassVar[str] = "ε_i = hᵢ x_i of the hold before"
-    order: ClassVar[int] = 50
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "hysteresis"
+    sensors = (ACCELEROMETER,)
+    kind = "hold"
+    title = "memory of the pose before"
+    equation = "ε_i = hᵢ x_i of the hold before"
+    order = 50
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g",
             MILLI_G,
@@ -34,7 +33,7 @@ class Hysteresis(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="Glue and package creep: a proof mass that was just hanging to one side comes "
             "back to rest a little on that side. A soft support of the board does the same.",

@@ -1,26 +1,25 @@
 """Odd quadratic non-linearity."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects.axis_effect import MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 
 class OddQuadratic(AxisEffect):
     """``ε_i = K_oq a_i |a_i|``: the odd quadratic coefficient of IEEE 1293."""
 
-    name: ClassVar[str] = "odd-quadratic"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER,)
-    family: ClassVar[str | None] = "odd-order"
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "odd quadratic non-linearity"
-    equation: ClassVar[str] = "ε_i = K_oqᵢ x_i |x_i|"
-    order: ClassVar[int] = 21
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "odd-quadratic"
+    sensors = (ACCELEROMETER,)
+    family = "odd-order"
+    kind = "orientation"
+    title = "odd quadratic non-linearity"
+    equation = "ε_i = K_oqᵢ x_i |x_i|"
+    order = 21
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g²",
             MILLI_G,
@@ -29,7 +28,7 @@ class OddQuadratic(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="The spring or the electrode gap gets stiffer, or softer, the farther the proof "
             "mass is pushed, to either side alike: large forces read too small, or too large, on "

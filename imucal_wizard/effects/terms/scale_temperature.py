@@ -1,11 +1,10 @@
 """Temperature coefficient of the scale factor."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, PPM, AxisEffect, Size, sensed, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 
@@ -16,13 +15,13 @@ class ScaleTemperature(AxisEffect):
     The thermal coefficient of the scale factor of IEEE 1293 and IEEE 1431.
     """
 
-    name: ClassVar[str] = "scale-temperature"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    kind: ClassVar[Kind] = "time"
-    title: ClassVar[str] = "scale follows the temperature"
-    equation: ClassVar[str] = "ε_i = s₁ᵢ (T − T₀) x_i"
-    order: ClassVar[int] = 40
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "scale-temperature"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    kind = "time"
+    title = "scale follows the temperature"
+    equation = "ε_i = s₁ᵢ (T − T₀) x_i"
+    order = 40
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "ppm/°C",
             PPM * ACCELERATION["g"],
@@ -38,7 +37,7 @@ class ScaleTemperature(AxisEffect):
             chosen=("consumer", "industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="Silicon gets softer when it is warm, and the reference voltage of the converter "
             "moves: the same force bends the spring farther or is measured with another ruler.",

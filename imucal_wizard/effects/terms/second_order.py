@@ -1,26 +1,25 @@
 """Second-order non-linearity."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 
 class SecondOrder(AxisEffect):
     """``ε_i = K₂ x_i²``: the term K₂ of the model equations of IEEE 1293 and IEEE 1431."""
 
-    name: ClassVar[str] = "second-order"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "even-order"
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "second-order non-linearity"
-    equation: ClassVar[str] = "ε_i = K₂ᵢ x_i²"
-    order: ClassVar[int] = 10
+    name = "second-order"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "even-order"
+    kind = "orientation"
+    title = "second-order non-linearity"
+    equation = "ε_i = K₂ᵢ x_i²"
+    order = 10
     # a best-fit-line specification e of full scale F bounds a pure parabola: K₂ ≤ 2e/F
-    sizes: ClassVar[Mapping[str, Size]] = {
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g²",
             MILLI_G,
@@ -36,7 +35,7 @@ class SecondOrder(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="The proof mass sits between two sets of electrodes. When it moves towards one of "
             "them, that gap narrows faster than the other widens, so the answer to a push is not "

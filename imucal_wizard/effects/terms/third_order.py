@@ -1,26 +1,25 @@
 """Third-order non-linearity."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 
 class ThirdOrder(AxisEffect):
     """``ε_i = K₃ x_i³``: the term K₃ of the model equations of IEEE 1293 and IEEE 1431."""
 
-    name: ClassVar[str] = "third-order"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "odd-order"
-    kind: ClassVar[Kind] = "orientation"
-    title: ClassVar[str] = "third-order non-linearity"
-    equation: ClassVar[str] = "ε_i = K₃ᵢ x_i³"
-    order: ClassVar[int] = 20
+    name = "third-order"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "odd-order"
+    kind = "orientation"
+    title = "third-order non-linearity"
+    equation = "ε_i = K₃ᵢ x_i³"
+    order = 20
     # a best-fit-line specification e of full scale F bounds a pure cubic: K₃ ≤ 4e/F²
-    sizes: ClassVar[Mapping[str, Size]] = {
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g³",
             MILLI_G,
@@ -36,7 +35,7 @@ class ThirdOrder(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="Near the end of its travel the proof mass is held back, or the amplifier begins "
             "to saturate: the answer to a push flattens, to both sides alike.",

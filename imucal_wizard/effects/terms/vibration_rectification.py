@@ -1,13 +1,12 @@
 """Vibration that moves the mean."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 
@@ -18,13 +17,13 @@ class VibrationRectification(BiasEffect):
     The mean square is summed over the three axes.
     """
 
-    name: ClassVar[str] = "vibration-rectification"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER,)
-    kind: ClassVar[Kind] = "hold"
-    title: ClassVar[str] = "vibration moves the mean"
-    equation: ClassVar[str] = "ε_i = K_vᵢ ⟨vibration²⟩"
-    order: ClassVar[int] = 51
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "vibration-rectification"
+    sensors = (ACCELEROMETER,)
+    kind = "hold"
+    title = "vibration moves the mean"
+    equation = "ε_i = K_vᵢ ⟨vibration²⟩"
+    order = 51
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg/g²",
             MILLI_G,
@@ -33,7 +32,7 @@ class VibrationRectification(BiasEffect):
             chosen=("consumer", "industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A sensor that bends the straight line a little turns shaking into a constant: "
             "each swing to one side counts more than the swing back, and the mean is off. Shaking "

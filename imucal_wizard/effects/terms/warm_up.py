@@ -1,13 +1,12 @@
 """Bias that settles after switching on."""
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
 from imucal_wizard.readings import FloatArray
 
 TIME_CONSTANTS = (60.0, 100.0, 180.0, 300.0, 600.0, 1200.0)
@@ -22,14 +21,14 @@ class WarmUp(BiasEffect):
     model is that of the warm sensor.
     """
 
-    name: ClassVar[str] = "warm-up"
-    sensors: ClassVar[tuple[str, ...]] = (ACCELEROMETER, GYROSCOPE)
-    family: ClassVar[str | None] = "slow-bias"
-    kind: ClassVar[Kind] = "time"
-    title: ClassVar[str] = "warm-up after switching on"
-    equation: ClassVar[str] = "ε_i = Wᵢ exp(−t/τ)"
-    order: ClassVar[int] = 32
-    sizes: ClassVar[Mapping[str, Size]] = {
+    name = "warm-up"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    kind = "time"
+    title = "warm-up after switching on"
+    equation = "ε_i = Wᵢ exp(−t/τ)"
+    order = 32
+    sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg",
             MILLI_G,
@@ -45,7 +44,7 @@ class WarmUp(BiasEffect):
             chosen=("consumer", "industrial", "tactical"),
         ),
     }
-    stories: ClassVar[Mapping[str, Story]] = {
+    stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="After switching on, the chip heats itself by a few degrees and the stress in the "
             "package settles; the zero follows until it is warm through.",
