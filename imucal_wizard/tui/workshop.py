@@ -1,19 +1,13 @@
-"""The services of the app made from the command line's options: sources, fit, saving, lists."""
+"""The services of the app on the real house: sources, the fit, saving, lists."""
 
-import math
-from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from imucal_wizard.errors import RecordingError, SessionError
-from imucal_wizard.tui.options import WizardOptions
-from imucal_wizard.tui.source import Saved, Services, Source, SourceChoice, SourceKind
+from imucal_wizard.tui.opening import Opening
+from imucal_wizard.tui.source import Saved, Services, SourceChoice, SourceKind
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
-    from imucal_wizard.devices.setup import StreamSetup
-    from imucal_wizard.live.engine import Engine
-    from imucal_wizard.live.settings import Settings
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.sessions import SessionInfo
@@ -23,126 +17,12 @@ _LISTED = 4
 """So many earlier sessions are offered."""
 
 
-class Workshop:
-    """Opens what is chosen, fits what was collected, saves what was found.
-
-    Args:
-        options: what the command line says.
-
-    Attributes:
-        session: the session file being written, or None.
-    """
-
-    def __init__(self, options: WizardOptions) -> None:
-        self._options = options
-        self._title = ""
-        self.session: Path | None = None
+class Workshop(Opening):
+    """Opens what is chosen, fits what was collected, saves what was found."""
 
     def services(self) -> Services:
         """What the app works with."""
         return Services(self.open_source, self.fit, self.save, self.ports, self.earlier)
-
-    def open_source(self, choice: SourceChoice) -> Source:
-        """Make the source chosen.
-
-        Raises:
-            ImucalError: it cannot be opened, and why.
-        """
-        self._title = choice.title or choice.target
-        self.session = None
-        if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
-            return self._resumed(Path(choice.target))
-        if choice.kind is SourceKind.FILE:
-            paths = (Path(choice.target),) if choice.target else self._options.replay
-            return self._player(paths)
-        if choice.kind is SourceKind.PORT:
-            return self._reader(choice.target)
-        return self._virtual()
-
-    def _virtual(self) -> Source:
-        from imucal_wizard.devices.virtual import VirtualImu
-        from imucal_wizard.tui.virtual_reader import VirtualReader
-
-        options = self._options
-        imu = VirtualImu(seed=options.seed, speed=options.speed, hidden=options.hidden)
-        about = {"kind": "virtual", "seed": options.seed, "hidden": list(options.hidden)}
-        return VirtualReader(imu, self._begin(about), following=options.auto)
-
-    def _reader(self, port: str) -> Source:
-        from imucal_wizard.devices.link import Transport
-        from imucal_wizard.live.reader import Reader
-
-        about = {"kind": "port", "port": port, "baud": self._options.baud}
-        return Reader(Transport(port, self._options.baud), self._begin(about))
-
-    def _begin(self, about: dict[str, Any]) -> "Engine":
-        """An engine that writes a new session."""
-        from imucal_wizard.live.resume import begin
-        from imucal_wizard.sessions import new_path
-
-        self.session = new_path(self._directory(), datetime.now().astimezone())
-        return begin(self.session, self._setup(), self._settings(), source=self._title, about=about)
-
-    def _resumed(self, path: Path) -> Source:
-        from imucal_wizard.devices.link import Transport
-        from imucal_wizard.devices.virtual import VirtualImu
-        from imucal_wizard.live.reader import Reader
-        from imucal_wizard.live.resume import resume
-        from imucal_wizard.tui.virtual_reader import VirtualReader
-
-        if not path.is_file():
-            raise SessionError(f"there is no session {path}; give the path of an .imucal file")
-        taken_up, options = resume(path), self._options
-        self.session = path
-        about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
-        if about.get("kind") == "virtual":
-            seed, hidden = int(about.get("seed", 0)), tuple(about.get("hidden", ()))
-            imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden)
-            return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
-        port = options.port or str(about.get("port", ""))
-        if not port:
-            raise SessionError(f"{path} does not say which port it was; add --port PORT")
-        baud = int(about.get("baud", options.baud))
-        return Reader(Transport(port, baud), engine, prepare=prepare)
-
-    def _player(self, paths: Sequence[Path]) -> Source:
-        from imucal_wizard.live.engine import Engine
-        from imucal_wizard.live.player import Player
-        from imucal_wizard.live.tape import ReadingsTape
-        from imucal_wizard.recordings import read
-
-        for path in paths:
-            if not path.is_file():
-                raise RecordingError(f"there is no file {path}; check the path")
-        readings = read(list(paths), self._options.recording)
-        title = " + ".join(path.name for path in paths)
-        engine = Engine(None, self._settings(), source=title)
-        return Player(ReadingsTape(readings), engine, self._options.speed)
-
-    def _settings(self) -> "Settings":
-        from imucal_wizard.live.settings import Settings
-        from imucal_wizard.procedure.plan import standard
-
-        options = self._options
-        limit = options.gyroscope_range
-        return Settings(
-            standard(options.rotations, count_faces=options.count_faces),
-            options.gravity,
-            None if limit is None else math.radians(limit),
-        )
-
-    def _setup(self) -> "StreamSetup":
-        from imucal_wizard.devices.setup import StreamSetup, named_columns
-
-        known = self._options.recording
-        return StreamSetup(
-            format=self._options.format,
-            columns=named_columns(",".join(known.columns)) if known.columns else (),
-            rate=known.rate,
-            accelerometer_unit=known.accelerometer_unit or "",
-            gyroscope_unit=known.gyroscope_unit or "",
-            magnetometer_unit=known.magnetometer_unit or "",
-        )
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
         """Fit what was collected.
@@ -170,7 +50,7 @@ class Workshop:
 
         now = datetime.now().astimezone()
         path = save(
-            from_report(report, self._title, now.isoformat(timespec="seconds")), self._place()
+            from_report(report, self.title, now.isoformat(timespec="seconds")), self._place()
         )
         return Saved(path, (summary(report), f"saved: {path}"))
 
@@ -203,13 +83,8 @@ class Workshop:
         """Sessions that are not finished, newest first."""
         from imucal_wizard.sessions import list_sessions
 
-        known = [one for one in list_sessions(self._directory()) if not one.problem]
+        known = [one for one in list_sessions(self.directory()) if not one.problem]
         return [_offered(one) for one in known if not one.finished and one.holds][:_LISTED]
-
-    def _directory(self) -> Path:
-        from imucal_wizard.sessions import default_directory
-
-        return self._options.sessions or default_directory()
 
 
 def _offered(session: "SessionInfo") -> SourceChoice:

@@ -25,7 +25,6 @@ async def until(pilot: Pilot[Saved], true: Callable[[], bool]) -> None:
     deadline = time.monotonic() + DEADLINE
     while not true():
         assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
-        await pilot.pause()
         await asyncio.sleep(0.01)
 
 

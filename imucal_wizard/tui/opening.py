@@ -1,0 +1,141 @@
+"""Opening what was chosen: the virtual IMU, a port, a recording, an earlier session."""
+
+import math
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from imucal_wizard.errors import RecordingError, SessionError
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.source import Source, SourceChoice, SourceKind
+
+if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
+    from imucal_wizard.devices.setup import StreamSetup
+    from imucal_wizard.live.engine import Engine
+    from imucal_wizard.live.settings import Settings
+
+
+class Opening:
+    """Makes sources as the command line's options want them.
+
+    Args:
+        options: what the command line says.
+
+    Attributes:
+        session: the session file being written, or None.
+        title: what is read, in words.
+    """
+
+    def __init__(self, options: WizardOptions) -> None:
+        self._options = options
+        self.title = ""
+        self.session: Path | None = None
+
+    def directory(self) -> Path:
+        """Where sessions are kept."""
+        from imucal_wizard.sessions import default_directory
+
+        return self._options.sessions or default_directory()
+
+    def open_source(self, choice: SourceChoice) -> Source:
+        """Make the source chosen.
+
+        Raises:
+            ImucalError: it cannot be opened, and why.
+        """
+        self.title = choice.title or choice.target
+        self.session = None
+        if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
+            return self._resumed(Path(choice.target))
+        if choice.kind is SourceKind.FILE:
+            paths = (Path(choice.target),) if choice.target else self._options.replay
+            return self._player(paths)
+        if choice.kind is SourceKind.PORT:
+            return self._reader(choice.target)
+        return self._virtual()
+
+    def _virtual(self) -> Source:
+        from imucal_wizard.devices.virtual import VirtualImu
+        from imucal_wizard.tui.virtual_reader import VirtualReader
+
+        options = self._options
+        imu = VirtualImu(seed=options.seed, speed=options.speed, hidden=options.hidden)
+        about = {"kind": "virtual", "seed": options.seed, "hidden": list(options.hidden)}
+        return VirtualReader(imu, self._begin(about), following=options.auto)
+
+    def _reader(self, port: str) -> Source:
+        from imucal_wizard.devices.link import Transport
+        from imucal_wizard.live.reader import Reader
+
+        about = {"kind": "port", "port": port, "baud": self._options.baud}
+        return Reader(Transport(port, self._options.baud), self._begin(about))
+
+    def _begin(self, about: dict[str, Any]) -> "Engine":
+        """An engine that writes a new session."""
+        from imucal_wizard.live.resume import begin
+        from imucal_wizard.sessions import new_path
+
+        self.session = new_path(self.directory(), datetime.now().astimezone())
+        return begin(self.session, self._setup(), self._settings(), source=self.title, about=about)
+
+    def _resumed(self, path: Path) -> Source:
+        from imucal_wizard.devices.link import Transport
+        from imucal_wizard.devices.virtual import VirtualImu
+        from imucal_wizard.live.reader import Reader
+        from imucal_wizard.live.resume import resume
+        from imucal_wizard.tui.virtual_reader import VirtualReader
+
+        if not path.is_file():
+            raise SessionError(f"there is no session {path}; give the path of an .imucal file")
+        taken_up, options = resume(path), self._options
+        self.session = path
+        about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
+        if about.get("kind") == "virtual":
+            seed, hidden = int(about.get("seed", 0)), tuple(about.get("hidden", ()))
+            imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden)
+            return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
+        port = options.port or str(about.get("port", ""))
+        if not port:
+            raise SessionError(f"{path} does not say which port it was; add --port PORT")
+        baud = int(about.get("baud", options.baud))
+        return Reader(Transport(port, baud), engine, prepare=prepare)
+
+    def _player(self, paths: Sequence[Path]) -> Source:
+        from imucal_wizard.live.engine import Engine
+        from imucal_wizard.live.player import Player
+        from imucal_wizard.live.tape import ReadingsTape
+        from imucal_wizard.recordings import read
+
+        for path in paths:
+            if not path.is_file():
+                raise RecordingError(f"there is no file {path}; check the path")
+        readings = read(list(paths), self._options.recording)
+        title = " + ".join(path.name for path in paths)
+        engine = Engine(None, self._settings(), source=title)
+        return Player(ReadingsTape(readings), engine, self._options.speed)
+
+    def _settings(self) -> "Settings":
+        from imucal_wizard.live.settings import Settings
+        from imucal_wizard.procedure.plan import standard
+
+        options = self._options
+        limit = options.gyroscope_range
+        return Settings(
+            standard(options.rotations, count_faces=options.count_faces),
+            options.gravity,
+            None if limit is None else math.radians(limit),
+        )
+
+    def _setup(self) -> "StreamSetup":
+        from imucal_wizard.devices.setup import StreamSetup, named_columns
+
+        known = self._options.recording
+        return StreamSetup(
+            format=self._options.format,
+            columns=named_columns(",".join(known.columns)) if known.columns else (),
+            rate=known.rate,
+            accelerometer_unit=known.accelerometer_unit or "",
+            gyroscope_unit=known.gyroscope_unit or "",
+            magnetometer_unit=known.magnetometer_unit or "",
+        )
