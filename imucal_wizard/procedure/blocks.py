@@ -100,8 +100,14 @@ def moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     Returns:
         Means and variances, each of shape (m, channels).
     """
-    size = pieces.shape[1]
+    count, size = pieces.shape[:2]
     origin = pieces[:, 0]
+    if count < size:  # few long pieces: the same additions in the same order, along the piece
+        offsets = pieces - origin[:, None]
+        mean = np.add.accumulate(offsets, axis=1)[:, -1] / size
+        offsets *= offsets
+        mean_square = np.add.accumulate(offsets, axis=1)[:, -1] / size
+        return origin + mean, np.maximum(mean_square - mean * mean, 0.0)
     total = np.zeros_like(origin)
     squares = np.zeros_like(origin)
     for index in range(1, size):

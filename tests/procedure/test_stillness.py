@@ -182,3 +182,14 @@ def test_blocks_joined_are_the_blocks_cut_at_once() -> None:
     np.testing.assert_array_equal(joined.var_a, whole.var_a)
     np.testing.assert_array_equal(joined.temperature, whole.temperature)
     np.testing.assert_array_equal(joined.gap, whole.gap)
+
+
+@pytest.mark.parametrize("size", [4, 10, 100, 800])
+def test_a_block_has_the_same_bits_alone_and_among_thousands(size: int) -> None:
+    """A stream brings one block at a time, a file thousands; both are summed in the same order."""
+    pieces = np.random.default_rng(5).normal(32768.0, 4.0, (size + 1, size, 3))
+    mean, variance = moments(pieces)
+    for index in (0, size // 2, size):
+        alone = moments(pieces[index : index + 1])
+        np.testing.assert_array_equal(alone[0][0], mean[index])
+        np.testing.assert_array_equal(alone[1][0], variance[index])
