@@ -1,14 +1,16 @@
 """Which parameters the still positions carry: decided from their directions before any fit.
 
-At rest a calibration error shows only along the reading, as ``u·e(u)``: bias gives ``u``, scale the
-squares ``u_i²``, non-orthogonality the products ``u_i u_j``. From the distinct directions alone
-follows how a hold's noise is amplified in the worst orientation anywhere on the sphere,
+At rest a calibration error shows only along the reading, as ``e(u) = j(u)·θ``: bias gives ``u``,
+scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. From the distinct directions
+alone follows what error a fit of some of the nine parameters would leave in any orientation,
 
-    A = max_u sqrt( j(u)ᵀ (XᵀX)⁻¹ j(u) )
+    E(u)² = σ² j_f(u)ᵀ (X_fᵀX_f)⁻¹ j_f(u) + | (j_d(u) − j_f(u) X_f⁺ X_d) s_d |²
 
-(the G-criterion of optimal design). The largest set of parameters is taken whose A is bounded and
-which leaves directions over to contradict it; a scale per axis comes before any angle, since axes
-differ in scale by more than they are out of square.
+with f the parameters that are free, d those left at their nominal value, X their columns at the
+directions held, σ the noise of a hold and s the usual size of each parameter. The first term grows
+with the parameters that are fitted, the second with those that are not. Of all models that leave
+directions over to contradict them the one with the least E (rms over the sphere) is taken; it must
+be less than what the sensor errs without any calibration.
 """
 
 import itertools
@@ -21,14 +23,18 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE, SIZE
 
-MAX_AMPLIFICATION = 5.0
-"""Uncalibrated sensors err by 10–50 mg and repeated holds differ by up to about 1 mg, so that five
-times the latter still beats no calibration in every orientation; 18 poses have 0.8."""
+TYPICAL_SIZE = np.array([0.03, 0.03, 0.03, 0.02, 0.015, 0.015, 0.02, 0.015, 0.02])
+"""Usual errors of a sensor, in units of g and rad (datasheets: 20–80 mg, 1–4 %, 1–2 % cross axis),
+in the order of the parameters."""
+TYPICAL_NOISE = 1e-3
+"""How far repeated holds differ, in units of g: 0.1 mg on a table to 1 mg by hand."""
 SPARE_DIRECTIONS = 2
-"""One to leave out and one to contradict what is left. Bias and scale alone need none: six faces
-are the classic minimum, and nothing judges them then."""
+"""For a model with angles: one to leave out and one to contradict what is left. Bias and scale
+alone need none: six faces are the classic minimum, and nothing judges them then."""
 ANGLES = {4: "theta_yz", 5: "theta_zy", 7: "theta_zx"}
 """Name of the angle that each off-diagonal place holds."""
+EDGES_OF = {4: "x and y", 5: "x and z", 7: "y and z"}
+"""Between which faces the edges are that show an angle when they are on top."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +47,6 @@ class Carried:
         terms: the terms of the model, in order.
         dropped: names of parameters left at their nominal value.
         reason: why, in one sentence, or "".
-        amplification: A of the model chosen.
         spare: directions left over.
     """
 
@@ -50,7 +55,6 @@ class Carried:
     terms: tuple[str, ...]
     dropped: tuple[str, ...]
     reason: str
-    amplification: float
     spare: int
 
 
@@ -60,26 +64,38 @@ def design(up: FloatArray) -> FloatArray:
     return np.column_stack([x, y, z, x * x, x * y, x * z, y * y, y * z, z * z])
 
 
-def amplification(directions: FloatArray, basis: FloatArray) -> float:
-    """A of these directions, shape (n, 3), for the parameters that ``basis`` frees."""
-    return float(np.sqrt(_variance_everywhere(directions, basis).max()))
+def amplification(directions: FloatArray, basis: FloatArray) -> FloatArray:
+    """What the noise of a hold becomes all over the sphere, as a factor, shape (400,).
 
+    ``sqrt(j(u)ᵀ (XᵀX)⁻¹ j(u))``; infinite where the directions do not determine the parameters.
 
-def mean_amplification(directions: FloatArray, basis: FloatArray) -> float:
-    """The same as rms over the sphere instead of its worst place."""
-    return float(np.sqrt(_variance_everywhere(directions, basis).mean()))
-
-
-def _variance_everywhere(directions: FloatArray, basis: FloatArray) -> FloatArray:
-    """``j(u)ᵀ (XᵀX)⁻¹ j(u)`` at directions all over the sphere; infinite without full rank."""
+    Args:
+        directions: unit vectors, shape (n, 3).
+        basis: free directions of the parameters, shape (9, p).
+    """
     rows = design(directions) @ basis
-    if len(rows) < rows.shape[1]:
-        return np.array([np.inf])
     _, values, axes = np.linalg.svd(rows, full_matrices=False)
-    if values[-1] < 1e-9 * values[0]:
-        return np.array([np.inf])
+    if len(rows) < rows.shape[1] or values[-1] < 1e-9 * values[0]:
+        return np.full(len(_SPHERE), np.inf)
     everywhere = design(_SPHERE) @ basis @ axes.T / values
-    return np.asarray((everywhere**2).sum(axis=1))
+    return np.asarray(np.sqrt((everywhere**2).sum(axis=1)))
+
+
+def expected_error(directions: FloatArray, basis: FloatArray, noise: float) -> float:
+    """E of a model, rms over the sphere, in units of g; infinite when it is not determined.
+
+    Args:
+        directions: unit vectors, shape (n, 3).
+        basis: free directions of the parameters, shape (9, p).
+        noise: σ, in units of g.
+    """
+    noisy = noise * amplification(directions, basis)
+    if not np.isfinite(noisy).all():
+        return np.inf
+    columns = design(directions)
+    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
+    left = design(_SPHERE) @ (np.eye(SIZE) - taken) * TYPICAL_SIZE
+    return float(np.sqrt((noisy**2 + (left**2).sum(axis=1)).mean()))
 
 
 def _sphere(count: int = 400) -> FloatArray:
@@ -92,6 +108,8 @@ def _sphere(count: int = 400) -> FloatArray:
 
 
 _SPHERE = _sphere()
+UNCALIBRATED = float(np.sqrt(((design(_SPHERE) * TYPICAL_SIZE) ** 2).sum(axis=1).mean()))
+"""What a sensor errs without calibration, rms over the sphere, in units of g."""
 
 
 def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
@@ -102,58 +120,55 @@ def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
     return np.column_stack(columns)
 
 
-def decide(directions: FloatArray) -> Carried:
-    """The largest model that these distinct directions, shape (n, 3), carry.
+def decide(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Carried:
+    """The best model that these distinct directions, shape (n, 3), carry.
+
+    Args:
+        directions: unit vectors.
+        noise: of a hold, in units of g, where it is larger than usual.
 
     Raises:
-        DataError: not even bias and one common scale.
+        DataError: none is better than no calibration.
     """
-    for candidates in _models(len(directions)):
-        grown = {model: amplification(directions, basis_of(*model)) for model in candidates}
-        best = min(grown, key=lambda model: grown[model], default=None)
-        if best is not None and grown[best] <= MAX_AMPLIFICATION:
-            return _carried(directions, *best)
+    level = max(noise, TYPICAL_NOISE)
+    errors = {
+        model: expected_error(directions, basis_of(*model), level)
+        for model in _models(len(directions))
+    }
+    best = min(errors, key=lambda model: errors[model])
+    if errors[best] < UNCALIBRATED:
+        return _carried(len(directions), *best)
     raise DataError(
         f"{len(directions)} distinct still position{'s' * (len(directions) != 1)} found; they do "
         "not carry even bias and one scale. Hold the device still with each of its six faces up"
     )
 
 
-def _models(directions: int) -> Iterator[list[tuple[tuple[int, ...], bool]]]:
-    """Models from the largest to the smallest, those of one size together.
+def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
+    """Models that so many directions may carry: free places, and whether the scale is common.
 
-    Each is the places that are free and whether one scale is common to all axes.
+    Scales come before angles, since axes differ in scale by more than they are out of square.
     """
     spare = directions - len(BIAS) - len(SCALE) - SPARE_DIRECTIONS
     for count in range(min(len(NON_ORTHOGONALITY), spare), 0, -1):
-        chosen = itertools.combinations(NON_ORTHOGONALITY, count)
-        yield [((*BIAS, *SCALE, *angles), False) for angles in chosen]
-    yield [((*BIAS, *SCALE), False)]
-    yield [(BIAS, True)]
+        for angles in itertools.combinations(NON_ORTHOGONALITY, count):
+            yield (*BIAS, *SCALE, *angles), False
+    yield (*BIAS, *SCALE), False
+    yield BIAS, True
 
 
-def _carried(directions: FloatArray, places: tuple[int, ...], common: bool) -> Carried:
-    basis = basis_of(places, common)
+def _carried(count: int, places: tuple[int, ...], common: bool) -> Carried:
     left = [place for place in NON_ORTHOGONALITY if place not in places]
     dropped = tuple(ANGLES[place] for place in left)
     names = [*dropped, *(["a scale of its own for each axis"] if common else [])]
-    count = len(directions)
     reason = ""
     if names:
+        pairs = "; ".join(EDGES_OF[place] for place in left)
         reason = (
             f"{count} directions do not carry {', '.join(names)}: left at the nominal value. "
-            f"{_advice(left)}"
+            f"Add holds with the edges between these faces on top: {pairs}"
         )
     angles = len(left) < len(NON_ORTHOGONALITY)
     terms = ("bias", "scale", *(("non-orthogonality",) if angles else ()))
-    spare = count - basis.shape[1]
-    return Carried(basis, places, terms, dropped, reason, amplification(directions, basis), spare)
-
-
-EDGES_OF = {4: "x and y", 5: "x and z", 7: "y and z"}
-"""Between which faces the edges are that show an angle when they are on top."""
-
-
-def _advice(left: list[int]) -> str:
-    pairs = "; ".join(EDGES_OF[place] for place in left)
-    return f"Add holds with the edges between these faces on top: {pairs}"
+    basis = basis_of(places, common)
+    return Carried(basis, places, terms, dropped, reason, count - basis.shape[1])

@@ -19,7 +19,7 @@ UNDETERMINED = 1e-3
 """A gain with more than this share in what the rotations do not determine is not carried."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Nominal:
     """What the gains are without a calibration.
 

@@ -4,20 +4,19 @@ Still means say the bias, rotations say the gains and a little of the bias; both
 together, each weighed by its own scatter.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.closure import (
-    BIAS,
     MATRIX,
     SIZE,
     Turns,
     errors,
 )
-from imucal_wizard.solver.gains import Nominal, not_carried
+from imucal_wizard.solver.gains import CROSS_PRIOR, SCALE_PRIOR, Nominal, not_carried
 from imucal_wizard.solver.gyroscope_uncertainty import (
     covariance_of,
     drops,
@@ -38,8 +37,13 @@ MAX_ITERATIONS = 40
 CLOSING_AT_FIRST = 0.01
 """Closure error that the first step expects, rad; every later step takes it from the data."""
 SMALLEST_CLOSING = 1e-9
-SMALLEST_STEP = 1e-5
-"""Relative change of a gain, or of a bias in its standard deviations, that no longer matters."""
+SMALLEST_DECREASE = 1e-6
+"""Fall of the cost, in units of one degree of freedom, that no longer matters: it moves no
+parameter by more than a thousandth of its standard error."""
+PRIOR = np.array([SCALE_PRIOR if i in (0, 4, 8) else CROSS_PRIOR for i in range(9)] + 3 * [np.inf])
+PRIOR = PRIOR**-2.0
+"""Weight of the datasheets in a first fit that only decides what the rotations carry."""
+DAMPING = PRIOR / 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,19 +95,18 @@ def fit_vector(
         DataError: the rotations do not carry the scales, or the fit does not converge.
     """
     data = rotation_data(turns, stills, still_floor, start)
-    free = tuple(range(SIZE))
-    matrix, bias, iterations = start, stills.mean(axis=0), 0
+    point = point_at(data, start, stills.mean(axis=0), CLOSING_AT_FIRST, tuple(range(SIZE)))
+    point, iterations = _minimise(data, point, PRIOR)
+    free = _carried(data, point, nominal)
     while True:
-        matrix = nominal.filled(matrix, free)
-        point, taken = _minimise(data, matrix, bias, free)
+        matrix = nominal.filled(point.matrix, free)
+        begin = point_at(data, matrix, point.bias, point.closing, free)
+        point, taken = _minimise(data, begin, 0.0 * PRIOR)
         iterations += taken
-        covariance, blind = covariance_of(data, point)
-        drop = not_carried(covariance[MATRIX, MATRIX] / data.gain**2, blind[MATRIX], free, nominal)
-        if drop is None:
+        free = _carried(data, point, nominal)
+        if free == point.free:
             break
-        nominal.check(drop)
-        free = tuple(index for index in free if index != drop)
-        matrix, bias = point.matrix, point.bias
+    covariance, _ = covariance_of(data, point)
     return VectorFit(
         point.matrix,
         point.bias,
@@ -118,44 +121,88 @@ def fit_vector(
     )
 
 
-def _minimise(
-    data: RotationData, matrix: FloatArray, bias: FloatArray, free: tuple[int, ...]
-) -> tuple[Point, int]:
-    """Gauss–Newton with halving, and how many steps it took."""
-    point = point_at(data, matrix, bias, CLOSING_AT_FIRST, free)
-    for iteration in range(1, MAX_ITERATIONS + 1):
+def _carried(data: RotationData, point: Point, nominal: Nominal) -> tuple[int, ...]:
+    """Which of the parameters fitted the data carry; the worst known gain goes first.
+
+    Raises:
+        DataError: a scale is not carried and has no nominal value.
+    """
+    while True:
+        covariance, blind = covariance_of(data, point)
+        relative = covariance[MATRIX, MATRIX] / data.gain**2
+        drop = not_carried(relative, blind[MATRIX], point.free, nominal)
+        if drop is None:
+            return point.free
+        nominal.check(drop)
+        point = replace(point, free=tuple(index for index in point.free if index != drop))
+
+
+def _minimise(data: RotationData, point: Point, prior: FloatArray) -> tuple[Point, int]:
+    """Gauss–Newton with halving, and how many steps it took.
+
+    Each step is damped as if it began ten datasheet spreads from the truth, so that it does not
+    leap along combinations of gains that the rotations hardly show.
+
+    Args:
+        data: rotations and still means.
+        point: where to begin.
+        prior: weight of the distance from there, per squared unit of each parameter, shape (12,).
+    """
+    free = list(point.free)
+    begin, settled = point, False
+    for iteration in range(MAX_ITERATIONS):
         step = np.zeros(SIZE)
         normal, slope = point.normal(data, point.columns(data))
-        step[list(free)] = -inverted(normal)[0] @ slope
-        size = _length(data, point, step)
-        moved = moved_by(data, point, size * step)
-        squares = float((moved.at.errors**2).sum())
-        closing = np.sqrt(squares / max(freedom(data.turns, free), 1))
-        closing = max(float(closing), SMALLEST_CLOSING)
-        settled = abs(closing - point.closing) < 1e-3 * point.closing
-        point = Point(moved.matrix, moved.bias, moved.at, closing, free)
-        if settled and np.abs(size * step).max() < SMALLEST_STEP:
+        slope = slope + (prior * point.distance(data, begin))[free]
+        step[free] = -inverted(normal + np.diag((prior + DAMPING)[free]))[0] @ slope
+        decrease = -float(slope @ step[free])
+        if settled and decrease < SMALLEST_DECREASE:
             return point, iteration
+        size = _length(data, _Hill(begin, prior), point, step, decrease)
+        moved = moved_by(data, point, size * step)
+        known = normal @ inverted(normal + np.diag(prior[free]))[0]
+        closing = _closing(data, moved, float(np.trace(known)))
+        settled = abs(closing - point.closing) < 1e-3 * point.closing
+        point = replace(moved, closing=closing)
     raise DataError(
         "the fit of the gyroscope does not converge: check that its columns, unit and sampling "
         "rate are right"
     )
 
 
-def _length(data: RotationData, point: Point, step: FloatArray) -> float:
-    """The largest of 1, ½, ¼ … of the step that does not raise the cost."""
-    change = step * data.units
-    value = _cost(data, point, point.at.errors, point.bias)
+def _closing(data: RotationData, point: Point, fitted: float) -> float:
+    """Rms closure per component, given how many parameters the data have fitted.
+
+    The three biases are known from the still means and cost the rotations nothing.
+    """
+    left = max(2.0 * len(data.turns) - max(fitted - 3.0, 0.0), 1.0)
+    return max(float(np.sqrt((point.at.errors**2).sum() / left)), SMALLEST_CLOSING)
+
+
+@dataclass(frozen=True, eq=False)
+class _Hill:
+    """What the cost counts besides the data: the distance from the beginning."""
+
+    begin: Point
+    prior: FloatArray
+
+
+def _length(
+    data: RotationData, hill: _Hill, point: Point, step: FloatArray, decrease: float
+) -> float:
+    """The largest of 1, ½, ¼ … of the step that lowers the cost, or does not matter any more."""
+    value = _cost(data, hill, point, point.at.errors)
     size = 1.0
-    while size > 1e-4 and np.abs(size * step).max() > SMALLEST_STEP:
-        bias = point.bias + size * change[BIAS]
-        matrix = point.matrix + size * change[MATRIX].reshape(3, 3)
-        if _cost(data, point, errors(data.turns, matrix, bias), bias) <= value * (1.0 + 1e-9):
+    while size * decrease > SMALLEST_DECREASE:
+        trial = point.shifted(data, size * step)
+        closure = errors(data.turns, trial.matrix, trial.bias)
+        if _cost(data, hill, trial, closure) < value:
             break
         size /= 2.0
     return size
 
 
-def _cost(data: RotationData, point: Point, closure: FloatArray, bias: FloatArray) -> float:
-    still = (data.stills - bias) / data.still_sigma
-    return float((closure**2).sum()) / point.closing**2 + float((still**2).sum())
+def _cost(data: RotationData, hill: _Hill, point: Point, closure: FloatArray) -> float:
+    still = (data.stills - point.bias) / data.still_sigma
+    away = hill.prior * point.distance(data, hill.begin) ** 2
+    return float((closure**2).sum()) / point.closing**2 + float((still**2).sum() + away.sum())

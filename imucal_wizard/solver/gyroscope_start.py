@@ -15,6 +15,9 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import attitudes, matrices, quaternions, rotation_vectors
 from imucal_wizard.solver.closure import Turns
 
+PIECE_SECONDS = 0.5
+"""Long enough to turn further than a hand's jerk tilts gravity, short enough not to come round."""
+
 
 @dataclass(frozen=True, eq=False)
 class Path:
@@ -65,17 +68,30 @@ def aided_start(turns: Turns, paths: Sequence[Path], bias: FloatArray) -> FloatA
     """
     normal, slope = np.zeros((9, 9)), np.zeros(9)
     for path, before, after in zip(paths, turns.before, turns.after, strict=True):
-        middle = 0.5 * (path.up[:-1] + path.up[1:])
-        rate = 0.5 * (path.reading[:-1] + path.reading[1:]) - bias
-        sums = (middle * np.diff(path.time)[:, None]).T @ rate
-        design = np.zeros((3, 3, 3))  # u × (M y): component, row of M, column of M
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            design[i, k], design[i, j] = sums[j], -sums[k]
-        rows = design.reshape(3, 9)
-        normal += rows.T @ rows
-        slope += rows.T @ (after - before)
+        rows, changes = _pieces(path, np.vstack([before, path.up[1:-1], after]), bias)
+        normal += np.einsum("kcp,kcq->pq", rows, rows)
+        slope += np.einsum("kcp,kc->p", rows, changes)
     # signal of the strongest direction against the few per cent that hand motion spoils
     return np.asarray(np.linalg.pinv(normal, rcond=1e-6, hermitian=True) @ slope).reshape(3, 3)
+
+
+def _pieces(path: Path, up: FloatArray, bias: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """``∫ u × (E_ij y) dt`` for each gain and the change of up, piece by piece.
+
+    From end to end alone a full turn would look like none.
+
+    Returns:
+        Shapes (k, 3, 9) and (k, 3).
+    """
+    middle = 0.5 * (up[:-1] + up[1:]) * np.diff(path.time)[:, None]
+    rate = 0.5 * (path.reading[:-1] + path.reading[1:]) - bias
+    count = max(int(np.ceil((path.time[-1] - path.time[0]) / PIECE_SECONDS)), 1)
+    borders = np.unique(np.linspace(0, len(rate), count + 1).astype(int))
+    sums = np.add.reduceat(middle[:, :, None] * rate[:, None, :], borders[:-1], axis=0)
+    design = np.zeros((len(sums), 3, 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        design[:, i, k], design[:, i, j] = sums[:, j], -sums[:, k]
+    return design.reshape(-1, 3, 9), np.diff(up[borders], axis=0)
 
 
 def misfit(turns: Turns, paths: Sequence[Path], matrix: FloatArray, bias: FloatArray) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.solver.carried import mean_amplification
+from imucal_wizard.solver.carried import expected_error
 from imucal_wizard.solver.magnitude import jacobian, residuals
 from imucal_wizard.solver.task import make_task
 
@@ -14,7 +14,8 @@ from imucal_wizard.solver.task import make_task
 def judge(holds: Sequence[Hold], gravity: float) -> float:
     """Expected rms error of a calibration from these holds on other orientations, SI.
 
-    The error of each direction left out, times the amplification of the directions there are. The
+    The error of each direction left out stands for the noise of a hold; what becomes of it anywhere
+    follows from the directions there are and the model they carry (``carried.expected_error``). The
     left-out error is that of the linearised fit, ``(I − H_dd)⁻¹ r_d`` for the holds of direction d;
     good to choose between ways of finding the holds, at a hundredth of the cost of refitting.
 
@@ -37,5 +38,5 @@ def judge(holds: Sequence[Hold], gravity: float) -> float:
         rows = np.flatnonzero(task.labels == label)
         inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
         squares += float((np.linalg.lstsq(inner, errors[rows], rcond=None)[0] ** 2).sum())
-    spread = mean_amplification(leaders, task.carried.basis)
-    return float(np.sqrt(squares / len(errors))) * spread * gravity
+    noise = float(np.sqrt(squares / len(errors)))
+    return expected_error(leaders, task.carried.basis, noise) * gravity

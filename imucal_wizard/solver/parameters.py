@@ -82,6 +82,8 @@ def with_errors(
         errors = dict(zip(values, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
     parameters = []
     for name, value in values.items():
+        if name in dropped:
+            value = round(value, 12) + 0.0  # nominal but for rounding, and never −0
         error = None if name in dropped else errors[name]
         repeats = None if error is None or repeat_ratio is None else error * repeat_ratio
         parameters.append(Parameter(name, value, error, units(name), name not in dropped, repeats))
@@ -92,11 +94,11 @@ def _slopes(
     convert: Callable[[FloatArray], dict[str, float]], theta: FloatArray, scale: FloatArray
 ) -> FloatArray:
     """Derivative of the converted values, shape (values, parameters)."""
-    columns = []
-    for index, sigma in enumerate(scale):
+    columns = np.zeros((len(convert(theta)), len(theta)))
+    for index in np.flatnonzero(scale):
         step = np.zeros_like(theta)
-        step[index] = max(1e-3 * sigma, 1e-8 * abs(theta[index])) if sigma > 0.0 else 1.0
+        step[index] = max(1e-3 * scale[index], 1e-8 * abs(theta[index]))
         above = np.array(list(convert(theta + step).values()))
         below = np.array(list(convert(theta - step).values()))
-        columns.append((above - below) / (2.0 * step[index]) if sigma > 0.0 else 0.0 * above)
-    return np.column_stack(columns)
+        columns[:, index] = (above - below) / (2.0 * step[index])
+    return columns

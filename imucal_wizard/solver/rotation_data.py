@@ -5,7 +5,7 @@ scatter of the still means.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,17 @@ class Point:
     closing: float
     free: tuple[int, ...]
 
+    def shifted(self, data: RotationData, step: FloatArray) -> "Point":
+        """The parameters a dimensionless step (12,) further; ``at`` is not brought up to date."""
+        change = step * data.units
+        matrix = self.matrix + change[MATRIX].reshape(3, 3)
+        return replace(self, matrix=matrix, bias=self.bias + change[BIAS])
+
+    def distance(self, data: RotationData, other: "Point") -> FloatArray:
+        """Dimensionless distance of each parameter from another point's, shape (12,)."""
+        gains = (self.matrix - other.matrix).ravel()
+        return np.concatenate([gains, self.bias - other.bias]) / data.units
+
     def columns(self, data: RotationData) -> FloatArray:
         """Weighted derivative of the closures by the free dimensionless parameters, (m, 3, p)."""
         return (self.at.jacobian * data.units)[:, :, self.free] / self.closing
@@ -74,9 +85,8 @@ def point_at(
 
 def moved_by(data: RotationData, point: Point, step: FloatArray) -> Point:
     """The closure a dimensionless step (12,) further."""
-    change = step * data.units
-    matrix, bias = point.matrix + change[MATRIX].reshape(3, 3), point.bias + change[BIAS]
-    return point_at(data, matrix, bias, point.closing, point.free)
+    further = point.shifted(data, step)
+    return replace(further, at=linearise(data.turns, further.matrix, further.bias))
 
 
 def inverted(normal: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -105,7 +105,8 @@ def dynamic_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
     angles = np.array([t.angle for t in turns])
     columns = np.column_stack([integrals, -durations])
     norms = np.linalg.norm(columns, axis=0)
-    if not norms.all() or np.linalg.cond(columns / norms) > MAX_CONDITION:
+    silent = norms[0] <= 1e-9 * np.abs([t.integral for t in turns]).max()
+    if silent or not norms.all() or np.linalg.cond(columns / norms) > MAX_CONDITION:
         return None
     scale, product = np.linalg.lstsq(columns, angles, rcond=None)[0]
     if scale == 0.0:

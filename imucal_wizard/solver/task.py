@@ -15,6 +15,7 @@ from imucal_wizard.solver.directions import group_directions
 from imucal_wizard.solver.least_squares import Solution, least_squares
 from imucal_wizard.solver.magnitude import Problem, corrected, make_problem, triangle
 from imucal_wizard.solver.newton import newton
+from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.start import sphere
 
 ANGLE_XZ = 5
@@ -86,8 +87,13 @@ def make_task(holds: Sequence[Hold], gravity: float, method: str) -> Task:
         raise DataError("the still positions do not lie around one centre: check the columns")
     up = up_directions(start, problem.points)
     labels = group_directions(up)
-    carried = decide(_leaders(up, labels))
+    noise = float(np.sqrt(hold_noise(holds).accelerometer.mean())) / problem.span
+    carried = decide(_leaders(up, labels), noise)
     return Task(problem, start, carried, labels, np.ones(len(means)), method)
+
+
+FLAT = 0.02
+"""Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
 
 
 def check_means(means: FloatArray) -> None:
@@ -106,11 +112,17 @@ def check_means(means: FloatArray) -> None:
     spread = np.ptp(means, axis=0)
     if spread.max() <= 1e-12 * np.abs(means).max():
         raise DataError("the accelerometer always reads the same: it is dead or not connected")
-    if (spread < 0.02 * spread.max()).any():
-        dead = ", ".join(a for a, s in zip("xyz", spread, strict=True) if s < 0.02 * spread.max())
+    if (spread < FLAT * spread.max()).any():
+        dead = ", ".join(a for a, s in zip("xyz", spread, strict=True) if s < FLAT * spread.max())
         raise DataError(
             f"accelerometer axis {dead} hardly changes between the positions: turn the device so "
             "that it points up and down, and check the axis if you did"
+        )
+    extent = np.linalg.svd(means - means.mean(axis=0), compute_uv=False)
+    if extent[-1] < FLAT * extent[0]:
+        raise DataError(
+            "the still positions lie in one plane: some direction never sees gravity. Hold the "
+            "device still with each of its six faces up"
         )
 
 

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.carried import TYPICAL_NOISE, UNCALIBRATED, amplification
 from imucal_wizard.solver.magnitude import BIAS, SCALE, jacobian, residuals
 from imucal_wizard.solver.task import Task, face_rows, up_directions
 
-SMALLEST_LEVER = 1e-6
-"""Relative size below which a combination of parameters counts as not determined."""
+LARGEST_HOLE = UNCALIBRATED / TYPICAL_NOISE
+"""Amplification by the other directions beyond which the error of one left out says nothing of the
+calibration, but only of the hole that it leaves: usual noise would then pass for a usual bias."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +96,13 @@ def held_out(task: Task, theta: FloatArray) -> FloatArray | None:
     """
     if task.carried.spare < 1:
         return None
-    points, basis = task.problem.points, task.carried.basis
+    points, leaders = task.problem.points, task.leaders(theta)
     errors = np.empty(len(task.labels))
-    for label in range(int(task.labels.max()) + 1):
-        out = task.labels == label
-        levers = np.linalg.svd(jacobian(theta, points[~out]) @ basis, compute_uv=False)
-        if len(levers) < basis.shape[1] or levers[-1] < SMALLEST_LEVER * levers[0]:
+    for label in range(len(leaders)):
+        others = np.delete(leaders, label, axis=0)
+        if amplification(others, task.carried.basis).max() > LARGEST_HOLE:
             return None
+        out = task.labels == label
         errors[out] = residuals(task.solve(~out, theta).theta, points[out])
     return errors
 

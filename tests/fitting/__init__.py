@@ -1,0 +1,1 @@
+"""Whole recordings fitted: real ones, simulated ones, spoilt ones."""

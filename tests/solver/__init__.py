@@ -1,0 +1,1 @@
+"""The solver against closed forms, numeric derivatives and an independent simulator."""

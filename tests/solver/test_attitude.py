@@ -1,0 +1,175 @@
+"""Attitude from rate: fourth order in the interval, and the same however steps are joined."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation as Attitude
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.attitude import (
+    PIECE,
+    Steps,
+    advancing,
+    attitudes,
+    cofactor,
+    lay_out,
+    matrices,
+    multiply,
+    quaternions,
+    rotation_vectors,
+    total,
+)
+
+NOTHING = np.zeros(3)
+
+
+def _integrated(steps: Steps) -> Attitude:
+    """Attitude at the end of the first rotation, readings being rates."""
+    q = total(quaternions(rotation_vectors(steps, np.eye(3), NOTHING)), steps.offsets)
+    return Attitude.from_quat(q[[1, 2, 3, 0], 0])
+
+
+def _coning(time: FloatArray) -> tuple[FloatArray, Attitude]:
+    """A body whose axis goes round a cone: rate in closed form, attitude in closed form.
+
+    ``R = exp(Ω t z) exp(α x) exp(−ν t z)`` has the body rate
+    ``Ω Rᵀ z − ν z``, with ``Rᵀ z = exp(ν t z) exp(−α x) z``.
+    """
+    alpha, spin, nu = 0.4, 3.0, 7.0
+    angle = nu * time
+    up = np.column_stack(
+        [
+            -np.sin(angle) * np.sin(alpha),
+            np.cos(angle) * np.sin(alpha),
+            np.full_like(time, np.cos(alpha)),
+        ]
+    )
+    rate = spin * up - np.array([0.0, 0.0, nu])
+
+    def at(t: float) -> Attitude:
+        first = Attitude.from_rotvec([0.0, 0.0, spin * t])
+        return first * Attitude.from_rotvec([alpha, 0, 0]) * Attitude.from_rotvec([0, 0, -nu * t])
+
+    return rate, at(float(time[0])).inv() * at(float(time[-1]))
+
+
+def _coning_error(count: int) -> float:
+    time = np.linspace(0.0, 2.0, count + 1)
+    rate, truth = _coning(time)
+    return float((_integrated(lay_out([time], [rate])).inv() * truth).magnitude())
+
+
+def test_coning_is_integrated_to_fourth_order() -> None:
+    """Half the interval, a sixteenth of the error; the trapezoidal rule alone would give a fourth.
+
+    At 100 samples per second and this motion (8 rad/s) the error of two seconds is below 1e-6 rad.
+    """
+    coarse, medium, fine = (_coning_error(count) for count in (100, 200, 400))
+    assert 13.0 < coarse / medium < 20.0
+    assert 14.0 < medium / fine < 18.0
+    assert medium < 1e-6
+
+
+def test_a_constant_rate_is_integrated_exactly() -> None:
+    """Whatever the intervals: 1 rad/s for 3 s is 3 rad."""
+    rng = np.random.default_rng(0)
+    time = np.sort(rng.uniform(0.0, 3.0, 50))
+    time[[0, -1]] = 0.0, 3.0
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    found = _integrated(lay_out([time], [np.tile(axis, (50, 1))]))
+    assert np.allclose(found.as_rotvec(), Attitude.from_rotvec(3.0 * axis).as_rotvec(), atol=1e-14)
+
+
+def test_uneven_intervals_cost_little() -> None:
+    """Two lost samples in a row are bridged by the cubic, not by a straight line."""
+    time = np.linspace(0.0, 2.0, 201)
+    rate, truth = _coning(time)
+    keep = np.delete(np.arange(201), [80, 81, 150])
+    found = _integrated(lay_out([time[keep]], [rate[keep]]))
+    assert (found.inv() * truth).magnitude() < 3e-5
+
+
+def test_repeated_and_late_samples_are_left_out() -> None:
+    """A time that stands still or goes back adds nothing."""
+    time = np.array([0.0, 0.01, 0.01, 0.02, 0.015, 0.03])
+    assert advancing(time).tolist() == [True, True, False, True, False, True]
+    rate = np.ones((6, 3))
+    steps = lay_out([time], [rate])
+    assert steps.dt.sum() == pytest.approx(0.03)
+    assert np.isfinite(steps.integral).all()
+
+
+def _quaternions(count: int, seed: int) -> FloatArray:
+    return quaternions(np.random.default_rng(seed).normal(scale=0.3, size=(3, count)))
+
+
+@given(
+    pieces=st.lists(st.integers(1, 7), min_size=1, max_size=6),
+    seed=st.integers(0, 2**31),
+)
+def test_joining_by_pairs_is_joining_one_by_one(pieces: list[int], seed: int) -> None:
+    """Total, and attitude before and after every step, equal a plain loop over the steps."""
+    offsets = np.concatenate([[0], np.cumsum(pieces)]).astype(np.int64) * PIECE
+    steps = _quaternions(int(offsets[-1]), seed)
+    before, after = attitudes(steps, offsets)
+    whole = total(steps, offsets)
+    for index, (first, past) in enumerate(itertools.pairwise(offsets)):
+        joined = np.array([1.0, 0.0, 0.0, 0.0])
+        for step in range(first, past):
+            assert np.abs(before[:, step] - joined).max() < 1e-12
+            joined = multiply(joined, steps[:, step])
+            assert np.abs(after[:, step] - joined).max() < 1e-12
+        assert np.abs(whole[:, index] - joined).max() < 1e-12
+
+
+@pytest.mark.parametrize("count", [2, 3, PIECE, PIECE + 1, PIECE + 2, 500])
+def test_a_rotation_of_any_length_is_filled_up(count: int) -> None:
+    """Empty steps turn nothing and belong to their rotation."""
+    time = np.arange(count) / 100.0
+    steps = lay_out([time, time], [np.ones((count, 3)), 2.0 * np.ones((count, 3))])
+    assert (np.diff(steps.offsets) % PIECE == 0).all()
+    assert len(steps.dt) == steps.offsets[-1] == 2 * steps.offsets[1]
+    assert np.bincount(steps.rotation, steps.dt) == pytest.approx([time[-1], time[-1]])
+
+
+def test_quaternions_are_scipys() -> None:
+    """Exponential, product and matrix, small angles and large ones."""
+    rng = np.random.default_rng(4)
+    phi = rng.standard_normal((3, 50)) * np.logspace(-12, 0.8, 50)
+    q = quaternions(phi)
+    there = Attitude.from_rotvec(phi.T)
+    assert np.abs(matrices(q).transpose(2, 0, 1) - there.as_matrix()).max() < 1e-14
+    product = multiply(q[:, :25], q[:, 25:])
+    expected = (there[:25] * there[25:]).as_matrix()
+    assert np.abs(matrices(product).transpose(2, 0, 1) - expected).max() < 1e-14
+
+
+@pytest.mark.parametrize("offset", [0.0, 32768.0])
+def test_readings_in_any_unit_give_the_rotation_vector_of_their_rates(offset: float) -> None:
+    """Prepared sums of raw counts equal corrected rates integrated; also per rotation."""
+    rng = np.random.default_rng(9)
+    times = [np.arange(n) / 100.0 for n in (40, 77)]
+    rates = [np.cumsum(rng.normal(scale=0.05, size=(len(t), 3)), axis=0) for t in times]
+    matrix = 2e-4 * (np.eye(3) + rng.normal(scale=0.05, size=(3, 3)))
+    bias = offset + rng.uniform(-50.0, 50.0, 3)
+    readings = [rate @ np.linalg.inv(matrix).T + bias for rate in rates]
+    plain = lay_out(times, rates)
+    expected = rotation_vectors(plain, np.eye(3), NOTHING)
+    steps = lay_out(times, readings)
+    assert np.abs(rotation_vectors(steps, matrix, bias) - expected).max() < 1e-12
+    each = rotation_vectors(steps, np.stack([matrix, matrix]), np.stack([bias, bias]))
+    assert np.abs(each - expected).max() < 1e-12
+
+
+def test_the_cofactor_matrix_turns_cross_products() -> None:
+    """(M p) × (M q) = cof(M) (p × q), and cof(M) Mᵀ = det(M) 1."""
+    rng = np.random.default_rng(5)
+    matrix = rng.standard_normal((4, 3, 3))
+    p, q = rng.standard_normal((2, 4, 3))
+    turned = np.cross(np.einsum("nij,nj->ni", matrix, p), np.einsum("nij,nj->ni", matrix, q))
+    assert np.allclose(turned, np.einsum("nij,nj->ni", cofactor(matrix), np.cross(p, q)))
+    determinant = np.linalg.det(matrix)[:, None, None] * np.eye(3)
+    assert np.allclose(cofactor(matrix) @ matrix.transpose(0, 2, 1), determinant)
