@@ -146,18 +146,18 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
             lambda t: triangular_parameters(*problem.matrix_and_bias(t)),
             theta,
             known.covariance,
-            lambda name: _unit_of(name, unit),
+            lambda name: unit_of(name, unit),
             ANGLES if six else task.carried.dropped,
             _repeat_ratio(known),
         ),
         unit="m/s^2",
-        rms_before=_rms(_errors_before(problem, unit)),
+        rms_before=_rms(errors_before(problem, unit)),
         rms_fitted=_rms(errors) * gravity,
         rms_held_out=None if out is None else _rms(out) * gravity,
         floor=_rms(np.sqrt(noise)) * gravity,
         residuals=errors * gravity,
         held_out=None if out is None else out * gravity,
-        covariance=_in_reading_units(problem, known.covariance),
+        covariance=in_reading_units(problem, known.covariance),
         iterations=solution.iterations,
         warnings=_notes(task),
         degrees_of_freedom=known.freedom,
@@ -193,7 +193,7 @@ def _suspect(task: Task, theta: FloatArray) -> Suspect | None:
     return suspect_hold(errors, columns)
 
 
-def _in_reading_units(problem: Problem, covariance: FloatArray | None) -> FloatArray | None:
+def in_reading_units(problem: Problem, covariance: FloatArray | None) -> FloatArray | None:
     """Covariance of (b, M's six entries) in reading units and SI per reading."""
     if covariance is None:
         return None
@@ -202,7 +202,7 @@ def _in_reading_units(problem: Problem, covariance: FloatArray | None) -> FloatA
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def _errors_before(problem: Problem, unit: str) -> FloatArray:
+def errors_before(problem: Problem, unit: str) -> FloatArray:
     """Errors with the nominal conversion only; for counts, of the best sphere."""
     if unit == COUNT:
         return residuals(sphere(problem), problem.points) * problem.magnitude
@@ -210,7 +210,8 @@ def _errors_before(problem: Problem, unit: str) -> FloatArray:
     return np.asarray(np.linalg.norm(readings, axis=1)) - problem.magnitude
 
 
-def _unit_of(name: str, unit: str) -> str:
+def unit_of(name: str, unit: str) -> str:
+    """Unit of a parameter of the base model by its name, for readings in ``unit``."""
     if name.startswith("bias"):
         return unit
     if name.startswith("sensitivity"):

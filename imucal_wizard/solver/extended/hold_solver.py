@@ -1,0 +1,106 @@
+"""The MAP fit of the accelerometer with effects: Gauss–Newton, many selections of holds at once.
+
+The cost is ``Σ (r/σ)² + Σ (size/typical)²``: a Gaussian prior as wide as data sheets say keeps a
+combination of sizes that the holds do not determine near zero, where least squares would give it
+any value.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, jacobian, point_at
+from imucal_wizard.solver.magnitude import SIZE
+from imucal_wizard.solver.task import ANGLE_XZ
+
+MAX_ITERATIONS = 60
+SETTLED = 1e-5
+"""Step in standard deviations of the fit that no longer matters."""
+BLIND = 1e-12
+"""Share of a combination of parameters in what the holds show, below which they do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeModel:
+    """A model and which of its parameters are fitted.
+
+    Attributes:
+        model: the model.
+        basis: free directions of the nine base parameters, shape (9, pb).
+        product: ``M_xz`` is not free and follows from the two other angles (Q, eq. 8).
+    """
+
+    model: HoldModel
+    basis: FloatArray
+    product: bool
+
+    @property
+    def precision(self) -> FloatArray:
+        """Of the priors of all fitted parameters, shape (pb + p,)."""
+        return np.concatenate([np.zeros(self.basis.shape[1]), self.model.terms.precision])
+
+    def columns(self, point: HoldPoint) -> FloatArray:
+        """Derivative of the residual by the fitted parameters, shape (d, n, pb + p)."""
+        full = jacobian(self.model, point)
+        return np.concatenate([full[..., :SIZE] @ self.basis, full[..., SIZE:]], axis=2)
+
+    def moved(self, point: HoldPoint, step: FloatArray) -> HoldPoint:
+        """The calibrations a step (d, pb + p) further."""
+        count = self.basis.shape[1]
+        theta = point.theta + step[:, :count] @ self.basis.T
+        if self.product:
+            theta[:, ANGLE_XZ] = theta[:, 4] * theta[:, 7] / theta[:, 6]
+        return point_at(self.model, theta, point.sizes + step[:, count:])
+
+
+def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
+    """Minimise the cost for d selections of the holds at once.
+
+    Args:
+        free: the model.
+        start: d calibrations to start from.
+        weights: 1/σ of each hold, 0 where it is left out, s²/m, shape (d, n).
+
+    Raises:
+        DataError: it does not converge.
+    """
+    point = start
+    if not len(free.precision):
+        return point
+    for _ in range(MAX_ITERATIONS):
+        columns = weights[:, :, None] * free.columns(point)
+        normal = np.swapaxes(columns, 1, 2) @ columns
+        pull = np.einsum("dnp,dn->dp", columns, weights * point.residual)
+        count = free.basis.shape[1]
+        pull[:, count:] += free.model.terms.precision * point.sizes
+        step = -np.einsum("dpq,dq->dp", inverse(normal, free.precision), pull)
+        point = free.moved(point, step)
+        # how far the step goes in standard deviations, over all its parameters together
+        length = np.einsum("dp,dp->d", step, -pull)
+        if not (length > SETTLED**2).any():
+            return point
+    raise DataError(
+        "the fit of the accelerometer with these effects does not converge: some still positions "
+        "are not of one gravity. Check the residual of each hold, and leave the last effect out"
+    )
+
+
+def inverse(normal: FloatArray, precision: FloatArray) -> FloatArray:
+    """``(normal + diag(precision))⁻¹`` over what is determined, shape (d, p, p)."""
+    full = normal + np.diag(precision)
+    scale = np.sqrt(np.einsum("dpp->dp", full))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    outer = scale[:, :, None] * scale[:, None, :]
+    return np.asarray(np.linalg.pinv(full / outer, rcond=BLIND, hermitian=True) / outer)
+
+
+def determined(normal: FloatArray, precision: FloatArray) -> bool:
+    """Whether each of d normal matrices (d, p, p) determines all parameters, with their priors."""
+    full = normal + np.diag(precision)
+    scale = np.sqrt(np.einsum("dpp->dp", full))
+    if not (scale > 0.0).all():
+        return False
+    values = np.linalg.eigvalsh(full / (scale[:, :, None] * scale[:, None, :]))
+    return bool((values[:, 0] > BLIND * values[:, -1]).all())

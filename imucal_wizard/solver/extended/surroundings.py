@@ -1,0 +1,55 @@
+"""The circumstances of holds: what the effects may depend on, as far as it was recorded."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Readings
+
+
+def circumstances_of(
+    holds: Sequence[Hold], up: FloatArray, gravity: float, gain: float, readings: Readings | None
+) -> Circumstances:
+    """One row per hold.
+
+    Args:
+        holds: in the order of time.
+        up: unit up vector of each, shape (n, 3).
+        gravity: m/s².
+        gain: m/s² per reading unit, for the vibration.
+        readings: what the holds were found in; without them the session begins with the first
+            hold, and vibration is guessed from how much the averages scatter.
+    """
+    force = gravity * up
+    previous = np.vstack([np.full((1, 3), np.nan), force[:-1]])
+    middle = np.array([0.5 * (hold.start + hold.end) for hold in holds])
+    return Circumstances(
+        force=force,
+        rate=np.zeros_like(force),
+        temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
+        time=middle - first_time(holds, readings),
+        previous=previous,
+        vibration=gain**2 * np.array([_vibration(hold, readings) for hold in holds]),
+        gravity=gravity,
+    )
+
+
+def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:
+    """Time of the session's first sample, s."""
+    if readings is None or not len(readings):
+        return holds[0].start
+    return float(readings.accelerometer.time[0])
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _vibration(hold: Hold, readings: Readings | None) -> float:
+    """Mean square of the accelerometer about its mean, sum over the axes, reading units²."""
+    if readings is None:
+        return float(np.trace(hold.accelerometer_covariance)) * hold.samples
+    values = readings.accelerometer.between(hold.start, hold.end).values
+    return float(values.var(axis=0).sum()) if len(values) else np.nan

@@ -1,0 +1,86 @@
+"""The effects that a model contains, as columns of one matrix with a prior on each."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.effects.effect import Circumstances, Effect, EffectParameter
+from imucal_wizard.errors import UsageError
+from imucal_wizard.readings import FloatArray
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect in a model.
+
+    Attributes:
+        effect: which.
+        variant: its setting of what is not linear in it, or None for the usual one.
+    """
+
+    effect: Effect
+    variant: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The effect's name, as in the contract."""
+        return self.effect.name
+
+
+class Terms:
+    """The effects of one sensor's model side by side: ``ε = Σ columns · sizes``.
+
+    Attributes:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        terms: the effects.
+        parameters: all their parameters in order, p of them.
+        names: of the parameters, ``second-order_x``; a term that is there twice is numbered.
+        precision: 1 / variance of the prior of each size, (1 / shown unit)², shape (p,).
+    """
+
+    def __init__(self, sensor: str, terms: Sequence[Term]) -> None:
+        for term in terms:
+            if sensor not in term.effect.sensors:
+                raise UsageError(f"{term.name} is no effect of the {sensor}")
+        self.sensor = sensor
+        self.terms = tuple(terms)
+        self._each = [term.effect.parameters(sensor) for term in terms]
+        self.parameters: tuple[EffectParameter, ...] = tuple(p for each in self._each for p in each)
+        self.names = tuple(self._names())
+        self.precision = np.array([_precision(parameter) for parameter in self.parameters])
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def columns(self, c: Circumstances) -> FloatArray:
+        """Error of the input per shown unit of each size, m/s² or rad/s, shape (n, 3, p)."""
+        if not self.terms:
+            return np.zeros((len(c), 3, 0))
+        return np.concatenate([columns_of(term, self.sensor, c) for term in self.terms], axis=2)
+
+    def split(self, sizes: FloatArray) -> tuple[FloatArray, ...]:
+        """Sizes (…, p) term by term."""
+        ends = np.cumsum([len(each) for each in self._each])[:-1]
+        return tuple(np.split(sizes, ends, axis=-1)) if self.terms else ()
+
+    def _names(self) -> list[str]:
+        seen: Counter[str] = Counter()
+        names = []
+        for term, each in zip(self.terms, self._each, strict=True):
+            seen[term.name] += 1
+            number = f"-{seen[term.name]}" if seen[term.name] > 1 else ""
+            names += [f"{term.name}{number}_{parameter.name}" for parameter in each]
+        return names
+
+
+def columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray:
+    """Error of the input per shown unit of one effect's parameters, shape (n, 3, p)."""
+    return np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
+
+
+def _precision(parameter: EffectParameter) -> float:
+    """Of the Gaussian prior; 0 for a parameter of which nothing is known."""
+    typical = parameter.typical
+    return typical**-2 if 0.0 < typical < np.inf else 0.0
