@@ -16,9 +16,10 @@ from imucal_wizard.solver.magnitude import SIZE
 from imucal_wizard.solver.task import ANGLE_XZ
 
 MAX_ITERATIONS = 60
-SETTLED = 1e-5
+HALVINGS = 12
+SETTLED = 1e-3
 """Step in standard deviations of the fit that no longer matters."""
-BLIND = 1e-12
+BLIND = 1e-9
 """Share of a combination of parameters in what the holds show, below which they do not."""
 
 
@@ -76,7 +77,7 @@ def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
         count = free.basis.shape[1]
         pull[:, count:] += free.model.terms.precision * point.sizes
         step = -np.einsum("dpq,dq->dp", inverse(normal, free.precision), pull)
-        point = free.moved(point, step)
+        point = _downhill(free, point, step, weights)
         # how far the step goes in standard deviations, over all its parameters together
         length = np.einsum("dp,dp->d", step, -pull)
         if not (length > SETTLED**2).any():
@@ -85,6 +86,27 @@ def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
         "the fit of the accelerometer with these effects does not converge: some still positions "
         "are not of one gravity. Check the residual of each hold, and leave the last effect out"
     )
+
+
+def _downhill(
+    free: FreeModel, point: HoldPoint, step: FloatArray, weights: FloatArray
+) -> HoldPoint:
+    """A step further, or a half, a quarter … of it where it would raise the cost."""
+    before = _cost(free, point, weights)
+    size = np.ones((len(step), 1))
+    for _ in range(HALVINGS):
+        moved = free.moved(point, size * step)
+        worse = _cost(free, moved, weights) > before * (1.0 + 1e-9) + 1e-9
+        if not worse.any():
+            break
+        size[worse] /= 2.0
+    return moved
+
+
+def _cost(free: FreeModel, point: HoldPoint, weights: FloatArray) -> FloatArray:
+    """Of each calibration, shape (d,)."""
+    prior = free.model.terms.precision * point.sizes**2
+    return np.asarray(((weights * point.residual) ** 2).sum(axis=1) + prior.sum(axis=1))
 
 
 def inverse(normal: FloatArray, precision: FloatArray) -> FloatArray:

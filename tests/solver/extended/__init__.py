@@ -1,0 +1,1 @@
+"""Fits with physical effects: exact recovery, honest errors, derivatives, real recordings."""
