@@ -64,6 +64,47 @@ def hold_from(blocks: Blocks) -> Hold:
     )
 
 
+EDGE = 4.0
+"""Standard deviations of a block's mean from the middle of the hold beyond which it still moves."""
+MOST_TRIMMED = 10
+"""Blocks that are taken off an end at most, a second: longer motion is no matter of ends."""
+SHORTEST_TO_JUDGE = 8
+"""Blocks below which a hold has no middle to hold its ends against."""
+
+
+def settled(blocks: Blocks) -> Blocks:
+    """The same blocks without the ends at which the device came to rest or already left it.
+
+    A turn that begins slowly stays within any limit of stillness for a while; against the middle of
+    the hold it shows at once. The middle half gives centre and spread of each axis; from either end
+    blocks are taken off as long as they, or their neighbours inwards, lie too far out.
+    """
+    count = len(blocks)
+    if count < SHORTEST_TO_JUDGE:
+        return blocks
+    sensors = [(blocks.mean_a, blocks.var_a)]
+    if blocks.mean_g is not None and blocks.var_g is not None:
+        sensors.append((blocks.mean_g, blocks.var_g))
+    off = np.zeros(count, bool)
+    middle = slice(count // 4, count - count // 4)
+    for means, variances in sensors:
+        centre = np.median(means[middle], axis=0)
+        scatter = 1.4826 * np.median(np.abs(means[middle] - centre), axis=0)
+        white = np.sqrt(np.median(variances[middle], axis=0) / blocks.size)
+        off |= (np.abs(means - centre) > EDGE * np.maximum(scatter, white)).any(axis=1)
+    most = min(MOST_TRIMMED, count // 4)
+    first, past = _quiet_from(off, most), count - _quiet_from(off[::-1], most)
+    return blocks.select(slice(first, past))
+
+
+def _quiet_from(off: BoolArray, most: int) -> int:
+    """How many blocks to take off the beginning: while one or the next one is off."""
+    taken = 0
+    while taken < most and (off[taken] or off[taken + 1]):
+        taken += 1
+    return taken
+
+
 def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean of block means, and its covariance from the scatter of about five longer batches.
 
@@ -112,9 +153,9 @@ class HoldBuilder:
             self._run = list(self._recent)
 
     def hold(self) -> Hold | None:
-        """The hold so far without its guards; None when nothing is left."""
+        """The hold so far without its guards and unsettled ends; None when nothing is left."""
         kept = self._run[GUARD_BLOCKS : len(self._run) - GUARD_BLOCKS]
-        return hold_from(join_blocks(kept)) if kept else None
+        return hold_from(settled(join_blocks(kept))) if kept else None
 
     def drop(self) -> None:
         """Forget the present run and the blocks before it."""

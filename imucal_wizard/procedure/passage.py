@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.procedure.holds import GUARD_BLOCKS
+from imucal_wizard.procedure.holds import GUARD_BLOCKS, MOST_TRIMMED
 from imucal_wizard.procedure.ledger import KeptHold
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.readings import FloatArray
 
 LONGEST_SECONDS = 60.0
 """A motion longer than this tells a gyroscope's drift and little else."""
+REACH_BLOCKS = 4
+"""Blocks by which a motion reaches into the hold that ends it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +46,9 @@ class Passage:
         """Why there is no hold to start from, or ""."""
 
     def rest(self, kept: KeptHold) -> None:
-        """The device rests in a kept hold: only the hold's last whole block is needed."""
+        """The device rests in a kept hold: only what may be taken off the hold's end is needed."""
         self.before, self.lost, self.moved = kept, "", False
-        while len(self._parts) > GUARD_BLOCKS + 1:
+        while len(self._parts) > GUARD_BLOCKS + MOST_TRIMMED + 1:
             self._seconds -= self._parts.popleft().seconds
 
     def add(self, moment: Moment, *, still: bool) -> None:
@@ -62,12 +64,7 @@ class Passage:
 
     def samples(self, after: KeptHold) -> Motion | None:
         """What was read from inside ``before`` to inside ``after``; None without a gyroscope."""
-        parts = list(self._parts)
-        starts = [float(part.block.start[0]) for part in parts]
-        past = len(starts)
-        if after.hold.start in starts:
-            past -= starts[::-1].index(after.hold.start)
-        parts = parts[:past]
+        parts = self._between(after)
         rates = [part.rate for part in parts if part.rate is not None]
         if not rates:
             return None
@@ -80,3 +77,14 @@ class Passage:
             np.concatenate([part.acceleration for part in parts]),
             broken or not bool(np.isfinite(rate).all()),
         )
+
+    def _between(self, after: KeptHold) -> list[Moment]:
+        """The moments from the last one in ``before`` to some within ``after``.
+
+        The beginning of ``after`` may yet be taken off, so the motion reaches a little into it.
+        """
+        begin = -np.inf if self.before is None else self.before.hold.end
+        parts = [part for part in self._parts if float(part.block.start[0]) < begin]
+        parts = parts[-1:] + [part for part in self._parts if float(part.block.start[0]) >= begin]
+        past = sum(float(part.block.start[0]) <= after.hold.start for part in parts)
+        return parts[: past + REACH_BLOCKS]

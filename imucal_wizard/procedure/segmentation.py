@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.blocks import BlockCutter, Blocks, join_blocks
-from imucal_wizard.procedure.holds import Hold, hold_from, still_runs
+from imucal_wizard.procedure.holds import Hold, hold_from, settled, still_runs
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.stillness import Noise, WindowMaker, Windows
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -23,8 +23,10 @@ VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
 QUIET_BLOCKS = 20
 SLAB = 200_000
 """Samples cut at a time, so that memory stays flat however long the recording."""
-SHORTEST_TURN = 0.7
-"""Seconds between two holds below which nothing was turned: the window alone takes half of one."""
+SHORTEST_TURN = 2.5
+"""Seconds within which no hand turns a device all the way round and back to the same place."""
+SAME_PLACE = 0.01
+"""Share of gravity by which two holds of one place differ at most."""
 OVERLAP = 0.05
 """Seconds of each hold at the ends of a rotation, so that no motion is missed."""
 MEANING_OF_GAP = 2.5
@@ -116,7 +118,7 @@ def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
     still = stream.windows.still(stream.noise.limits(float(np.sqrt(variance_factor))))
     holds = []
     for first, past in still_runs(still):
-        piece = stream.blocks.select(slice(first, past))
+        piece = settled(stream.blocks.select(slice(first, past)))
         if piece.end[-1] - piece.start[0] >= SHORTEST_HOLD - 1e-9:
             holds.append(hold_from(piece))
     return holds
@@ -140,8 +142,11 @@ def rotations_between(
     interval = 1.0 / gyroscope.rate
     low, high = gyroscope.values.min(axis=0), gyroscope.values.max(axis=0)
     rotations = []
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    gravity = float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
     for before, after in itertools.pairwise(holds):
-        if after.start - before.end < SHORTEST_TURN:
+        moved = float(np.linalg.norm(after.accelerometer - before.accelerometer))
+        if after.start - before.end < SHORTEST_TURN and moved < SAME_PLACE * gravity:
             continue  # one rest with a disturbance in it
         part = gyroscope.between(before.end - OVERLAP, after.start + OVERLAP)
         problem = _problem(part, interval, low, high)
