@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.carried import MAX_AMPLIFICATION, amplification
+from imucal_wizard.solver.carried import amplification
 from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, point_at
 from imucal_wizard.solver.extended.hold_solver import FreeModel, determined, inverse, solve
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.magnitude import NON_ORTHOGONALITY
 from imucal_wizard.solver.task import ANGLE_XZ
+from imucal_wizard.solver.uncertainty import LARGEST_HOLE
 
 BoolArray = NDArray[np.bool_]
 
@@ -23,6 +24,8 @@ SETTLED = 1e-3
 EARLY = 2.0 / 3.0
 """Share of the holds that predict the later ones, as few as carry the base at least."""
 FEWEST_LATER = 3
+LARGEST_EARLY = 5.0
+"""Amplification of a hold's noise up to which the earlier holds carry the base model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +129,13 @@ def held_out(fit: HoldFit) -> FloatArray | None:
 
     None when the other directions do not carry the base model.
     """
-    data = fit.data
-    labels = data.task.labels
-    carried = data.task.carried
+    labels, carried = fit.data.task.labels, fit.data.task.carried
     if fit.free.basis.shape[1] == carried.basis.shape[1] and carried.spare < 1:
         return None
-    errors = left_out(fit, np.arange(labels.max() + 1)[:, None] == labels)
+    every = np.arange(labels.max() + 1)
+    if any(_amplified(fit, labels != label) > LARGEST_HOLE for label in every):
+        return None
+    errors = left_out(fit, every[:, None] == labels)
     return None if errors is None else errors[labels, np.arange(len(labels))]
 
 
@@ -151,10 +155,17 @@ def later(fit: HoldFit) -> FloatArray | None:
 
 def early_count(fit: HoldFit) -> int | None:
     """How many of the first holds carry the base model, two thirds at least."""
-    labels, up = fit.data.task.labels, fit.point.force[0] / fit.data.gravity
-    basis = fit.free.basis
-    for count in range(int(np.ceil(EARLY * len(labels))), len(labels) - FEWEST_LATER + 1):
-        _, first = np.unique(labels[:count], return_index=True)
-        if not basis.shape[1] or amplification(up[first], basis) <= MAX_AMPLIFICATION:
+    total = len(fit.residual)
+    for count in range(int(np.ceil(EARLY * total)), total - FEWEST_LATER + 1):
+        if _amplified(fit, np.arange(total) < count) <= LARGEST_EARLY:
             return count
     return None
+
+
+def _amplified(fit: HoldFit, kept: BoolArray) -> float:
+    """What the base model makes of a hold's noise at worst anywhere, from the holds kept alone."""
+    if not fit.free.basis.shape[1]:
+        return 0.0
+    _, first = np.unique(fit.data.task.labels[kept], return_index=True)
+    up = fit.point.force[0][kept][first] / fit.data.gravity
+    return float(amplification(up, fit.free.basis).max())

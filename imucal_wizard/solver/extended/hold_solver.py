@@ -19,7 +19,10 @@ MAX_ITERATIONS = 60
 HALVINGS = 12
 SETTLED = 1e-3
 """Step in standard deviations of the fit that no longer matters."""
-BLIND = 1e-9
+FLAT = 0.2
+"""The same in a valley so long and flat that its bottom is not reached: what no data and hardly a
+prior determine."""
+BLIND = 1e-12
 """Share of a combination of parameters in what the holds show, below which they do not."""
 
 
@@ -82,6 +85,8 @@ def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
         length = np.einsum("dp,dp->d", step, -pull)
         if not (length > SETTLED**2).any():
             return point
+    if (length < FLAT**2).all():
+        return point
     raise DataError(
         "the fit of the accelerometer with these effects does not converge: some still positions "
         "are not of one gravity. Check the residual of each hold, and leave the last effect out"
