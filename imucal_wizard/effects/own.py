@@ -105,7 +105,8 @@ _BASE = "imucal_wizard.effects.effect.Effect and has parameters() and columns()"
 def guarded(path: Path, work: Callable[[], _T]) -> _T:
     """Do what a user's file asks; what it raises becomes a message with the file's line."""
     try:
-        return work()
+        with np.errstate(all="ignore"):  # what is not finite is told by the guard
+            return work()
     except (Exception, SystemExit) as error:  # a user's file can raise anything; nothing is lost
         places = traceback.extract_tb(error.__traceback__)
         lines = [frame.lineno for frame in places if frame.filename == str(path)]
