@@ -1,0 +1,92 @@
+"""What a fit leaves, in the one form that every question about it is asked of.
+
+Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
+hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, or one
+component of a rotation's closure.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.readings import FloatArray
+
+IntArray = NDArray[np.int64]
+
+
+class RowKind(IntEnum):
+    """Where a row comes from."""
+
+    HOLD = 0
+    STILL = 1
+    ROTATION = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One way in which one effect would show, with one setting of what is not linear in it.
+
+    Attributes:
+        term: name of the effect.
+        family: name shared by effects that 1 g cannot split, or the term itself.
+        variant: the setting, or None.
+        names: the parameters, one per column.
+        columns: whitened change of every row per shown unit, shape (n, p).
+        typical: prior standard deviation of each parameter, shown unit, shape (p,).
+        unit: the shown unit.
+    """
+
+    term: str
+    family: str
+    variant: float | None
+    names: tuple[str, ...]
+    columns: FloatArray
+    typical: FloatArray
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """What is left of every row, and what may move it.
+
+    Attributes:
+        residual: whitened, shape (n,).
+        base: whitened derivative by all parameters that are in the model, shape (n, b).
+        kind: where each row comes from, shape (n,).
+        source: index of its hold or rotation, shape (n,).
+        direction: up at the row's hold, unit vectors, shape (n, 3); NaN for rotations.
+        axis: the gyroscope's axis of a still row, -1 otherwise, shape (n,).
+        time: s, shape (n,).
+        sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
+        group: what is left out together: directions, or rotations; shape (n,).
+        candidates: the effects that are not in the model.
+    """
+
+    residual: FloatArray
+    base: FloatArray
+    kind: IntArray
+    source: IntArray
+    direction: FloatArray
+    axis: IntArray
+    time: FloatArray
+    sigma: FloatArray
+    group: IntArray
+    candidates: tuple[Candidate, ...]
+
+    def __len__(self) -> int:
+        return len(self.residual)
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """The rows whose error is reported: rotations where there are any, else holds; (n,)."""
+        rotations = self.kind == RowKind.ROTATION
+        return np.asarray(rotations if rotations.any() else self.kind == RowKind.HOLD)
+
+
+def complement(base: FloatArray) -> FloatArray:
+    """Orthonormal basis of what the base parameters cannot absorb, shape (n, n − rank)."""
+    left, values, _ = np.linalg.svd(base, full_matrices=True)
+    rank = int((values > 1e-9 * values[0]).sum()) if len(values) else 0
+    return np.asarray(left[:, rank:])

@@ -1,0 +1,85 @@
+"""What adding an effect would do, without adding it: size, error fitted and held out.
+
+The linearised fit with a Gaussian prior on the effect's parameters. ``A`` holds the base and the
+effect's columns, Λ the prior's precision on the effect alone; then
+
+    β = (AᵀA + Λ)⁻¹ Aᵀr        H = A (AᵀA + Λ)⁻¹ Aᵀ
+    error of group d when it is left out = (I − H_dd)⁻¹ (r − Hr)_d
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.bench.misfit import Candidate, Misfit
+from imucal_wizard.readings import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An effect tried.
+
+    Attributes:
+        size: of each parameter, shown unit, shape (p,).
+        standard_error: of each, shape (p,).
+        rms_fitted: error with it, in the sensor's error unit.
+        rms_held_out: error with it when each group is left out; None when a group cannot be.
+        fitted: what is left of every row, whitened, shape (n,).
+    """
+
+    size: FloatArray
+    standard_error: FloatArray
+    rms_fitted: float
+    rms_held_out: float | None
+    fitted: FloatArray
+
+
+def try_effect(misfit: Misfit, candidates: tuple[Candidate, ...], noise: float = 1.0) -> Trial:
+    """Add effects to the linearised model; with none, the model as it is.
+
+    Args:
+        misfit: what the present model leaves.
+        candidates: the effects to add together.
+        noise: true noise in units of the rows' sigma; it weighs data against priors.
+    """
+    base = misfit.base
+    extra = [candidate.columns for candidate in candidates]
+    typical = np.concatenate([np.zeros(0), *(candidate.typical for candidate in candidates)])
+    columns = np.concatenate([base, *extra], axis=1)
+    precision = np.zeros(columns.shape[1])
+    precision[base.shape[1] :] = (noise / typical) ** 2
+    # the prior as rows of its own keeps the condition of the columns, not of their squares
+    stacked = np.concatenate([columns, np.diag(np.sqrt(precision))[base.shape[1] :]])
+    left, values, right = np.linalg.svd(stacked, full_matrices=False)
+    seen = values > 1e-10 * values[0]
+    inner = left[: len(columns), seen]
+    residual = misfit.residual - inner @ (inner.T @ misfit.residual)
+    spread = right[seen].T / values[seen]
+    estimate = spread @ (inner.T @ misfit.residual)
+    variance = noise**2 * (spread**2).sum(axis=1)
+    held_out = _left_out(misfit, inner, residual)
+    judged = misfit.judged
+    return Trial(
+        size=estimate[base.shape[1] :],
+        standard_error=np.sqrt(variance[base.shape[1] :]),
+        rms_fitted=_rms((residual * misfit.sigma)[judged], misfit),
+        rms_held_out=None if held_out is None else _rms((held_out * misfit.sigma)[judged], misfit),
+        fitted=residual,
+    )
+
+
+def _left_out(misfit: Misfit, inner: FloatArray, residual: FloatArray) -> FloatArray | None:
+    errors = np.empty(len(misfit))
+    for label in np.unique(misfit.group):
+        rows = np.flatnonzero(misfit.group == label)
+        gate = np.eye(len(rows)) - inner[rows] @ inner[rows].T
+        if np.linalg.eigvalsh(gate)[0] < 1e-9:
+            return None
+        errors[rows] = np.linalg.solve(gate, residual[rows])
+    return errors
+
+
+def _rms(errors: FloatArray, misfit: Misfit) -> float:
+    """Rms per hold, or per rotation over the components of its closure."""
+    sources = np.unique(misfit.source[misfit.judged])
+    return float(np.sqrt((errors**2).sum() / max(len(sources), 1)))
