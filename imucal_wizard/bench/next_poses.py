@@ -1,0 +1,163 @@
+"""Which poses would tell two explanations apart, and by how much.
+
+With base columns J, the patterns of the two effects A and B, and noise one, the part of A that
+neither the base nor B can imitate is ``(I − P_[J, B]) A``. Its length times the size of A is the
+number of standard deviations by which the data tell them apart. Poses are chosen one after the
+other, each the one that makes this length grow most.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Effect
+from imucal_wizard.procedure.poses import DIRECTIONS, spoken
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.carried import design
+
+WARMER = 15.0
+"""Degrees by which a hand, a lamp or a box warms a device."""
+SECONDS_PER_POSE = 15.0
+APART = 2.33 + 1.645
+"""Standard deviations for one mistake in a hundred and five misses in a hundred."""
+ALMOST_BLIND = 0.02
+"""Growth per pose below which nothing is gained."""
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """One of the explanations to be told apart.
+
+    Attributes:
+        effect: the effect.
+        variant: its setting.
+        size: its estimated size per parameter, shown unit, shape (p,).
+    """
+
+    effect: Effect
+    variant: float | None
+    size: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A pose to take next.
+
+    Attributes:
+        direction: up in the body frame, unit vector.
+        pose: its name.
+        warm: with the device warmed up.
+        why: what it is good for, in words.
+    """
+
+    direction: FloatArray
+    pose: str
+    warm: bool
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Poses to take, and what they bring.
+
+    Attributes:
+        proposals: in their order.
+        before: size of the first explanation (in shares of its estimate) needed to tell it from the
+            second with the data there are; infinite when no size would do.
+        after: the same with these poses.
+    """
+
+    proposals: tuple[Proposal, ...]
+    before: float
+    after: float
+
+
+def separating_poses(
+    first: Explained, second: Explained, done: Circumstances, sigma: FloatArray, count: int = 6
+) -> Plan:
+    """Poses that tell two explanations of an accelerometer's misfit apart.
+
+    Args:
+        first: the likelier explanation.
+        second: the other one.
+        done: circumstances of the holds there are.
+        sigma: noise of these holds, m/s², shape (n,).
+        count: how many poses to propose at most.
+    """
+    typical = float(np.median(sigma))
+    rows = _rows(first, second, done, sigma)
+    length = _apart(*rows)
+    before = APART / length if length > 0.0 else np.inf
+    proposals: list[Proposal] = []
+    for _ in range(count):
+        offers = [
+            (name, warm, _rows(first, second, _next(done, name, warm, len(proposals)), typical))
+            for name in DIRECTIONS
+            for warm in (False, True)
+        ]
+        grown = [_apart(*_stacked(rows, offer)) for _, _, offer in offers]
+        best = int(np.argmax(grown))
+        if grown[best] < (1.0 + ALMOST_BLIND) * length + 1e-9:
+            break
+        name, warm, offer = offers[best]
+        rows, length = _stacked(rows, offer), grown[best]
+        proposals.append(_proposal(name, warm, first, second))
+    return Plan(tuple(proposals), before, APART / length if length > 0.0 else np.inf)
+
+
+def _proposal(name: str, warm: bool, first: Explained, second: Explained) -> Proposal:
+    warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
+    why = f"{spoken(name)}{warmed}: tells {first.effect.name} from {second.effect.name}"
+    return Proposal(DIRECTIONS[name], name, warm, why)
+
+
+def _next(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
+    """The circumstances of one more hold in this pose."""
+    up = DIRECTIONS[name] * done.gravity
+    last = float(done.temperature[-1])
+    return Circumstances(
+        force=up[None],
+        rate=np.zeros((1, 3)),
+        temperature=np.array([last + WARMER * warm]),
+        time=np.array([float(done.time[-1]) + SECONDS_PER_POSE * (place + 1)]),
+        previous=done.force[-1:],
+        vibration=np.array([float(np.mean(done.vibration))]),
+        gravity=done.gravity,
+        reference_temperature=done.reference_temperature,
+        reference_time=done.reference_time,
+    )
+
+
+_Rows = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _rows(
+    first: Explained, second: Explained, where: Circumstances, sigma: FloatArray | float
+) -> _Rows:
+    """Whitened: base columns, the first explanation at its size, the second's columns."""
+    up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
+    noise = np.broadcast_to(sigma, len(up))[:, None]
+    own = _radial(first, where, up) @ first.size
+    return design(up) / noise, own[:, None] / noise, _radial(second, where, up) / noise
+
+
+def _radial(explained: Explained, where: Circumstances, up: FloatArray) -> FloatArray:
+    columns = explained.effect.columns(ACCELEROMETER, where, explained.variant)
+    return np.asarray(np.nan_to_num(np.einsum("ni,nip->np", up, columns)))
+
+
+def _stacked(rows: _Rows, more: _Rows) -> _Rows:
+    base, own, other = (np.concatenate(pair) for pair in zip(rows, more, strict=True))
+    return base, own, other
+
+
+def _apart(base: FloatArray, own: FloatArray, other: FloatArray) -> float:
+    """Length of what neither the base nor the other explanation can imitate."""
+    both = np.concatenate([base, other], axis=1)
+    scale = np.linalg.norm(both, axis=0)
+    both = both[:, scale > 0.0] / scale[scale > 0.0]
+    left, values, _ = np.linalg.svd(both, full_matrices=False)
+    inner = left[:, values > 1e-9 * values[0]]
+    rest = own - inner @ (inner.T @ own)
+    length = float(np.linalg.norm(rest))
+    return length if length > 1e-9 * float(np.linalg.norm(own)) else 0.0
