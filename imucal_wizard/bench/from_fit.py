@@ -1,0 +1,81 @@
+"""From a fit to the misfit that the bench asks its questions of."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.bench.misfit import Candidate, Misfit, RowKind
+from imucal_wizard.effects.effect import Circumstances, Effect
+from imucal_wizard.solver.extended.linear import Linear
+
+KINDS = {"hold": RowKind.HOLD, "still": RowKind.STILL, "rotation": RowKind.ROTATION}
+
+
+def misfit_of(
+    linear: Linear,
+    sensor: str,
+    holds: Circumstances,
+    effects: Sequence[Effect],
+    known: frozenset[str] = frozenset(),
+) -> Misfit:
+    """What a fit leaves, whitened by the noise alone, with every effect that may explain it.
+
+    Args:
+        linear: the fit made linear.
+        sensor: ``accelerometer`` or ``gyroscope``.
+        holds: circumstances of the holds, in the order of the fit's indices.
+        effects: the catalogue.
+        known: names of the effects that are in the model already.
+    """
+    ratio = (linear.sigma / linear.floor)[:, None]
+    kind = np.array([KINDS[row.kind] for row in linear.rows], np.int64)
+    source = np.array([row.index for row in linear.rows], np.int64)
+    axis = np.array([-1 if row.axis is None else row.axis for row in linear.rows], np.int64)
+    up = holds.force / np.linalg.norm(holds.force, axis=1)[:, None]
+    direction = np.full((len(kind), 3), np.nan)
+    at_rest = kind != RowKind.ROTATION
+    direction[at_rest] = up[source[at_rest]]
+    candidates = [
+        candidate
+        for effect in effects
+        if effect.name not in known and sensor in effect.sensors
+        if effect.lacking(sensor, holds) is None
+        for candidate in _candidates(linear, sensor, holds, effect, ratio)
+    ]
+    return Misfit(
+        residual=linear.residual * ratio[:, 0],
+        base=_with_priors(linear, ratio),
+        kind=kind,
+        source=source,
+        direction=direction,
+        axis=np.where(kind == RowKind.STILL, axis, -1),
+        time=linear.order,
+        sigma=linear.floor,
+        group=linear.groups,
+        candidates=tuple(candidates),
+    )
+
+
+def _with_priors(linear: Linear, ratio: np.ndarray) -> np.ndarray:
+    """The columns of what is fitted already; a column that only its prior holds is left out."""
+    columns = linear.base * ratio
+    strength = (columns**2).sum(axis=0)
+    return np.asarray(columns[:, strength > linear.precision])
+
+
+def _candidates(
+    linear: Linear, sensor: str, holds: Circumstances, effect: Effect, ratio: np.ndarray
+) -> list[Candidate]:
+    parameters = effect.parameters(sensor)
+    return [
+        Candidate(
+            term=effect.name,
+            family=effect.family or effect.name,
+            variant=variant,
+            names=tuple(parameter.name for parameter in parameters),
+            columns=linear.lift(effect, variant) * ratio,
+            typical=np.array([parameter.typical for parameter in parameters]),
+            unit=parameters[0].unit,
+        )
+        for variant in effect.variants(holds)
+    ]

@@ -1,0 +1,185 @@
+"""The bench: one sensor's data, a stack of terms, and the questions that can be asked of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from imucal_wizard.bench.evidence import Jury
+from imucal_wizard.bench.from_fit import misfit_of
+from imucal_wizard.bench.hypotheses import all_hypotheses
+from imucal_wizard.bench.ladder import Rung, confirmed, rung
+from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.suspects import Suspect, best_by_chance, rank
+from imucal_wizard.bench.verdict import Opinion, Verdict, judge
+from imucal_wizard.effects.catalogue import effects_for
+from imucal_wizard.effects.effect import Effect
+from imucal_wizard.errors import DataError, UsageError
+from imucal_wizard.solver.extended.fit import Measured, fit_with
+from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.solver.extended.result import Extended
+from imucal_wizard.solver.extended.terms import Term
+
+MOST_ADDED = 4
+"""Effects that are added without being asked; a sensor with more has another problem."""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What the bench says of the present model.
+
+    Attributes:
+        fit: the present fit.
+        misfit: what it leaves.
+        suspects: every effect against that, the likeliest first.
+        opinion: what the evidence carries.
+    """
+
+    fit: Extended
+    misfit: Misfit
+    suspects: tuple[Suspect, ...]
+    opinion: Opinion
+
+
+class Bench:
+    """Models of one sensor, from one measurement.
+
+    Args:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        measured: everything known of it.
+        base: terms of the base model; any of them may be left out to climb the whole ladder.
+        own: effects of the user's own.
+
+    Raises:
+        DataError: the data do not carry the base model.
+    """
+
+    def __init__(
+        self,
+        sensor: str,
+        measured: Measured,
+        base: Sequence[str] = BASE,
+        own: Sequence[Effect] = (),
+    ) -> None:
+        self.sensor = sensor
+        self.measured = measured
+        self.catalogue = effects_for(sensor, own)
+        self._fits: list[Extended] = [fit_with(measured, (), base)]
+        self.ladder: list[Rung] = [rung(self._fits[0])]
+        self._findings: Findings | None = None
+
+    @property
+    def fit(self) -> Extended:
+        """The present fit."""
+        return self._fits[-1]
+
+    def look(self) -> Findings:
+        """Suspects and verdict for the present model; computed once per model."""
+        if self._findings is None:
+            known = frozenset(self.fit.model)
+            circumstances = self.measured.circumstances
+            misfit = misfit_of(self.fit.linear, self.sensor, circumstances, self.catalogue, known)
+            across, hypotheses = all_hypotheses(misfit)
+            jury = Jury(across, hypotheses)
+            suspects = rank(misfit, jury, best_by_chance(jury))
+            p = min((suspect.p for suspect in suspects), default=1.0)
+            self._findings = Findings(self.fit, misfit, suspects, judge(misfit, jury, p))
+        return self._findings
+
+    def add(self, name: str, variant: float | None = None) -> Rung:
+        """Add an effect to the model.
+
+        Args:
+            name: of the effect.
+            variant: its setting; None for the likeliest.
+
+        Raises:
+            UsageError: there is no such effect, or it is in the model already.
+            DataError: the data do not carry it.
+        """
+        if name in self.fit.model:
+            raise UsageError(f"{name} is in the model already")
+        effect = next((one for one in self.catalogue if one.name == name), None)
+        if effect is None:
+            known = ", ".join(one.name for one in self.catalogue)
+            raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
+        lacking = effect.lacking(self.sensor, self.measured.circumstances)
+        if lacking is not None:
+            raise DataError(f"{name} cannot be added: {lacking}")
+        term = Term(effect, self._variant(name) if variant is None else variant)
+        fit = fit_with(self.measured, (*self.fit.terms, term), self.fit.base)
+        return self._climb(fit, name)
+
+    def remove(self, name: str) -> Rung:
+        """Take a term out of the model, an effect or a part of the base.
+
+        Raises:
+            UsageError: it is not in the model.
+        """
+        if name not in self.fit.model:
+            raise UsageError(f"{name} is not in the model: {', '.join(self.fit.model)}")
+        terms = tuple(term for term in self.fit.terms if term.name != name)
+        base = tuple(term for term in self.fit.base if term != name)
+        return self._climb(fit_with(self.measured, terms, base), None)
+
+    def undo(self) -> bool:
+        """Go back to the model before; False at the first one."""
+        if len(self._fits) == 1:
+            return False
+        self._fits.pop()
+        self.ladder.pop()
+        self._findings = None
+        return True
+
+    def confirmed(self, steps: int = 1) -> bool:
+        """Whether data held out agree that the newest rung is better than the one ``steps`` below.
+
+        The effects of one explanation are judged together: each alone may well make things worse.
+        """
+        if len(self.ladder) <= steps:
+            return False
+        kinds = {effect.name: effect.kind for effect in self.catalogue}
+        added = [one.added for one in self.ladder[-steps:] if one.added is not None]
+        of_time = any(kinds[name] == "time" for name in added)
+        return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
+
+    def automatic(self) -> Findings:
+        """Add what the evidence carries and data held out confirm; stop by itself.
+
+        Returns:
+            The findings that led to the last step: those of the model before it where something was
+            added and nothing is left to say, so that the verdict names what was missing.
+        """
+        said = self.look()
+        for _ in range(MOST_ADDED):
+            found = self.look()
+            named = found.opinion.terms
+            if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
+                break
+            if not self._try(named):
+                break
+            said = found
+        last = self.look()
+        return said if last.opinion.verdict is Verdict.COMPLETE else last
+
+    def _try(self, families: tuple[tuple[str, ...], ...]) -> bool:
+        """Add the plainest likely member of each family; take all back when it is not confirmed."""
+        order = [effect.name for effect in self.catalogue]
+        chosen = [min(members, key=order.index) for members in families]
+        variants = {name: self._variant(name) for name in chosen}
+        for name in chosen:
+            self.add(name, variants[name])
+        if self.confirmed(len(chosen)):
+            return True
+        for _ in chosen:
+            self.undo()
+        return False
+
+    def _variant(self, name: str) -> float | None:
+        """The likeliest setting of an effect for what the present model leaves."""
+        candidates = (suspect.candidate for suspect in self.look().suspects if suspect.term == name)
+        return next((c.variant for c in candidates if c is not None), None)
+
+    def _climb(self, fit: Extended, added: str | None) -> Rung:
+        self._fits.append(fit)
+        self.ladder.append(rung(fit, added))
+        self._findings = None
+        return self.ladder[-1]
