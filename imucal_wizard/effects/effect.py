@@ -19,6 +19,7 @@ ACCELEROMETER = "accelerometer"
 GYROSCOPE = "gyroscope"
 
 Kind = Literal["orientation", "time", "hold"]
+Against = Literal["input", "force", "temperature", "time", "previous", "vibration"]
 Grades = Mapping[str, tuple[float, float]]
 Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
 
@@ -136,6 +137,7 @@ class Effect(ABC):
         title: its name in plain words.
         equation: its formula on axis ``i``, ``x`` being the true input.
         order: place in lists; the plainest of a family first.
+        against: what to draw the residuals over, to see it.
         stories: what to tell about it, by sensor.
     """
 
@@ -146,6 +148,7 @@ class Effect(ABC):
     title: str
     equation: str
     order: int = 100
+    against: Against = "input"
     stories: Mapping[str, Story] = {}
 
     @abstractmethod

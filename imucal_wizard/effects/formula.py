@@ -35,7 +35,7 @@ from imucal_wizard.effects.effect import (
     Story,
 )
 from imucal_wizard.effects.expression import FUNCTIONS, Expression, Value, parse
-from imucal_wizard.effects.variables import VARIABLES, kind_of, missing, variables_of
+from imucal_wizard.effects.variables import VARIABLES, against_of, kind_of, missing, variables_of
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 
@@ -82,6 +82,7 @@ class FormulaEffect(Effect):
         self._rules = _rules(text)
         used = {name for rule in self._rules for name in rule.expression.names}
         self.kind = kind_of(used)
+        self.against = against_of(used)
         self.stories = {sensor: _story(self.equation, used)}
         self._used = used
         self._names = tuple(dict.fromkeys(n for r in self._rules for n in r.coefficients.values()))

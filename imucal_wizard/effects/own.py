@@ -16,6 +16,7 @@ from imucal_wizard.effects.cost import poses, turns
 from imucal_wizard.effects.effect import (
     ACCELEROMETER,
     GYROSCOPE,
+    Against,
     Circumstances,
     Effect,
     EffectParameter,
@@ -42,6 +43,7 @@ class OwnEffect(Effect):
         self.title = inner.title
         self.equation = inner.equation
         self.order = inner.order
+        self.against = inner.against
         self.stories = inner.stories
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
@@ -141,6 +143,8 @@ def _check_words(path: Path, effect: Effect) -> None:
         raise UsageError(f"{path}: sensors {effect.sensors!r}; write some of {_SENSORS}")
     if effect.kind not in get_args(Kind):
         raise UsageError(f"{path}: kind {effect.kind!r}; write one of {get_args(Kind)}")
+    if effect.against not in get_args(Against):
+        raise UsageError(f"{path}: against {effect.against!r}; write one of {get_args(Against)}")
 
 
 def _try(path: Path, effect: Effect, sensor: str) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import AXES, sensed, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Kind
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Against, Circumstances, Kind
 from imucal_wizard.effects.expression import Value
 from imucal_wizard.units import ACCELERATION
 
@@ -31,6 +31,14 @@ _NEEDS: Mapping[str, Callable[[Circumstances], str | None]] = {
     "v": lacks.vibrations,
 }
 """What must vary in the data, by the first letter of a variable."""
+_AGAINST: Mapping[str, Against] = {
+    "T": "temperature",
+    "t": "time",
+    "v": "vibration",
+    "p": "previous",
+    "w": "input",
+    "a": "force",
+}
 
 
 def variables_of(c: Circumstances) -> dict[str, Value]:
@@ -66,3 +74,10 @@ def kind_of(names: set[str]) -> Kind:
     if letters & {"t", "T"}:
         return "time"
     return "hold" if letters & {"p", "v"} else "orientation"
+
+
+def against_of(names: set[str]) -> Against:
+    """What to draw the residuals of such an effect over."""
+    letters = letters_of(names)
+    found = [told for letter, told in _AGAINST.items() if letter in letters]
+    return found[0] if found else "input"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.effects.catalogue import builtin_effects, effects_for
@@ -38,6 +38,7 @@ def sessions(draw: st.DrawFn) -> Circumstances:
 
 
 @each
+@settings(max_examples=40)
 @given(c=sessions())
 def test_columns_are_finite_and_linear_for_every_variant(
     effect: Effect, sensor: str, c: Circumstances
@@ -57,6 +58,7 @@ def test_columns_are_finite_and_linear_for_every_variant(
 
 
 @each
+@settings(max_examples=40)
 @given(c=sessions())
 def test_what_is_lacking_is_a_sentence_or_nothing(
     effect: Effect, sensor: str, c: Circumstances

@@ -20,6 +20,7 @@ class BiasDrift(BiasEffect):
     name = "bias-drift"
     sensors = (ACCELEROMETER, GYROSCOPE)
     family = "slow-bias"
+    against = "time"
     kind = "time"
     title = "bias drifts with time"
     equation = "ε_i = dᵢ (t − t₀)"

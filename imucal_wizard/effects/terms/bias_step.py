@@ -22,6 +22,7 @@ class BiasStep(BiasEffect):
     name = "bias-step"
     sensors = (ACCELEROMETER, GYROSCOPE)
     family = "slow-bias"
+    against = "time"
     kind = "time"
     title = "bias jumps once"
     equation = "ε_i = Bᵢ from the moment on"

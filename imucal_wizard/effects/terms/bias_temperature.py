@@ -18,6 +18,7 @@ class BiasTemperature(BiasEffect):
     name = "bias-temperature"
     sensors = (ACCELEROMETER, GYROSCOPE)
     family = "slow-bias"
+    against = "temperature"
     kind = "time"
     title = "bias follows the temperature"
     equation = "ε_i = b₁ᵢ (T − T₀)"

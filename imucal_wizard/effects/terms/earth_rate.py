@@ -32,6 +32,7 @@ class EarthRate(Effect):
 
     name = "earth-rate"
     sensors = (GYROSCOPE,)
+    against = "force"
     kind = "orientation"
     title = "the turning Earth"
     equation = "ε = Ω_up u"

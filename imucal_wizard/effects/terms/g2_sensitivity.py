@@ -19,6 +19,7 @@ class G2Sensitivity(ForceEffect):
 
     name = "g2-sensitivity"
     sensors = (GYROSCOPE,)
+    against = "force"
     kind = "orientation"
     title = "the rate follows the square of gravity"
     equation = "ε_i = Σ Hᵢⱼ f_j²"

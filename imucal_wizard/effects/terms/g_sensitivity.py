@@ -15,6 +15,7 @@ class GSensitivity(ForceEffect):
 
     name = "g-sensitivity"
     sensors = (GYROSCOPE,)
+    against = "force"
     kind = "orientation"
     title = "the rate follows gravity"
     equation = "ε_i = Σ Gᵢⱼ f_j"

@@ -20,6 +20,7 @@ class Hysteresis(AxisEffect):
 
     name = "hysteresis"
     sensors = (ACCELEROMETER,)
+    against = "previous"
     kind = "hold"
     title = "memory of the pose before"
     equation = "ε_i = hᵢ x_i of the hold before"

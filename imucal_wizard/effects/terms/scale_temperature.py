@@ -17,6 +17,7 @@ class ScaleTemperature(AxisEffect):
 
     name = "scale-temperature"
     sensors = (ACCELEROMETER, GYROSCOPE)
+    against = "temperature"
     kind = "time"
     title = "scale follows the temperature"
     equation = "ε_i = s₁ᵢ (T − T₀) x_i"

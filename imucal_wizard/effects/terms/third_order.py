@@ -40,8 +40,8 @@ class ThirdOrder(AxisEffect):
             what="Near the end of its travel the proof mass is held back, or the amplifier begins "
             "to saturate: the answer to a push flattens, to both sides alike.",
             equation="error on an axis = coefficient × (force on that axis)³",
-            signature="The same sign at both faces of the axis and the other sign around 45°: four "
-            "lobes around the axis. Most of it passes for a scale error.",
+            signature="The same sign at both faces of the axis and where it is level, the other "
+            "sign at 45° between. Three quarters of it pass for a scale error.",
             needs="Faces, edges and corners. Gravity hardly tells it from the odd quadratic term; "
             "several g would.",
         ),

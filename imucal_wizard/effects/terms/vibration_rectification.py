@@ -19,6 +19,7 @@ class VibrationRectification(BiasEffect):
 
     name = "vibration-rectification"
     sensors = (ACCELEROMETER,)
+    against = "vibration"
     kind = "hold"
     title = "vibration moves the mean"
     equation = "ε_i = K_vᵢ ⟨vibration²⟩"

@@ -24,6 +24,7 @@ class WarmUp(BiasEffect):
     name = "warm-up"
     sensors = (ACCELEROMETER, GYROSCOPE)
     family = "slow-bias"
+    against = "time"
     kind = "time"
     title = "warm-up after switching on"
     equation = "ε_i = Wᵢ exp(−t/τ)"
