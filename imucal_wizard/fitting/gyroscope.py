@@ -97,7 +97,14 @@ def _vector(
     known = unit != COUNT
     inside = paths([rotations[i] for i in bench.usable], accelerometer)
     start = start_matrix(bench.turns, inside, bench.stills.mean(axis=0), known)
-    return fit_vector(bench.turns, bench.stills, bench.still_floor, start, nominal_of(start, known))
+    return fit_vector(
+        bench.turns,
+        bench.stills,
+        bench.still_floor,
+        start,
+        nominal_of(start, known),
+        0.5 * _noise(bench, start),
+    )
 
 
 def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
@@ -158,19 +165,23 @@ def _before(bench: Bench, vector: VectorFit, unit: str) -> FloatArray:
 
 
 def _floor(bench: Bench, vector: VectorFit) -> float:
-    """Closure that noise alone would make, rad rms: angle random walk and both directions.
+    """Closure that noise alone would make, rad rms."""
+    return float(np.sqrt(_noise(bench, vector.matrix).mean()))
+
+
+def _noise(bench: Bench, matrix: FloatArray) -> FloatArray:
+    """Mean square of each closure by noise alone: angle random walk and both directions, (m,).
 
     Two components of each are seen; the one about gravity is not.
     """
     steps = bench.turns.steps
     durations = np.add.reduceat(steps.dt, steps.offsets[:-1])
-    per_second = float(((vector.matrix**2) @ bench.density).mean())
-    walk = 2.0 * per_second * float(durations.mean())
-    return float(np.sqrt(walk + 4.0 * bench.direction_sigma**2))
+    per_second = float(((matrix**2) @ bench.density).mean())
+    return np.asarray(2.0 * per_second * durations + 4.0 * bench.direction_sigma**2)
 
 
 def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:
-    found = suspect_rotation(vector.closure, vector.drops, vector.degrees_of_freedom)
+    found = suspect_rotation(vector.weighted, vector.drops, vector.degrees_of_freedom)
     return None if found is None else replace(found, index=bench.usable[found.index])
 
 

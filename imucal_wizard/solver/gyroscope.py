@@ -56,7 +56,8 @@ class VectorFit:
         covariance: of the nine entries of M by rows and the biases, shape (12, 12).
         closure: closure error of each rotation, rad, shape (m, 3).
         held_out: the same with each rotation left out in turn, or None.
-        drops: how much the sum of squared closures falls without each, rad², shape (m,).
+        weighted: closure errors over the standard deviation of each, shape (m, 3).
+        drops: how much the sum of their squares falls without each rotation, shape (m,).
         dropped: names of the gains not carried, left at their nominal value.
         nominal: which sensor axis feels each body axis, and which gains are scales.
         iterations: Gauss–Newton steps.
@@ -68,6 +69,7 @@ class VectorFit:
     covariance: FloatArray
     closure: FloatArray
     held_out: FloatArray | None
+    weighted: FloatArray
     drops: FloatArray
     dropped: tuple[str, ...]
     nominal: Nominal
@@ -81,6 +83,7 @@ def fit_vector(
     still_floor: FloatArray,
     start: FloatArray,
     nominal: Nominal,
+    noise: FloatArray | None = None,
 ) -> VectorFit:
     """Fit M and b to rotations and still means.
 
@@ -90,6 +93,8 @@ def fit_vector(
         still_floor: standard deviation of such a mean from noise alone, shape (3,).
         start: M to start from, shape (3, 3).
         nominal: what a gain is that the rotations do not carry.
+        noise: variance of each component of each rotation's closure that noise alone makes, rad²,
+            shape (m,); None when not known.
 
     Raises:
         DataError: the rotations do not carry the scales, or the fit does not converge.
@@ -97,6 +102,8 @@ def fit_vector(
     data = rotation_data(turns, stills, still_floor, start)
     point = point_at(data, start, stills.mean(axis=0), CLOSING_AT_FIRST, tuple(range(SIZE)))
     point, iterations = _minimise(data, point, PRIOR)
+    if noise is not None:
+        data = _weighed(data, point.closing, noise)
     free = _carried(data, point, nominal)
     while True:
         matrix = nominal.filled(point.matrix, free)
@@ -113,12 +120,24 @@ def fit_vector(
         covariance + frame_covariance(data, point),
         point.at.errors,
         held_out(data, point),
+        point.errors(data),
         drops(data, point),
         tuple(nominal.parameter(index) for index in range(9) if index not in free),
         nominal,
         iterations,
         freedom(turns, free),
     )
+
+
+def _weighed(data: RotationData, closing: float, noise: FloatArray) -> RotationData:
+    """Rotations weighed by their noise and by what a first fit leaves beyond it.
+
+    That rest (the hand, the support, physics not in the model) is the same for all of them.
+    """
+    variance = noise + max(closing**2 - float(noise.mean()), 0.0)
+    if not (variance > 0.0).all():
+        return data
+    return replace(data, spread=np.sqrt(variance / variance.mean()))
 
 
 def _carried(data: RotationData, point: Point, nominal: Nominal) -> tuple[int, ...]:
@@ -176,7 +195,8 @@ def _closing(data: RotationData, point: Point, fitted: float) -> float:
     The three biases are known from the still means and cost the rotations nothing.
     """
     left = max(2.0 * len(data.turns) - max(fitted - 3.0, 0.0), 1.0)
-    return max(float(np.sqrt((point.at.errors**2).sum() / left)), SMALLEST_CLOSING)
+    squares = float((point.errors(data) ** 2).sum()) * point.closing**2
+    return max(float(np.sqrt(squares / left)), SMALLEST_CLOSING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,4 +225,5 @@ def _length(
 def _cost(data: RotationData, hill: _Hill, point: Point, closure: FloatArray) -> float:
     still = (data.stills - point.bias) / data.still_sigma
     away = hill.prior * point.distance(data, hill.begin) ** 2
-    return float((closure**2).sum()) / point.closing**2 + float((still**2).sum() + away.sum())
+    turned = closure / (point.closing * data.spread[:, None])
+    return float((turned**2).sum() + (still**2).sum() + away.sum())

@@ -27,7 +27,8 @@ def frame_covariance(data: RotationData, point: Point) -> FloatArray:
         return covariance
     columns = point.columns(data)
     inverse, _ = inverted(point.normal(data, columns)[0])
-    moved = np.einsum("mip,mik->pk", columns, shifts) / point.closing
+    sigma = point.closing * data.spread[:, None, None]
+    moved = np.einsum("mip,mik->pk", columns, shifts / sigma)
     change = np.zeros((SIZE, moved.shape[1]))
     change[list(point.free)] = -inverse @ moved
     change *= data.units[:, None]
@@ -44,7 +45,7 @@ def held_out(data: RotationData, point: Point) -> FloatArray | None:
     turns, free = data.turns, list(point.free)
     if freedom(turns, free) <= 2:
         return None
-    columns = point.columns(data)
+    columns, weighted = point.columns(data), point.errors(data)
     normal, slope = point.normal(data, columns)
     matrices, biases = np.empty((len(turns), 3, 3)), np.empty((len(turns), 3))
     for index, own in enumerate(columns):
@@ -52,7 +53,7 @@ def held_out(data: RotationData, point: Point) -> FloatArray | None:
         if blind.any():
             return None
         step = np.zeros(SIZE)
-        step[free] = -inverse @ (slope - own.T @ point.at.errors[index] / point.closing)
+        step[free] = -inverse @ (slope - own.T @ weighted[index])
         change = step * data.units
         matrices[index] = point.matrix + change[MATRIX].reshape(3, 3)
         biases[index] = point.bias + change[BIAS]
@@ -60,10 +61,10 @@ def held_out(data: RotationData, point: Point) -> FloatArray | None:
 
 
 def drops(data: RotationData, point: Point) -> FloatArray:
-    """Fall of the sum of squares without each rotation, ``rᵀ (I − H)⁻¹ r``, rad², shape (m,)."""
+    """Fall of the weighted sum of squares without each rotation, ``rᵀ (I − H)⁻¹ r``, shape (m,)."""
     columns = point.columns(data)
     inverse, _ = inverted(point.normal(data, columns)[0])
     leverage = np.einsum("mip,pq,mjq->mij", columns, inverse, columns)
     free_of_itself = np.linalg.pinv(np.eye(3) - leverage, rcond=1e-6, hermitian=True)
-    errors_there = point.at.errors
-    return np.asarray(np.einsum("mi,mij,mj->m", errors_there, free_of_itself, errors_there))
+    weighted = point.errors(data)
+    return np.asarray(np.einsum("mi,mij,mj->m", weighted, free_of_itself, weighted))

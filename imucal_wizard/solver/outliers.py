@@ -63,8 +63,8 @@ def suspect_rotation(closure: FloatArray, drops: FloatArray, freedom: int) -> Su
     Fisher's with 2 and ν degrees of freedom, ``P(F > f) = (1 + 2 f/ν)^(−ν/2)``.
 
     Args:
-        closure: closure error of each rotation, rad, shape (m, 3).
-        drops: how much the sum of their squares falls without each, rad², shape (m,).
+        closure: weighted closure error of each rotation, shape (m, 3).
+        drops: how much the sum of their squares falls without each, shape (m,).
         freedom: degrees of freedom of the fit.
     """
     rest = freedom - 2

@@ -18,12 +18,22 @@ BLIND = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class RotationData:
-    """Rotations and still means, with the units that make the parameters dimensionless."""
+    """Rotations and still means, with the units that make the parameters dimensionless.
+
+    Attributes:
+        turns: the rotations.
+        stills: mean reading of each hold, shape (n, 3).
+        still_sigma: scatter of these means, which weighs them, shape (3,).
+        gain: the overall gain, rad/s per reading.
+        spread: standard deviation of each rotation's closure relative to the rms of all, shape
+            (m,): a long one gathers more noise.
+    """
 
     turns: Turns
     stills: FloatArray
     still_sigma: FloatArray
     gain: float
+    spread: FloatArray
 
     @property
     def units(self) -> FloatArray:
@@ -39,7 +49,7 @@ class Point:
         matrix: M.
         bias: b.
         at: closure there.
-        closing: rms closure per component that weighs the rotations, rad.
+        closing: rms closure per component of a rotation of average spread, rad.
         free: which of the twelve parameters are fitted.
     """
 
@@ -62,7 +72,12 @@ class Point:
 
     def columns(self, data: RotationData) -> FloatArray:
         """Weighted derivative of the closures by the free dimensionless parameters, (m, 3, p)."""
-        return (self.at.jacobian * data.units)[:, :, self.free] / self.closing
+        sigma = self.closing * data.spread[:, None, None]
+        return (self.at.jacobian * data.units)[:, :, self.free] / sigma
+
+    def errors(self, data: RotationData) -> FloatArray:
+        """Weighted closure errors, shape (m, 3)."""
+        return self.at.errors / (self.closing * data.spread[:, None])
 
     def normal(self, data: RotationData, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Normal matrix and gradient of the free parameters."""
@@ -72,7 +87,7 @@ class Point:
         pull = np.zeros(SIZE)
         pull[BIAS] = ((data.stills - self.bias) / data.still_sigma).sum(axis=0)
         chosen = np.ix_(self.free, self.free)
-        slope = flat.T @ self.at.errors.ravel() / self.closing - pull[list(self.free)]
+        slope = flat.T @ self.errors(data).ravel() - pull[list(self.free)]
         return flat.T @ flat + still[chosen], slope
 
 
@@ -111,4 +126,4 @@ def rotation_data(
     scatter = stills.std(axis=0, ddof=1) if len(stills) > 2 else floor
     tiny = 1e-9 * max(float(np.abs(stills).max()), 1e-9)
     sigma = np.maximum(np.maximum(scatter, floor), tiny)
-    return RotationData(turns, stills, sigma, float(np.linalg.norm(start, 2)))
+    return RotationData(turns, stills, sigma, float(np.linalg.norm(start, 2)), np.ones(len(turns)))

@@ -28,29 +28,36 @@ class Experiment:
         paths: the same with the accelerometer in them.
         stills: mean reading at each rest, shape (n, 3).
         floor: standard deviation of such a mean, shape (3,).
+        noise: variance of each component of each closure by noise, rad², shape (m,).
     """
 
     turns: Turns
     paths: list[Path]
     stills: FloatArray
     floor: FloatArray
+    noise: FloatArray
 
     def fit(self, known: bool = True, nominal: Nominal | None = None) -> VectorFit:
         """The nine-parameter fit from a start that assumes nothing."""
         start = start_matrix(self.turns, self.paths, self.stills.mean(axis=0), known)
-        return fit_vector(
-            self.turns, self.stills, self.floor, start, nominal or nominal_of(start, known)
-        )
+        nominal = nominal or nominal_of(start, known)
+        return fit_vector(self.turns, self.stills, self.floor, start, nominal, self.noise)
 
     def only(self, rows: Sequence[int]) -> "Experiment":
         """Some of the rotations."""
         steps = lay_out([self.paths[i].time for i in rows], [self.paths[i].reading for i in rows])
         turns = Turns(steps, self.turns.before[list(rows)], self.turns.after[list(rows)])
-        return replace(self, turns=turns, paths=[self.paths[i] for i in rows])
+        paths = [self.paths[i] for i in rows]
+        return replace(self, turns=turns, paths=paths, noise=self.noise[list(rows)])
 
 
 def hand_turns(
-    count: int, rng: np.random.Generator, *, axes: str = "xyz", wobble: float = 0.05
+    count: int,
+    rng: np.random.Generator,
+    *,
+    axes: str = "xyz",
+    wobble: float = 0.05,
+    rate: float = 100.0,
 ) -> list[Motion]:
     """``count`` turns about each axis as a hand makes them: both senses, several speeds."""
     motions = []
@@ -60,7 +67,7 @@ def hand_turns(
             seconds = abs(angle) / np.radians((40.0, 110.0, 200.0)[index % 3]) * 2.2
             vector = angle * np.eye(3)["xyz".index(axis)] + 0.5 * wobble * rng.standard_normal(3)
             swing = wobble * rng.standard_normal(3)
-            motions.append(turn(STARTS[axis], vector, seconds=seconds, wobble=swing))
+            motions.append(turn(STARTS[axis], vector, seconds=seconds, wobble=swing, rate=rate))
     return motions
 
 
@@ -84,7 +91,7 @@ def experiment(
     still_seconds: float = 5.0,
     tilt_sigma: float = 0.0,
 ) -> Experiment:
-    """Readings of these motions, with white noise of ``sigma`` (rad/s) per sample at 100 Hz.
+    """Readings of these motions, with white noise of ``sigma`` (rad/s) per sample.
 
     Args:
         motions: the true motions.
@@ -100,7 +107,8 @@ def experiment(
         truth.readings(m.rate) + gain * sigma * chance.standard_normal(m.rate.shape)
         for m in motions
     ]
-    floor = gain * sigma / np.sqrt(100.0 * still_seconds)
+    interval = float(motions[0].time[1] - motions[0].time[0])
+    floor = gain * sigma * np.sqrt(interval / still_seconds)
     count = len(motions) + 1
     stills = truth.bias + floor * chance.standard_normal((count, 3))
     ends = np.array([[m.up[0], m.up[-1]] for m in motions])
@@ -108,7 +116,9 @@ def experiment(
     ends /= np.linalg.norm(ends, axis=2)[:, :, None]
     turns = Turns(lay_out([m.time for m in motions], readings), ends[:, 0], ends[:, 1])
     paths = [Path(m.time, y, m.up) for m, y in zip(motions, readings, strict=True)]
-    return Experiment(turns, paths, stills, np.full(3, max(floor, 1e-9 * gain)))
+    seconds = np.array([m.time[-1] - m.time[0] for m in motions])
+    noise = sigma**2 * interval * seconds + 2.0 * tilt_sigma**2
+    return Experiment(turns, paths, stills, np.full(3, max(floor, 1e-9 * gain)), noise)
 
 
 def recorded(

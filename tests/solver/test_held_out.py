@@ -1,0 +1,116 @@
+"""What is held out is what a complete refit without it would err."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.solver.accelerometer import fit_accelerometer
+from imucal_wizard.solver.closure import errors
+from imucal_wizard.solver.judging import judge
+from tests.solver.motions import experiment, hand_turns
+from tests.solver.truth import (
+    EIGHTEEN,
+    SIX,
+    TWENTY_SIX,
+    even_directions,
+    holds_of,
+    tilted,
+    typical_accelerometer,
+    typical_gyroscope,
+)
+
+GRAVITY = 9.80665
+
+
+@pytest.mark.parametrize("method", ["least_squares", "newton"])
+def test_each_direction_is_left_out_whole(method: str) -> None:
+    """A refit of all holds but those within 12° of one direction gives exactly its errors."""
+    rng = np.random.default_rng(0)
+    up = tilted(np.concatenate([EIGHTEEN, SIX]), 1.0, rng)
+    noise = 3e-3 * rng.standard_normal((24, 3))
+    holds = holds_of(typical_accelerometer(), up, noise=noise, sigma=3e-3)
+    result = fit_accelerometer(holds, GRAVITY, "m/s^2", method)
+    assert result.fit.held_out is not None
+    assert result.labels.max() + 1 == 18
+    for label in range(18):
+        kept = [hold for hold, own in zip(holds, result.labels, strict=True) if own != label]
+        refit = fit_accelerometer(kept, GRAVITY, "m/s^2", method).fit
+        for index in np.flatnonzero(result.labels == label):
+            corrected = refit.matrix @ (holds[index].accelerometer - refit.bias)
+            error = np.linalg.norm(corrected) - GRAVITY
+            assert result.fit.held_out[index] == pytest.approx(error, abs=2e-6)
+
+
+def test_held_out_errors_are_those_of_new_directions() -> None:
+    """On average over experiments: the rms held out is the rms on orientations never seen.
+
+    A new hold has its own noise as a held-out one has. 60 experiments know the ratio to 5 %.
+    """
+    rng = np.random.default_rng(1)
+    truth = typical_accelerometer()
+    new = holds_of(truth, even_directions(200, rng), noise=3e-3 * rng.standard_normal((200, 3)))
+    readings = np.array([hold.accelerometer for hold in new])
+    held, unseen = [], []
+    for _ in range(60):
+        noise = 3e-3 * rng.standard_normal((26, 3))
+        fit = fit_accelerometer(holds_of(truth, TWENTY_SIX, noise=noise), GRAVITY, "m/s^2").fit
+        lengths = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1)
+        unseen.append(np.mean((lengths - GRAVITY) ** 2))
+        held.append((fit.rms_held_out or 0.0) ** 2)
+    # leaving a direction out also leaves a hole, so it errs a little more
+    assert 1.0 < np.sqrt(np.mean(held) / np.mean(unseen)) < 1.35
+
+
+@pytest.mark.parametrize("tilt_sigma", [0.0, 1e-3])
+def test_a_rotation_left_out_errs_as_under_a_complete_refit(tilt_sigma: float) -> None:
+    """One Gauss–Newton step from the fit of all is all that it takes.
+
+    Refits also weigh the still means and the rotations anew, which moves an error by 3 % of its
+    size at most.
+    """
+    rng = np.random.default_rng(2)
+    data = experiment(
+        hand_turns(6, rng), typical_gyroscope(), rng, sigma=0.0025, tilt_sigma=tilt_sigma
+    )
+    fit = data.fit()
+    assert fit.held_out is not None
+    rms = float(np.sqrt((fit.held_out**2).sum(axis=1).mean()))
+    for index in range(18):
+        refit = data.only([i for i in range(18) if i != index]).fit()
+        error = errors(data.turns, refit.matrix, refit.bias)[index]
+        allowed = 0.03 * (rms + float(np.linalg.norm(error)))
+        assert np.abs(fit.held_out[index] - error).max() < allowed
+
+
+def test_too_few_rotations_cannot_be_left_out() -> None:
+    """Five rotations have ten equations for nine gains: one less leaves eight."""
+    rng = np.random.default_rng(3)
+    data = experiment(hand_turns(6, rng), typical_gyroscope(), rng, sigma=0.0025)
+    fit = data.only([0, 1, 6, 7, 12]).fit()
+    assert fit.held_out is None or fit.dropped
+
+
+def test_judging_needs_no_refit() -> None:
+    """The linearised left-out error follows the refitted one; the rest is geometry."""
+    rng = np.random.default_rng(4)
+    truth = typical_accelerometer()
+    ratios = []
+    for size in (1.0, 10.0):
+        noise = size * 1e-3 * rng.standard_normal((26, 3))
+        holds = holds_of(truth, TWENTY_SIX, noise=noise)
+        fit = fit_accelerometer(holds, GRAVITY, "m/s^2").fit
+        ratios.append(judge(holds, GRAVITY) / (fit.rms_held_out or 1.0))
+    assert ratios[0] == pytest.approx(ratios[1], rel=0.02)
+    assert 0.4 < ratios[0] < 1.0
+
+
+def test_judging_prefers_good_holds_and_many_directions() -> None:
+    """Less noise is better; eighteen directions are better than ten of them; nothing is worst."""
+    rng = np.random.default_rng(5)
+    truth = typical_accelerometer()
+    noise = 1e-3 * rng.standard_normal((18, 3))
+    good = holds_of(truth, EIGHTEEN, noise=noise)
+    bad = holds_of(truth, EIGHTEEN, noise=10.0 * noise)
+    assert judge(good, GRAVITY) < judge(bad, GRAVITY)
+    assert judge(good, GRAVITY) < judge(good[:11], GRAVITY) < np.inf
+    assert judge(good[:3], GRAVITY) == np.inf
+    assert judge([], GRAVITY) == np.inf

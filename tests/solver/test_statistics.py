@@ -1,0 +1,133 @@
+"""Small statistics: Student's t, noise of averages, repeats, what stands out."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from imucal_wizard.procedure.blocks import BlockCutter
+from imucal_wizard.procedure.holds import hold_from
+from imucal_wizard.readings import Readings, Series
+from imucal_wizard.solver.directions import group_directions
+from imucal_wizard.solver.noise import hold_noise
+from imucal_wizard.solver.outliers import FALSE_ALARM, suspect_hold, suspect_rotation
+from imucal_wizard.solver.student import quantile, two_sided
+from tests.solver.truth import EIGHTEEN, even_directions, tilted
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 4, 9, 10, 29, 60])
+def test_students_t_is_scipys(freedom: int) -> None:
+    """Tail probabilities to 1e-13 and quantiles to 1e-9, odd and even degrees of freedom."""
+    for t in (0.0, 0.1, -1.0, 2.5, 7.0, 40.0):
+        assert two_sided(t, freedom) == pytest.approx(2 * stats.t.sf(abs(t), freedom), abs=1e-13)
+    for level in (0.5, 0.95, 0.999):
+        expected = stats.t.ppf(0.5 + level / 2, freedom)
+        assert quantile(level, freedom) == pytest.approx(expected, rel=1e-9)
+
+
+def test_few_degrees_of_freedom_reach_further() -> None:
+    """The table at the end of every textbook."""
+    known = {1: 12.706, 2: 4.303, 5: 2.571, 9: 2.262, 30: 2.042, 1000: 1.962}
+    for freedom, value in known.items():
+        assert quantile(0.95, freedom) == pytest.approx(value, abs=5e-4)
+
+
+def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
+    """200 holds of 2 s at 100 Hz: the pooled variance is σ²/n within 5 %, of both sensors."""
+    rng = np.random.default_rng(0)
+    sigma = np.array([0.02, 0.02, 0.02, 0.001, 0.002, 0.003])
+    holds = []
+    for _ in range(200):
+        values = sigma * rng.standard_normal((200, 6))
+        time = np.arange(200) / 100.0
+        readings = Readings(
+            Series(time, values[:, :3], "m/s^2"), Series(time, values[:, 3:], "rad/s")
+        )
+        holds.append(hold_from(BlockCutter(100.0).feed(readings)))
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(200, 0.02**2 / 200), rel=0.05)
+    assert noise.gyroscope_density == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
+
+
+def test_one_restless_hold_does_not_move_the_pooled_noise() -> None:
+    """The median, not the mean, of all holds; its own noise counts when it was taken by hand."""
+    from dataclasses import replace
+
+    from tests.solver.truth import hold
+
+    quiet = [hold(np.zeros(3), 10.0 * i, sigma=1e-3) for i in range(9)]
+    shaky = hold(np.zeros(3), 100.0, sigma=0.1)
+    alone, spoilt = hold_noise(quiet).accelerometer, hold_noise([*quiet, shaky]).accelerometer
+    assert spoilt == pytest.approx(np.full(10, alone[0]))
+    by_hand = hold_noise([*quiet, replace(shaky, hand_held=True)]).accelerometer
+    assert by_hand[9] == pytest.approx(0.1**2)
+
+
+def test_a_longer_hold_is_quieter() -> None:
+    """White noise: four times as long, a quarter of the variance."""
+    from tests.solver.truth import hold
+
+    noise = hold_noise([hold(np.zeros(3), 0.0, seconds, sigma=1e-3) for seconds in (2.0, 8.0)])
+    assert noise.accelerometer[0] == pytest.approx(4.0 * noise.accelerometer[1])
+
+
+def test_holds_within_twelve_degrees_are_repeats() -> None:
+    """Eighteen poses held three times by a hand that misses by 1.5° are eighteen directions."""
+    rng = np.random.default_rng(1)
+    up = tilted(np.tile(EIGHTEEN, (3, 1)), 1.0, rng)
+    labels = group_directions(up)
+    assert (labels == np.tile(np.arange(18), 3)).all()
+
+
+def test_a_direction_goes_to_the_nearest_of_the_leaders() -> None:
+    """Between two leaders 20° apart, one that is 8° from the second is the second's."""
+    angles = np.radians([0.0, 20.0, 12.0, 8.0, 40.0])
+    up = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(5)])
+    assert group_directions(up).tolist() == [0, 1, 1, 0, 2]
+
+
+def test_false_alarms_are_as_rare_as_they_are_said_to_be() -> None:
+    """2000 faultless sets of holds and of rotations: at most 7 suspects where 2 are expected."""
+    rng = np.random.default_rng(2)
+    columns = np.column_stack([EIGHTEEN, EIGHTEEN**2, np.ones(18) * 0.1])
+    hat = columns @ np.linalg.pinv(columns)
+    holds = rotations = 0
+    gains = rng.standard_normal((36, 9))
+    project = np.eye(36) - gains @ np.linalg.pinv(gains)
+    for _ in range(2000):
+        noise = rng.standard_normal(18)
+        holds += suspect_hold(noise - hat @ noise, columns) is not None
+        left = (project @ rng.standard_normal(36)).reshape(18, 2)
+        closure = np.column_stack([left, np.zeros(18)])
+        drops = np.array(
+            [
+                left[i] @ np.linalg.solve(project[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], left[i])
+                for i in range(18)
+            ]
+        )
+        rotations += suspect_rotation(closure, drops, 27) is not None
+    assert FALSE_ALARM == 0.001
+    assert holds <= 7
+    assert rotations <= 7
+
+
+def test_a_disturbed_hold_stands_out() -> None:
+    """Ten times the noise at one of eighteen, where nine parameters try to hide it."""
+    rng = np.random.default_rng(3)
+    up = even_directions(26, rng)
+    pairs = [up[:, i] * up[:, j] for i in range(3) for j in range(i, 3)]
+    columns = np.column_stack([up, *pairs])
+    noise = rng.standard_normal(26)
+    noise[11] += 12.0
+    errors = noise - columns @ np.linalg.pinv(columns) @ noise
+    found = suspect_hold(errors, columns)
+    assert found is not None
+    assert found.index == 11
+    assert found.ratio > 5.0
+
+
+def test_too_little_is_left_to_suspect_anything() -> None:
+    """With two degrees of freedom one outlier cannot be told from another; zero errors neither."""
+    columns = np.eye(9, 7)
+    assert suspect_hold(np.array([0, 0, 0, 0, 0, 0, 0, 5.0, 1.0]), columns) is None
+    assert suspect_hold(np.zeros(9), np.eye(9, 3)) is None
+    assert suspect_rotation(np.zeros((6, 3)), np.zeros(6), 9) is None
