@@ -55,9 +55,9 @@ class CrossProduct(Effect):
             what="A proof mass pushed aside along one direction answers to another with a changed "
             "gain: its beams twist, its electrodes overlap a little less.",
             equation="error on an axis = coefficient × force on one axis × force on another",
-            signature="The product of two axes is there on edges and not at faces; the fit meets it "
-            "half way with a bias, so that faces and edges end up with opposite errors. The "
-            "product of all three shows at corners only, its sign changing from one to the next.",
+            signature="The product of two axes is there on edges and not at faces; the fit meets "
+            "it half way with a bias, so that faces and edges end up with opposite errors. The "
+            "product of all three shows at corners only, its sign changing from each to the next.",
             needs="Edges, and all eight corners: without corners the product of all three is never "
             "seen. Several coefficients stand for the same residual, so only their sum is real.",
         ),

@@ -34,8 +34,8 @@ class OddQuadratic(AxisEffect):
             "mass is pushed, to either side alike: large forces read too small, or too large, on "
             "both sides.",
             equation="error on an axis = coefficient × force × size of the force",
-            signature="The same sign at both faces of the axis and the other sign around 45°. Nearly "
-            "nine tenths of it pass for a scale error, so little is left to be seen.",
+            signature="The same sign at both faces of the axis and the other sign around 45°. "
+            "Nearly nine tenths of it pass for a scale error, so little is left to be seen.",
             needs="Faces, edges and corners, and low noise. Gravity hardly tells it from the "
             "third-order term; several g would, on a shaker or a centrifuge.",
         ),
