@@ -27,11 +27,13 @@ class Nominal:
         channels: for each body axis the sensor axis that feels it: (0, 1, 2) unless swapped.
         signs: +1 or −1, shape (3,).
         known: the readings are in rad/s, so that a scale is 1; of counts nobody knows it.
+        clear: the estimate that it comes from gives each body axis a sensor axis of its own.
     """
 
     channels: tuple[int, ...] = (0, 1, 2)
     signs: tuple[float, ...] = (1.0, 1.0, 1.0)
     known: bool = True
+    clear: bool = True
 
     @property
     def scales(self) -> tuple[int, ...]:
@@ -78,7 +80,7 @@ def nominal_of(start: FloatArray, known: bool) -> Nominal:
     channels = tuple(int(channel) for channel in size.argmax(axis=1))
     clear = (size.max(axis=1) > 0.5 * size.max()).all()
     if sorted(channels) != [0, 1, 2] or not clear:
-        return Nominal(known=known)
+        return Nominal(known=known, clear=False)
     signs = tuple(float(np.sign(start[axis, channel])) for axis, channel in enumerate(channels))
     return Nominal(channels, signs, known)
 

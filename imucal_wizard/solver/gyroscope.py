@@ -154,6 +154,11 @@ def _carried(data: RotationData, point: Point, nominal: Nominal) -> tuple[int, .
             return point.free
         nominal.check(drop)
         point = replace(point, free=tuple(index for index in point.free if index != drop))
+        if not set(nominal.scales) & set(point.free):
+            raise DataError(
+                "the rotations carry none of the gyroscope's scales: turn the device about each "
+                "axis in both senses between still positions, with that axis level"
+            )
 
 
 def _minimise(data: RotationData, point: Point, prior: FloatArray) -> tuple[Point, int]:

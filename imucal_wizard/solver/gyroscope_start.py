@@ -14,6 +14,7 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import attitudes, matrices, quaternions, rotation_vectors
 from imucal_wizard.solver.closure import Turns
+from imucal_wizard.solver.gains import nominal_of
 
 PIECE_SECONDS = 0.5
 """Long enough to turn further than a hand's jerk tilts gravity, short enough not to come round."""
@@ -35,7 +36,7 @@ class Path:
 
 
 def start_matrix(turns: Turns, paths: Sequence[Path], bias: FloatArray, known: bool) -> FloatArray:
-    """The better of the identity (where the unit is known) and what the accelerometer suggests.
+    """The best of the identity (where the unit is known) and what the accelerometer suggests.
 
     They are compared all along the rotations: at their ends a whole turn more or less, which a
     wrong unit or rate makes, does not show.
@@ -55,10 +56,28 @@ def start_matrix(turns: Turns, paths: Sequence[Path], bias: FloatArray, known: b
         raise DataError(
             "its unit is raw counts and the accelerometer during the turns was not kept"
         )
-    tried = [aided_start(turns, paths, bias), *([np.eye(3)] if known else [])]
-    if not tried[0].any():
+    aided = aided_start(turns, paths, bias)
+    if not aided.any():
         raise DataError("its readings do not change while the device turns: it is dead")
+    tried = [aided, *_straightened(aided), *([np.eye(3)] if known else [])]
     return min(tried, key=lambda matrix: misfit(turns, paths, matrix, bias))
+
+
+def _straightened(aided: FloatArray) -> list[FloatArray]:
+    """The same without cross-axis gains, a scale per axis or one for all; none if axes are unclear.
+
+    Real cross-axis gains are a few per cent; what a jerky hand puts there is often more.
+    """
+    nominal = nominal_of(aided, known=True)
+    if not nominal.clear:
+        return []
+    scales = aided.flat[list(nominal.scales)]
+    found = []
+    for size in (scales, np.abs(scales).mean() * np.sign(scales)):
+        straight = np.zeros((3, 3))
+        straight.flat[list(nominal.scales)] = size
+        found.append(straight)
+    return found
 
 
 def aided_start(turns: Turns, paths: Sequence[Path], bias: FloatArray) -> FloatArray:

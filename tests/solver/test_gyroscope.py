@@ -196,7 +196,7 @@ def test_nominal_gains_follow_the_first_estimate() -> None:
     assert nominal_of(1.1 * turned, True) == Nominal()
     assert nominal_of(turned[:, [2, 0, 1]], True).channels == (1, 2, 0)
     unclear = np.array([[1.0, 0.2, 0.0], [0.9, 0.3, 0.0], [0.0, 0.0, 1.0]])
-    assert nominal_of(unclear, False) == Nominal(known=False)
+    assert nominal_of(unclear, False) == Nominal(known=False, clear=False)
 
 
 def test_free_turns_serve_as_well_as_turns_about_axes() -> None:
