@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from imucal_wizard.procedure.upright import guessed_offset
 from imucal_wizard.readings import FloatArray, Readings
 
 SECONDS = 10.0
@@ -48,9 +49,11 @@ class Traces:
 
     Args:
         rate: samples per second.
+        counts: the accelerometer's readings are raw counts, which may have an offset.
     """
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float, *, counts: bool = False) -> None:
+        self._counts = counts
         self._step = max(1, math.floor(rate * SECONDS / _POINTS))
         self._thin = Ring(max(2, math.ceil(rate * SECONDS / self._step)), _CHANNELS)
         self._second = Ring(max(1, round(rate)), 3)
@@ -83,10 +86,14 @@ class Traces:
 
     @property
     def gravity(self) -> float | None:
-        """Magnitude of the newest second's mean acceleration; None before the first sample."""
+        """Magnitude of the newest second's mean acceleration; None before the first sample.
+
+        Counts that are centred at half the converter's range count from there.
+        """
         if self.accelerometer is None:
             return None
-        return float(np.linalg.norm(self._second.newest().mean(axis=0)))
+        mean = self._second.newest().mean(axis=0)
+        return float(np.linalg.norm(mean - (guessed_offset(mean) if self._counts else 0.0)))
 
 
 def _three(row: FloatArray) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.traces import SECONDS, Traces
 from imucal_wizard.procedure.state import Event, Status
 from imucal_wizard.readings import Readings, join
+from imucal_wizard.units import COUNT
 
 _GATHERED = 64
 """Pieces of the stream that wait to be drawn at most."""
@@ -32,7 +33,7 @@ class View:
     def begin(self, rate: float, readings: Readings) -> None:
         """Rate and units are known."""
         self.rate = rate
-        self._traces = Traces(rate)
+        self._traces = Traces(rate, counts=readings.accelerometer.unit == COUNT)
         gyroscope = readings.gyroscope
         self._units = (readings.accelerometer.unit, gyroscope.unit if gyroscope else "rad/s")
 

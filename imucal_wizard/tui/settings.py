@@ -15,9 +15,13 @@ class Settings:
         quit_after: leave as soon as the result is saved.
         muted: start without sounds.
         countdown: seconds the result is shown before the validation begins by itself.
+        header_patience: seconds a header is waited for before the operator is asked what the
+            columns are: a device that was opened in the middle of its stream prints the next one
+            within five.
     """
 
     auto: bool = False
     quit_after: bool = False
     muted: bool = False
     countdown: float = 20.0
+    header_patience: float = 6.0

@@ -14,6 +14,8 @@ from tests.tui import fakes
 from tests.tui.waiting import shows, until
 
 USUAL = (80, 24)
+AT_ONCE = Settings(header_patience=0.0)
+"""A stream without a header is asked about at once."""
 PORT = SourceChoice(SourceKind.PORT, "/dev/ttyACM0", "/dev/ttyACM0", "2341:8057  Arduino Nano")
 SESSION = SourceChoice(SourceKind.SESSION, "a.imucal", "session of 14:03", "at 18 poses")
 
@@ -104,7 +106,8 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
         line=line,
         values=(0.1, 0.2, 9.8, 1, 2, 3),
     )
-    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+    app = WizardApp(fakes.services(source), AT_ONCE, PORT)
+    async with app.run_test(size=USUAL) as pilot:
         await shows(
             pilot, "which column is what?", "[red]0.03", "acc_x", "turn rate unit", "▲ choose"
         )
@@ -117,13 +120,33 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     assert setup.columns[3] == Column("gx", "deg/s", "gyr_x")
 
 
+async def test_a_header_that_comes_late_answers_for_the_operator() -> None:
+    source = fakes.FakeSource()
+    columns = tuple(Column(f"g{axis}", "") for axis in "xyz")
+    source.stream = replace(fakes.STREAM, needs=("gyroscope unit",), columns=columns)
+    async with WizardApp(fakes.services(source), AT_ONCE, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "which column is what?")
+        source.stream = replace(source.stream, needs=())
+        source.say(source.status)
+        await shows(pilot, "is this what you expect?")
+        assert source.setups == []
+
+
+async def test_nothing_is_asked_while_a_header_may_still_come() -> None:
+    source = fakes.FakeSource()
+    columns = tuple(Column(f"g{axis}", "") for axis in "xyz")
+    source.stream = replace(fakes.STREAM, needs=("gyroscope unit",), columns=columns)
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        assert "which column" not in await shows(pilot, "not known: gyroscope unit", "c: choose")
+
+
 async def test_columns_without_names_are_mapped_by_hand() -> None:
     source = fakes.FakeSource()
     columns = tuple(Column("", "", f"column {i + 1}") for i in range(3))
     source.stream = replace(
         fakes.STREAM, needs=("columns",), columns=columns, line="0 0 1", values=(0.0, 0.0, 1.0)
     )
-    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+    async with WizardApp(fakes.services(source), AT_ONCE, PORT).run_test(size=USUAL) as pilot:
         await shows(pilot, "column 1", "not used")
         for presses in (3, 4, 5):  # t, ax, ay, az come after "not used"
             await pilot.press(*["right"] * (presses - 1), "down")

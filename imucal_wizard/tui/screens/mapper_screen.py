@@ -1,6 +1,6 @@
 """Which column is what, in which unit: for streams that do not say it."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual import on
 from textual.app import ComposeResult
@@ -16,7 +16,12 @@ from imucal_wizard.tui.widgets.choices import Choice, Choices
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.units import ACCELERATION, COUNT, RATE, TIME
 
+if TYPE_CHECKING:
+    from imucal_wizard.tui.app import WizardApp
+
 SKIP = "not used"
+_LOOK = 0.2
+"""Seconds between two looks whether the stream has answered by itself."""
 CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz", "temp", "counter")
 _UNITS: dict[str, tuple[str, ...]] = {
     "a": (*ACCELERATION, COUNT),
@@ -67,6 +72,15 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
         first = unknown[0] if unknown and "columns" not in self._stream.needs else 0
         place.ask(choices, first)
         place.focus()
+        self.set_interval(_LOOK, self._answered)
+
+    def _answered(self) -> None:
+        """Go away when the stream has said by itself what was asked: its header has come."""
+        source = cast("WizardApp", self.app).source
+        if self._stream.needs and self.is_current and source is not None:
+            now = source.snapshot().stream
+            if now.samples and not now.needs:
+                self.dismiss(None)
 
     @on(Choices.Done)
     def _use(self) -> None:

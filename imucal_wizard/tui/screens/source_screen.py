@@ -1,6 +1,7 @@
 """The first step: where the samples come from, and whether they make sense."""
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
@@ -64,6 +65,7 @@ class SourceScreen(LiveScreen):
         self._chosen: SourceChoice | None = None
         self._started = False
         self._asked = False
+        self._unknown_since: float | None = None
 
     def body(self) -> ComposeResult:
         """List and preview; a place to type below."""
@@ -150,7 +152,8 @@ class SourceScreen(LiveScreen):
         """Close this source and choose another."""
         self.wizard.drop_source()
         self._chosen = None
-        self._started = False
+        self._started = self._asked = False
+        self._unknown_since = None
         self.query_one(Preview).welcome()
         self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
         self.footer()
@@ -193,13 +196,20 @@ class SourceScreen(LiveScreen):
         name = self._chosen.title or self._chosen.target if self._chosen else ""
         if stream.needs:
             self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
-            if not self._asked and stream.columns:
-                self._asked = True
-                self.action_columns()
+            self._ask_in_time(stream)
         elif stream.samples:
             self._say(f"{name}: is this what you expect?   enter starts")
         else:
             self._say(f"{name}: waiting for samples …   esc: another source")
+
+    def _ask_in_time(self, stream: "StreamStatus") -> None:
+        """Open the questions once it is plain that no header will answer them."""
+        now = time.monotonic()
+        self._unknown_since = now if self._unknown_since is None else self._unknown_since
+        waited = now - self._unknown_since >= self.wizard.settings.header_patience
+        if waited and not self._asked and stream.columns:
+            self._asked = True
+            self.action_columns()
 
     def _say(self, text: str, style: str = "strong") -> None:
         place = self.query_one("#question", Lines)

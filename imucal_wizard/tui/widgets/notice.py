@@ -31,7 +31,7 @@ class Notice(Lines):
 
     def tell(self, problem: str, offers: Sequence[Offer], event: Event | None) -> None:
         """Show what matters most in the rows there are."""
-        width, height = self.size.width - 2 or 78, self.size.height or 3
+        width, height = (self.size.width or 80) - 2, self.size.height or 3
         rows: list[Line] = []
         if problem:
             rows += wrapped(f" ▲ {problem}", width, "bad", indent="   ")

@@ -92,7 +92,7 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
         return []
     size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
     if stream.accelerometer_unit == "count":
-        return [_pair("gravity", f"{size}: raw counts, the fit finds the scale")]
+        return [_pair("gravity", f"{size}; the fit finds the scale")]
     if math.isclose(stream.gravity, _GRAVITY, rel_tol=_NEAR):
         return [_pair("gravity", f"{size}  ✓ right at rest", "good")]
     advice = "▲ at rest it should be near 9.81 m/s²: is it moving, or is the unit wrong?"
