@@ -125,12 +125,12 @@ def linearise(turns: Turns, matrix: FloatArray, bias: FloatArray) -> Linearised:
     phi = matrix @ moved + cofactor(matrix) @ coned
     first, last = attitudes(quaternions(phi), steps.offsets)
     ends = np.moveaxis(matrices(last[:, steps.offsets[1:] - 1]), -1, 0)
-    sums = _sums(turns, _averaged(first, last), np.vstack([moved, coned, steps.drift, steps.dt]))
+    sums = _sums(turns, averaged(first, last), np.vstack([moved, coned, steps.drift, steps.dt]))
     turned = np.einsum("mji,mjp->mip", ends, _turned(sums, matrix))
     carried = carry(ends, turns.before)
     shifted = np.einsum("iab,ma,mbp->mip", LEVI_CIVITA, carried, turned)
     return Linearised(
-        between(carried, turns.after), _error_slope(carried, turns.after, shifted), ends
+        between(carried, turns.after), error_slope(carried, turns.after, shifted), ends
     )
 
 
@@ -151,7 +151,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
-def _averaged(first: FloatArray, last: FloatArray) -> FloatArray:
+def averaged(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
@@ -185,7 +185,7 @@ def _turned(sums: FloatArray, matrix: FloatArray) -> FloatArray:
     return out
 
 
-def _error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:
+def error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:
     """Derivative of ``between(carried, after)`` when ``carried`` moves by ``moved`` (m, 3, p).
 
     With n = û × u, s = |n|, α = atan2(s, û·u), the error is ``(α/s) n``; α/s changes by

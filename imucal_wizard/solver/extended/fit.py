@@ -2,12 +2,57 @@
 
 from collections.abc import Sequence
 
+from imucal_wizard.errors import DataError
+from imucal_wizard.readings import Readings
 from imucal_wizard.solver.extended.accelerometer import fit_accelerometer_with
-from imucal_wizard.solver.extended.hold_data import BASE, HoldData
+from imucal_wizard.solver.extended.gyroscope import fit_gyroscope_with
+from imucal_wizard.solver.extended.hold_data import BASE, HoldData, hold_data
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.solver.extended.turn_data import TurnData, turn_data
+from imucal_wizard.solver.result import FitReport
 
-Measured = HoldData
+Measured = HoldData | TurnData
+"""All that is known of one sensor."""
+
+
+def measured_accelerometer(report: FitReport, readings: Readings | None = None) -> HoldData:
+    """What is known of the accelerometer of a recording that has been fitted.
+
+    Args:
+        report: its plain fit.
+        readings: the recording, for the session's beginning and the vibration.
+
+    Raises:
+        DataError: the holds do not carry a calibration.
+    """
+    unit = report.sensors["accelerometer"].bias_unit
+    return hold_data(report.holds, report.gravity, unit, readings)
+
+
+def measured_gyroscope(
+    report: FitReport, accelerometer: Extended, readings: Readings | None = None
+) -> TurnData:
+    """What is known of the gyroscope, with gravity as the accelerometer's fit sees it.
+
+    Args:
+        report: the plain fit of the recording.
+        accelerometer: its accelerometer, with all the effects that it turned out to have.
+        readings: the recording, for the session's beginning and the temperature.
+
+    Raises:
+        DataError: there is no gyroscope, or it could not be fitted.
+    """
+    if "gyroscope" not in report.sensors or accelerometer.accelerometer is None:
+        raise DataError("there is no fitted gyroscope to go on from")
+    return turn_data(
+        report.holds,
+        report.rotations,
+        accelerometer.accelerometer,
+        report.sensors["gyroscope"],
+        report.gravity,
+        readings,
+    )
 
 
 def fit_with(
@@ -16,7 +61,7 @@ def fit_with(
     """The MAP fit of the base terms and effects asked for.
 
     Args:
-        measured: see ``hold_data``.
+        measured: see ``measured_accelerometer`` and ``measured_gyroscope``.
         terms: the effects.
         base: terms of the base model that are fitted.
 
@@ -24,4 +69,6 @@ def fit_with(
         DataError: the data do not carry it, or it does not converge.
         UsageError: a term or an effect that this sensor does not have.
     """
-    return fit_accelerometer_with(measured, terms, base)
+    if isinstance(measured, HoldData):
+        return fit_accelerometer_with(measured, terms, base)
+    return fit_gyroscope_with(measured, terms, base)

@@ -10,7 +10,8 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import amplification
 from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, point_at
-from imucal_wizard.solver.extended.hold_solver import FreeModel, determined, inverse, solve
+from imucal_wizard.solver.extended.hold_solver import FreeModel, solve
+from imucal_wizard.solver.extended.inverse import determined, inverted
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.magnitude import NON_ORTHOGONALITY
 from imucal_wizard.solver.task import ANGLE_XZ
@@ -76,7 +77,7 @@ def fit_holds(data: HoldData, terms: Sequence[Term], base: Sequence[str]) -> Hol
     if freedom >= 1.0:
         share = float((point.residual[0] ** 2 / variance).sum()) / freedom
         normal = columns.T @ columns / max(share, 1e-12)
-        covariance = inverse(normal[None], free.precision)[0]
+        covariance = inverted(normal + np.diag(free.precision))
     return HoldFit(data, free, point, variance, columns, covariance, freedom)
 
 
@@ -100,7 +101,7 @@ def _weighed(data: HoldData, free: FreeModel, point: HoldPoint) -> tuple[HoldPoi
 def _freedom(columns: FloatArray, precision: FloatArray) -> float:
     """Rows less the effective number of parameters, ``n − tr H``; a prior frees a part of one."""
     normal = columns.T @ columns
-    return len(columns) - float((inverse(normal[None], precision)[0] * normal).sum())
+    return len(columns) - float((inverted(normal + np.diag(precision)) * normal).sum())
 
 
 def left_out(fit: HoldFit, out: BoolArray) -> FloatArray | None:
@@ -116,7 +117,7 @@ def left_out(fit: HoldFit, out: BoolArray) -> FloatArray | None:
     weights = np.where(out, 0.0, fit.variance**-0.5)
     columns = np.where(out[:, :, None], 0.0, fit.columns)
     normal = np.swapaxes(columns, 1, 2) @ columns
-    if len(fit.free.precision) and not determined(normal, fit.free.precision):
+    if len(fit.free.precision) and not determined(normal + np.diag(fit.free.precision)):
         return None
     count = len(out)
     theta, sizes = np.tile(fit.point.theta, (count, 1)), np.tile(fit.point.sizes, (count, 1))

@@ -12,6 +12,7 @@ import numpy as np
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, jacobian, point_at
+from imucal_wizard.solver.extended.inverse import inverted
 from imucal_wizard.solver.magnitude import SIZE
 from imucal_wizard.solver.task import ANGLE_XZ
 
@@ -22,8 +23,6 @@ SETTLED = 1e-3
 FLAT = 0.2
 """The same in a valley so long and flat that its bottom is not reached: what no data and hardly a
 prior determine."""
-BLIND = 1e-12
-"""Share of a combination of parameters in what the holds show, below which they do not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +78,7 @@ def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
         pull = np.einsum("dnp,dn->dp", columns, weights * point.residual)
         count = free.basis.shape[1]
         pull[:, count:] += free.model.terms.precision * point.sizes
-        step = -np.einsum("dpq,dq->dp", inverse(normal, free.precision), pull)
+        step = -np.einsum("dpq,dq->dp", inverted(normal + np.diag(free.precision)), pull)
         point = _downhill(free, point, step, weights)
         # how far the step goes in standard deviations, over all its parameters together
         length = np.einsum("dp,dp->d", step, -pull)
@@ -112,22 +111,3 @@ def _cost(free: FreeModel, point: HoldPoint, weights: FloatArray) -> FloatArray:
     """Of each calibration, shape (d,)."""
     prior = free.model.terms.precision * point.sizes**2
     return np.asarray(((weights * point.residual) ** 2).sum(axis=1) + prior.sum(axis=1))
-
-
-def inverse(normal: FloatArray, precision: FloatArray) -> FloatArray:
-    """``(normal + diag(precision))⁻¹`` over what is determined, shape (d, p, p)."""
-    full = normal + np.diag(precision)
-    scale = np.sqrt(np.einsum("dpp->dp", full))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    outer = scale[:, :, None] * scale[:, None, :]
-    return np.asarray(np.linalg.pinv(full / outer, rcond=BLIND, hermitian=True) / outer)
-
-
-def determined(normal: FloatArray, precision: FloatArray) -> bool:
-    """Whether each of d normal matrices (d, p, p) determines all parameters, with their priors."""
-    full = normal + np.diag(precision)
-    scale = np.sqrt(np.einsum("dpp->dp", full))
-    if not (scale > 0.0).all():
-        return False
-    values = np.linalg.eigvalsh(full / (scale[:, :, None] * scale[:, None, :]))
-    return bool((values[:, 0] > BLIND * values[:, -1]).all())

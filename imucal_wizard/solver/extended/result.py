@@ -15,6 +15,19 @@ PASSES = 30
 
 
 @dataclass(frozen=True, eq=False)
+class Witness:
+    """What one kind of data alone says of the sizes.
+
+    Attributes:
+        sizes: of all effects one after the other, shown units, shape (p,).
+        covariance: of the sizes, shape (p, p).
+    """
+
+    sizes: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Extended:
     """The fit of a base model with effects.
 
@@ -31,7 +44,10 @@ class Extended:
             unit of ``fit``; None where the earlier part does not carry the base.
         late: these errors, one per later hold or rotation, or None.
         still_rms_fitted: of the gyroscope, error of the still means, rad/s; None otherwise.
-        still_rms_held_out: the same with each hold left out in turn.
+        still_rms_held_out: the same with each direction left out in turn.
+        still_rms_late: the same of the later holds under the fit of the earlier part.
+        witnesses: of the gyroscope, what the still means alone and the rotations alone say of all
+            sizes; None without effects.
         accelerometer: of the accelerometer, what the gyroscope's fit needs of it; None otherwise.
     """
 
@@ -46,6 +62,8 @@ class Extended:
     late: FloatArray | None = None
     still_rms_fitted: float | None = None
     still_rms_held_out: float | None = None
+    still_rms_late: float | None = None
+    witnesses: tuple[Witness, Witness] | None = None
     accelerometer: AccelerometerFit | None = None
 
     @property

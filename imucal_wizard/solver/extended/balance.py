@@ -1,0 +1,101 @@
+"""A linear MAP fit of rows of several kinds, the variance of each kind estimated along with it.
+
+Still means and closures each scatter by more than their noise (bias instability, placement, what
+the model lacks), by an amount that only the data tell. With ``var = known + rest`` for each kind,
+
+    rest = Σ r² / (n − tr H) − mean known
+
+over its own rows, H being the leverage: the residual of a kind that is fitted closely counts for
+fewer degrees of freedom. Iterated, this is the moment form of restricted maximum likelihood (the
+Helmert–Förstner estimate of variance components); neither kind drowns the other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.extended.inverse import inverted
+
+ROUNDS = 50
+SETTLED = 1e-3
+"""Relative change of a variance that no longer matters."""
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Rows made linear at some point.
+
+    Attributes:
+        residual: shape (n,), in the unit of the row.
+        columns: derivative by the parameters, shape (n, p).
+        known: variance of each row by noise alone, shape (n,).
+        kinds: number of each row's kind, shape (n,).
+        precision: of the priors of the parameters, shape (p,).
+        value: present value of the parameters, from the middle of their priors, shape (p,).
+    """
+
+    residual: FloatArray
+    columns: FloatArray
+    known: FloatArray
+    kinds: IntArray
+    precision: FloatArray
+    value: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """The fit of a system.
+
+    Attributes:
+        step: change of the parameters, shape (p,).
+        variance: of each row, shape (n,).
+        normal: normal matrix with the priors, shape (p, p).
+        covariance: its inverse over what is determined, shape (p, p).
+        freedom: degrees of freedom left of each kind, shape (kinds,).
+    """
+
+    step: FloatArray
+    variance: FloatArray
+    normal: FloatArray
+    covariance: FloatArray
+    freedom: FloatArray
+
+    @property
+    def length(self) -> float:
+        """The step in standard deviations, over all parameters together."""
+        return float(np.sqrt(self.step @ self.normal @ self.step))
+
+
+def balanced(system: System) -> Balance:
+    """Fit the parameters and the variance of each kind of row."""
+    count = np.bincount(system.kinds)
+    mean_known = np.bincount(system.kinds, system.known) / count
+    rest = np.bincount(system.kinds, system.residual**2) / count
+    for _ in range(ROUNDS):
+        found = solved(system, system.known + rest[system.kinds])
+        left = system.residual + system.columns @ found.step
+        squares = np.bincount(system.kinds, left**2, len(count))
+        before = rest
+        rest = np.maximum(squares / np.maximum(found.freedom, 1.0) - mean_known, 0.0)
+        if (np.abs(rest - before) <= SETTLED * (rest + mean_known)).all():
+            break
+    return solved(system, system.known + rest[system.kinds])
+
+
+def solved(system: System, variance: FloatArray) -> Balance:
+    """Fit the parameters under given variances of the rows."""
+    weighted = system.columns / variance[:, None]
+    likelihood = system.columns.T @ weighted
+    normal = likelihood + np.diag(system.precision)
+    covariance = inverted(normal)
+    pull = weighted.T @ system.residual + system.precision * system.value
+    leverage = (weighted @ covariance * system.columns).sum(axis=1)
+    return Balance(
+        step=-covariance @ pull,
+        variance=variance,
+        normal=normal,
+        covariance=covariance,
+        freedom=np.asarray(np.bincount(system.kinds, 1.0 - leverage), np.float64),
+    )
