@@ -1,0 +1,105 @@
+"""Real recordings: what is hidden in them comes out, and what is not stays out."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from imucal_wizard.effects.catalogue import effect
+from imucal_wizard.fitting import fit_readings
+from imucal_wizard.recordings import RecordingOptions, read
+from imucal_wizard.solver.extended.fit import (
+    fit_with,
+    measured_accelerometer,
+    measured_gyroscope,
+)
+from imucal_wizard.solver.extended.hold_data import BASE, HoldData
+from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.solver.extended.turn_fit import fit_turns
+from imucal_wizard.solver.extended.turn_judging import held_out_rotations
+from imucal_wizard.solver.extended.turn_model import settled_point
+from tests.shared_data import shared_data
+from tests.solver.extended.turns import without
+
+G_SENSITIVITY = Term(effect("g-sensitivity"))
+PAIR = ("imu_tk_xsens/xsens_acc.mat", "imu_tk_xsens/xsens_gyro.mat")
+OPTIONS = {
+    "xsens": RecordingOptions(as_format="imu_tk"),
+    "mikoff": RecordingOptions(("ax", "ay", "az", "gx", "gy", "gz"), 100.0, "m/s^2", "rad/s"),
+}
+LOGS = ("mikoff_mpu9150/imu0.log", "mikoff_mpu9150/imu1.log")
+
+
+@cache
+def both(kind: str, *names: str) -> tuple[HoldData, TurnData]:
+    """What is known of the two sensors of a recording."""
+    readings = read([shared_data(name) for name in names], OPTIONS[kind])
+    report = fit_readings(readings)
+    accelerometer = measured_accelerometer(report, readings)
+    return accelerometer, measured_gyroscope(report, fit_with(accelerometer), readings)
+
+
+def test_the_xsens_gyroscope_feels_gravity() -> None:
+    """g-sensitivity brings closure held out to a third, and the still means to a quarter."""
+    _, gyroscope = both("xsens", *PAIR)
+    plain, with_it = fit_with(gyroscope), fit_with(gyroscope, (G_SENSITIVITY,))
+    assert plain.rms_held_out is not None
+    assert with_it.rms_held_out is not None
+    assert 0.45 < np.degrees(plain.rms_held_out) < 0.65
+    assert np.degrees(with_it.rms_held_out) < 0.17
+    assert with_it.still_rms_held_out is not None
+    assert plain.still_rms_held_out is not None
+    assert with_it.still_rms_held_out < 0.25 * plain.still_rms_held_out
+
+
+def test_the_still_means_of_the_xsens_agree_with_its_rotations() -> None:
+    """Two independent witnesses of nine coefficients, within their combined standard errors."""
+    _, gyroscope = both("xsens", *PAIR)
+    still, turned = fit_with(gyroscope, (G_SENSITIVITY,)).witnesses or pytest.fail("no witness")
+    apart = still.sizes - turned.sizes
+    combined = still.covariance + turned.covariance
+    assert (np.abs(apart) < 2.5 * np.sqrt(np.diag(combined))).all()
+    assert apart @ np.linalg.solve(combined, apart) < 16.9  # 95 % of χ² with nine
+    sure = np.abs(turned.sizes) > 4.0 * np.sqrt(np.diag(turned.covariance))
+    assert sure.sum() >= 5
+
+
+@pytest.mark.parametrize("name", ["second-order", "asymmetry", "third-order", "cross-product"])
+def test_the_xsens_accelerometer_is_complete(name: str) -> None:
+    """A further orientation effect raises the error of directions left out."""
+    accelerometer, _ = both("xsens", *PAIR)
+    plain, with_it = fit_with(accelerometer), fit_with(accelerometer, (Term(effect(name)),))
+    assert plain.rms_held_out is not None
+    assert with_it.rms_held_out is not None
+    assert with_it.rms_fitted < plain.rms_fitted
+    assert with_it.rms_held_out > 1.2 * plain.rms_held_out
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
+    """It lowers the fitted error and raises that of rotations left out."""
+    _, gyroscope = both("mikoff", log)
+    plain, with_it = fit_with(gyroscope), fit_with(gyroscope, (G_SENSITIVITY,))
+    assert plain.rms_held_out is not None
+    assert with_it.rms_held_out is not None
+    assert with_it.rms_fitted < plain.rms_fitted
+    assert with_it.rms_held_out > plain.rms_held_out
+
+
+@pytest.mark.parametrize("terms", [(), (G_SENSITIVITY,)], ids=["base", "g-sensitivity"])
+def test_leaving_a_real_rotation_out_by_one_step_is_a_refit_without_it(
+    terms: tuple[Term, ...],
+) -> None:
+    """On every rotation of a log, to a twentieth of the error."""
+    _, gyroscope = both("mikoff", LOGS[0])
+    fit = fit_turns(gyroscope, terms, BASE)
+    shortcut = held_out_rotations(fit)
+    assert shortcut is not None
+    refits = []
+    for index in range(len(gyroscope)):
+        own = fit_turns(without(gyroscope, index), terms, BASE).point
+        there = settled_point(gyroscope, fit.terms, own.matrix, own.bias, own.sizes)
+        refits.append(fit.basis[index] @ there.closure[index])
+    exact, short = (np.sqrt(np.mean(np.square(each))) for each in (refits, shortcut))
+    assert short == pytest.approx(exact, rel=0.05)
