@@ -16,7 +16,6 @@ def misfit_of(
     sensor: str,
     holds: Circumstances,
     effects: Sequence[Effect],
-    known: frozenset[str] = frozenset(),
 ) -> Misfit:
     """What a fit leaves, whitened by the noise alone, with every effect that may explain it.
 
@@ -24,8 +23,7 @@ def misfit_of(
         linear: the fit made linear.
         sensor: ``accelerometer`` or ``gyroscope``.
         holds: circumstances of the holds, in the order of the fit's indices.
-        effects: the catalogue.
-        known: names of the effects that are in the model already.
+        effects: those that may explain it.
     """
     ratio = (linear.sigma / linear.floor)[:, None]
     kind = np.array([KINDS[row.kind] for row in linear.rows], np.int64)
@@ -38,8 +36,6 @@ def misfit_of(
     candidates = [
         candidate
         for effect in effects
-        if effect.name not in known and sensor in effect.sensors
-        if effect.lacking(sensor, holds) is None
         for candidate in _candidates(linear, sensor, holds, effect, ratio)
     ]
     return Misfit(

@@ -60,7 +60,8 @@ class Misfit:
         axis: the gyroscope's axis of a still row, -1 otherwise, shape (n,).
         time: s, shape (n,).
         sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
-        group: what is left out together: directions, or rotations; shape (n,).
+        group: what is left out together: directions, or rotations; -1 for rows that always stay,
+            shape (n,).
         candidates: the effects that are not in the model.
     """
 

@@ -17,6 +17,7 @@ from imucal_wizard.solver.extended.fit import Measured, fit_with
 from imucal_wizard.solver.extended.hold_data import BASE
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.solver.extended.turn_data import TurnData
 
 MOST_ADDED = 4
 """Effects that are added without being asked; a sensor with more has another problem."""
@@ -74,15 +75,21 @@ class Bench:
     def look(self) -> Findings:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
-            known = frozenset(self.fit.model)
-            circumstances = self.measured.circumstances
-            misfit = misfit_of(self.fit.linear, self.sensor, circumstances, self.catalogue, known)
+            missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
+            shown = [effect for effect in missing if self.lacking(effect) is None]
+            misfit = misfit_of(self.fit.linear, self.sensor, self.measured.circumstances, shown)
             across, hypotheses = all_hypotheses(misfit)
             jury = Jury(across, hypotheses)
             suspects = rank(misfit, jury, best_by_chance(jury))
             p = min((suspect.p for suspect in suspects), default=1.0)
             self._findings = Findings(self.fit, misfit, suspects, judge(misfit, jury, p))
         return self._findings
+
+    def lacking(self, effect: Effect) -> str | None:
+        """What these data lack to show an effect at all; None where nothing is lacking."""
+        measured = self.measured
+        rows = measured.everything() if isinstance(measured, TurnData) else measured.circumstances
+        return effect.lacking(self.sensor, rows)
 
     def add(self, name: str, variant: float | None = None) -> Rung:
         """Add an effect to the model.
@@ -101,7 +108,7 @@ class Bench:
         if effect is None:
             known = ", ".join(one.name for one in self.catalogue)
             raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
-        lacking = effect.lacking(self.sensor, self.measured.circumstances)
+        lacking = self.lacking(effect)
         if lacking is not None:
             raise DataError(f"{name} cannot be added: {lacking}")
         term = Term(effect, self._variant(name) if variant is None else variant)

@@ -69,8 +69,9 @@ def try_effect(misfit: Misfit, candidates: tuple[Candidate, ...], noise: float =
 
 
 def _left_out(misfit: Misfit, inner: FloatArray, residual: FloatArray) -> FloatArray | None:
-    errors = np.empty(len(misfit))
-    for label in np.unique(misfit.group):
+    """Errors of the rows of each group under the fit of all others; rows without group stay in."""
+    errors = residual.copy()
+    for label in np.unique(misfit.group[misfit.group >= 0]):
         rows = np.flatnonzero(misfit.group == label)
         gate = np.eye(len(rows)) - inner[rows] @ inner[rows].T
         if np.linalg.eigvalsh(gate)[0] < 1e-9:
