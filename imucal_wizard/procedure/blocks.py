@@ -1,7 +1,7 @@
 """Equal pieces of the stream, a tenth of a second each: all that stillness and holds look at.
 
-A block's sums are formed sample by sample in a fixed order, so the same samples give the same bits
-whether they come one at a time or ten million at once.
+A block's sums are formed in an order that depends on its size alone, so the same samples give the
+same bits whether they come one at a time or ten million at once.
 """
 
 from collections.abc import Sequence
@@ -17,6 +17,8 @@ BoolArray = NDArray[np.bool_]
 BLOCK_SECONDS = 0.1
 GAP_FACTOR = 2.5
 """An interval this many times the nominal one means that a sample is missing."""
+_AT_ONCE = 8192
+"""Samples whose sums are formed at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,24 +102,26 @@ def moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     Returns:
         Means and variances, each of shape (m, channels).
     """
-    count, size = pieces.shape[:2]
-    origin = pieces[:, 0]
-    if count < size:  # few long pieces: the same additions in the same order, along the piece
-        offsets = pieces - origin[:, None]
-        mean = np.add.accumulate(offsets, axis=1)[:, -1] / size
-        offsets *= offsets
-        mean_square = np.add.accumulate(offsets, axis=1)[:, -1] / size
-        return origin + mean, np.maximum(mean_square - mean * mean, 0.0)
-    total = np.zeros_like(origin)
-    squares = np.zeros_like(origin)
-    for index in range(1, size):
-        offset = pieces[:, index] - origin
-        total += offset
-        offset *= offset
-        squares += offset
-    total /= size
-    variance = squares / size - total * total
-    return origin + total, np.maximum(variance, 0.0)
+    count, size, _ = pieces.shape
+    step = max(1, _AT_ONCE // size)
+    parts = [_moments(pieces[i : i + step]) for i in range(0, max(count, 1), step)]
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate([mean for mean, _ in parts]), np.concatenate([var for _, var in parts])
+
+
+def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same for so few pieces that they stay in the processor's cache.
+
+    Every channel of a piece is brought into a row of its own, so that its sum is formed in an
+    order that depends on nothing but ``size``.
+    """
+    offset = np.array(pieces.swapaxes(1, 2), order="C")
+    origin = offset[:, :, 0].copy()
+    offset -= origin[:, :, None]
+    mean = offset.mean(axis=2)
+    offset *= offset
+    return origin + mean, np.maximum(offset.mean(axis=2) - mean * mean, 0.0)
 
 
 class BlockCutter:

@@ -119,6 +119,15 @@ def test_moments_of_counts_far_from_zero_keep_their_variance() -> None:
     np.testing.assert_allclose(variance, pieces.var(axis=1), rtol=1e-9)
 
 
+@pytest.mark.parametrize("size", [10, 167, 800])
+def test_moments_do_not_depend_on_how_many_blocks_are_formed_at_once(size: int) -> None:
+    pieces = 32768.0 + np.random.default_rng(0).normal(0.0, 0.3, (30, size, 3))
+    mean, variance = moments(np.concatenate([pieces] * 40))
+    alone = [moments(piece[None]) for piece in pieces]
+    assert np.array_equal(mean, np.concatenate([one for one, _ in alone] * 40))
+    assert np.array_equal(variance, np.concatenate([one for _, one in alone] * 40))
+
+
 def test_the_window_counts_a_slow_drift_as_motion() -> None:
     """A ramp has no scatter within its blocks, only between them."""
     time = np.arange(0.0, 5.0, 1.0 / RATE)
