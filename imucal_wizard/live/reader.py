@@ -2,11 +2,11 @@
 
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from imucal_wizard.devices.link import LINK_BREAK
 from imucal_wizard.errors import LinkError
 from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.pump import Link, Pump
 from imucal_wizard.live.runner import Listener, Runner
 from imucal_wizard.procedure.state import EventKind
 
@@ -14,26 +14,6 @@ RETRY = 0.25
 """Seconds between two looks for a device that is missing."""
 _READ = 0.04
 """Seconds a read waits; an order waits no longer."""
-
-
-class Link(Protocol):
-    """What the reader needs of ``devices.link.Transport``."""
-
-    @property
-    def description(self) -> str:
-        """What is read, in words."""
-
-    def open(self) -> None:
-        """Open, or raise LinkError."""
-
-    def read(self, timeout: float = 0.05) -> bytes:
-        """What has arrived, or raise LinkError."""
-
-    def reopen(self) -> bool:
-        """Look once for the same device."""
-
-    def close(self) -> None:
-        """Let go of the port."""
 
 
 class Reader(Runner):
@@ -57,7 +37,7 @@ class Reader(Runner):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(engine, listener=listener, clock=clock)
-        self._transport = transport
+        self._transport = Pump(transport)
         self._prepare = prepare
         self._resumed = prepare is not None
         self._started = 0.0
