@@ -1,0 +1,102 @@
+"""Bytes to stillness through a pseudo-terminal: ``python -m benchmarks.stream``.
+
+The device is another process. What is measured is the reading process with the program's own
+thread: port, decoder, clock, checks, blocks, stillness and procedure; then with the session file
+written as in real use; then with a snapshot for the screen fifteen times a second as well.
+"""
+
+import statistics
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.device import Device
+from benchmarks.measure import machine, own_cpu
+from imucal_wizard.devices.link import Transport
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.reader import Reader
+from imucal_wizard.live.resume import begin
+
+RATES = (1666.0, 8000.0)
+WAYS = ("decode + stillness", "+ session file", "+ 15 snapshots/s")
+SECONDS = 12.0
+WARM = 2.0
+"""Seconds at the beginning that are not measured: the format is being recognised."""
+RUNS = 3
+_LOOK = 1.0 / 15.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One run.
+
+    Attributes:
+        share: CPU of the reading process, parts of a core.
+        sent: lines written.
+        lost: lines written that never became samples.
+        length: mean bytes per line.
+    """
+
+    share: float
+    sent: int
+    lost: int
+    length: float
+
+
+def run(rate: float, way: str) -> Outcome:
+    """Read one stream to its end."""
+    with tempfile.TemporaryDirectory() as folder, Device(rate, SECONDS) as device:
+        engine = Engine(StreamSetup())
+        if way != WAYS[0]:
+            engine = begin(Path(folder) / "stream.imucal")
+        reader = Reader(Transport(device.port), engine)
+        reader.start()
+        reader.command("start")
+        share = _share(engine, reader, rate, looking=way == WAYS[2])
+        while not device.done:
+            time.sleep(_LOOK)
+        reader.stop()
+        sent, _, length = device.sent()
+        return Outcome(share, sent, sent - engine.samples, length)
+
+
+def _share(engine: Engine, reader: Reader, rate: float, *, looking: bool) -> float:
+    """Parts of a core used between two moments of the stream."""
+    while engine.samples < WARM * rate:
+        if reader.finished:
+            raise SystemExit("the reader has ended by itself")
+        time.sleep(_LOOK)
+    cpu, wall = own_cpu(), time.monotonic()
+    end = wall + SECONDS - WARM - 1.0
+    while time.monotonic() < end:
+        time.sleep(_LOOK)
+        if looking:
+            reader.snapshot()
+    return (own_cpu() - cpu) / (time.monotonic() - wall)
+
+
+def main() -> None:
+    """Print CPU share and lost samples at both rates."""
+    print(machine())
+    print(
+        f"{'samples/s':>10}  {'reading process':20}{'% of a core':>12}{'each run':>20}"
+        f"{'sent':>10}{'lost':>6}{'bytes/line':>12}"
+    )
+    for rate in RATES:
+        for way in WAYS:
+            runs = [run(rate, way) for _ in range(RUNS)]
+            shares = [100.0 * one.share for one in runs]
+            each = " ".join(f"{share:.1f}" for share in shares)
+            print(
+                f"{rate:10,.0f}  {way:20}{statistics.median(shares):12.1f}{each:>20}"
+                f"{sum(one.sent for one in runs):10,}{sum(one.lost for one in runs):6}"
+                f"{runs[0].length:12.1f}",
+                flush=True,
+            )
+    print("wanted: at 8,000 samples/s under 15 % of a core, none lost")
+
+
+if __name__ == "__main__":
+    main()
