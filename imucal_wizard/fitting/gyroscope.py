@@ -25,6 +25,10 @@ ONE_AXIS_SHARE = 0.9
 """Share of all turning that is about one body axis, for Q's single-axis methods."""
 LEVEL = 0.35
 """Largest component of up along that axis (20° off level): gravity must see the turn."""
+SILENT_RATIO = 2.0
+"""Spread of an axis in motion over its noise at rest up to which it says nothing of the motion."""
+SILENT_SHARE = 1e-4
+"""The same over the spread of the liveliest axis: 0.02 °/s of 200."""
 SMALLEST_TURN = np.radians(5.0)
 """A motion that turns less than this is a disturbed hold, not a rotation."""
 
@@ -67,27 +71,49 @@ def fit_gyroscope(
     bench = make_bench(holds, rotations, accelerometer)
     if bench is None:
         return _none(rotations, "no usable rotation between two holds")
+    silent = _silent([rotations[i] for i in bench.usable], bench)
     try:
         vector = _vector(bench, rotations, accelerometer, unit)
         fit = _sensor_fit(bench, vector, unit)
     except DataError as error:
-        return _none(rotations, str(error))
+        return _none(rotations, str(error), silent)
     named, angles = _name_axes(rotations, vector, accelerometer, holds)
     up = {id(hold): direction for hold, direction in zip(holds, accelerometer.up, strict=True)}
     single = single_axis([named[i] for i in bench.usable], up, vector)
     if method != "vector":
         fit = by_single_axis(bench.turns, fit, single, method, vector)
     return GyroscopeReport(
-        fit, named, angles, comparison(single, vector), fit.warnings, _suspect(bench, vector)
+        fit,
+        named,
+        angles,
+        comparison(single, vector),
+        (*silent, *fit.warnings),
+        _suspect(bench, vector),
     )
 
 
-def _none(rotations: Sequence[Rotation], why: str) -> GyroscopeReport:
+def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) -> GyroscopeReport:
     return GyroscopeReport(
         None,
         tuple(rotations),
         tuple(0.0 for _ in rotations),
-        warnings=(f"the gyroscope is not calibrated: {why}",),
+        warnings=(*besides, f"the gyroscope is not calibrated: {why}"),
+    )
+
+
+def _silent(rotations: Sequence[Rotation], bench: Bench) -> tuple[str, ...]:
+    """A warning for each axis that says no more in motion than at rest."""
+    rates = np.concatenate([rotation.rate for rotation in rotations])
+    intervals = bench.turns.steps.dt
+    interval = float(np.median(intervals[intervals > 0.0]))
+    spread = rates.std(axis=0)
+    noise = np.sqrt(bench.density / interval)
+    still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())
+    return tuple(
+        f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, or "
+        "nothing turned about it"
+        for axis, silent in zip("xyz", still, strict=True)
+        if silent
     )
 
 

@@ -12,6 +12,9 @@ PLATEAU = 4
 """So many equal samples at the extreme of a fast turn are a clipped peak."""
 STEEP = 5.0
 """A clipped peak is entered this many resolution steps at once; a smooth one is not."""
+LONG_PLATEAU = 8
+LONG_STEEP = 3.0
+"""So many equal samples leave no room for noise; a smooth peak as flat falls by a single step."""
 MOSTLY = 0.75
 """Share of the squared rate that must be about the axis (30° off it)."""
 
@@ -47,10 +50,13 @@ def _flat_top(values: FloatArray) -> bool:
     if len(at_top) < PLATEAU or at_top[0] == 0:
         return False
     together = np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1)
-    return any(
-        len(plateau) >= PLATEAU and steps[plateau[0] - 1] >= STEEP * resolution
-        for plateau in together
-    )
+    for plateau in together:
+        entry = steps[plateau[0] - 1] / resolution
+        if len(plateau) >= PLATEAU and entry >= STEEP:
+            return True
+        if len(plateau) >= LONG_PLATEAU and entry >= LONG_STEEP:
+            return True
+    return False
 
 
 def shares(rate: FloatArray, rest: FloatArray) -> FloatArray:

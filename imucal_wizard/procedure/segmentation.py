@@ -12,6 +12,7 @@ import numpy as np
 
 from imucal_wizard.procedure.blocks import BlockCutter, Blocks, join_blocks
 from imucal_wizard.procedure.holds import Hold, hold_from, settled, still_runs
+from imucal_wizard.procedure.rotation_check import clipped
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.stillness import Noise, WindowMaker, Windows
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -93,7 +94,7 @@ def _quietest(windows: Windows) -> Noise | None:
     score = _relative(windows.std_a, full)
     if windows.std_g is not None:
         score = score + _relative(windows.std_g, full)
-    score[~full] = np.inf
+    score[~(full & np.isfinite(score))] = np.inf
     spans = np.lib.stride_tricks.sliding_window_view(score, QUIET_BLOCKS).sum(axis=1)
     start = int(np.argmin(spans))
     if not np.isfinite(spans[start]):
@@ -140,7 +141,6 @@ def rotations_between(
 ) -> list[Rotation]:
     """The motions between neighbouring holds, with the reason where one cannot be used."""
     interval = 1.0 / gyroscope.rate
-    low, high = gyroscope.values.min(axis=0), gyroscope.values.max(axis=0)
     rotations = []
     means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
     gravity = float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
@@ -149,7 +149,7 @@ def rotations_between(
         if after.start - before.end < SHORTEST_TURN and moved < SAME_PLACE * gravity:
             continue  # one rest with a disturbance in it
         part = gyroscope.between(before.end - OVERLAP, after.start + OVERLAP)
-        problem = _problem(part, interval, low, high)
+        problem = _problem(part, interval, _rest(before, after))
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     return rotations
@@ -163,20 +163,19 @@ def _at(series: Series, time: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(time, near.time, column) for column in near.values.T])
 
 
-def _problem(part: Series, interval: float, low: FloatArray, high: FloatArray) -> str | None:
+def _rest(before: Hold, after: Hold) -> FloatArray:
+    """The gyroscope's reading at rest around a rotation, shape (3,)."""
+    known = [hold.gyroscope for hold in (before, after) if hold.gyroscope is not None]
+    return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
+
+
+def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
     gaps = np.diff(part.time)
     if gaps.max() > MEANING_OF_GAP * interval:
         return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
-    for axis, name in enumerate("xyz"):
-        for extreme in (low[axis], high[axis]):
-            if low[axis] < high[axis] and _clipped(part.values[:, axis], float(extreme)):
-                return f"axis {name} is clipped at its range: turn more slowly"
-    return None
-
-
-def _clipped(values: FloatArray, extreme: float) -> bool:
-    """Three samples in a row exactly at the recording's extreme value."""
-    at = values == extreme
-    return bool((at[:-2] & at[1:-1] & at[2:]).any())
+    if not np.isfinite(part.values).all():
+        return "some of its samples are not numbers"
+    axis = clipped(part.values, rest, None)
+    return None if axis is None else f"axis {axis} is clipped at its range: turn more slowly"

@@ -6,6 +6,8 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.carried import expected_error
 from imucal_wizard.solver.magnitude import jacobian, residuals
 from imucal_wizard.solver.task import make_task
@@ -16,8 +18,7 @@ def judge(holds: Sequence[Hold], gravity: float) -> float:
 
     The error of each direction left out stands for the noise of a hold; what becomes of it anywhere
     follows from the directions there are and the model they carry (``carried.expected_error``). The
-    left-out error is that of the linearised fit, ``(I − H_dd)⁻¹ r_d`` for the holds of direction d;
-    good to choose between ways of finding the holds, at a hundredth of the cost of refitting.
+    direction that fits worst is set aside: one disturbed hold says nothing of the others.
 
     Returns:
         The error; infinite when the holds carry no calibration, or no direction can be left out.
@@ -28,15 +29,33 @@ def judge(holds: Sequence[Hold], gravity: float) -> float:
         leaders = task.leaders(theta)
     except DataError:
         return np.inf
-    if task.carried.spare < 1:
+    if task.carried.spare < 2:
         return np.inf
     columns = jacobian(theta, task.problem.points) @ task.carried.basis
-    hat = columns @ np.linalg.pinv(columns)
     errors = residuals(theta, task.problem.points)
-    squares = 0.0
-    for label in range(int(task.labels.max()) + 1):
-        rows = np.flatnonzero(task.labels == label)
-        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
-        squares += float((np.linalg.lstsq(inner, errors[rows], rcond=None)[0] ** 2).sum())
-    noise = float(np.sqrt(squares / len(errors)))
+    labels = task.labels
+    _, drops = _left_out(columns, errors, labels)
+    keep = labels != int(np.argmax(drops))
+    squares, _ = _left_out(columns[keep], errors[keep], labels[keep])
+    noise = float(np.sqrt(squares.sum() / keep.sum()))
     return expected_error(leaders, task.carried.basis, noise) * gravity
+
+
+def _left_out(
+    columns: FloatArray, errors: FloatArray, labels: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Squared errors of each direction left out, and fall of the sum of squares without it.
+
+    Of the linearised fit: ``(I − H_dd)⁻¹ r_d`` for the holds of direction d, a hundredth of the
+    cost of refitting and good enough to compare.
+    """
+    inverse = np.linalg.pinv(columns)
+    errors = errors - columns @ (inverse @ errors)
+    hat = columns @ inverse
+    squares, drops = np.zeros(labels.max() + 1), np.zeros(labels.max() + 1)
+    for label in np.unique(labels):
+        rows = np.flatnonzero(labels == label)
+        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
+        left_out = np.linalg.lstsq(inner, errors[rows], rcond=1e-6)[0]
+        squares[label], drops[label] = left_out @ left_out, errors[rows] @ left_out
+    return squares, drops

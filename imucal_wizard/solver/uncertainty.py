@@ -49,7 +49,8 @@ def uncertainty(task: Task, theta: FloatArray) -> Uncertainty:
     if freedom > 0:
         columns = task.weights[:, None] * jacobian(theta, task.problem.points) @ basis
         variance = float(errors @ errors) / freedom
-        covariance = variance * basis @ np.linalg.pinv(columns.T @ columns) @ basis.T
+        root = basis @ np.linalg.pinv(columns)
+        covariance = variance * root @ root.T
     return Uncertainty(covariance, variance, freedom, *_repeats(task, errors))
 
 
@@ -59,7 +60,7 @@ def uncertainty_of_six(task: Task, theta: FloatArray) -> Uncertainty:
     With s² the variance of a hold and n₊, n₋ holds per face, bias and sensitivity have the variance
     ``(s²/4) (1/n₊ + 1/n₋)``, and ``(s²/4) (1/n₊ − 1/n₋)`` in common.
     """
-    faces = face_rows(up_directions(theta, task.problem.points))
+    faces = face_rows(up_directions(task.start, task.problem.points))
     rows = sorted({row for found in faces.values() for row in found})
     errors = residuals(theta, task.problem.points)
     freedom = len(rows) - len(BIAS) - len(SCALE)

@@ -94,9 +94,9 @@ def test_judging_needs_no_refit() -> None:
     rng = np.random.default_rng(4)
     truth = typical_accelerometer()
     ratios = []
+    noise = 1e-3 * rng.standard_normal((26, 3))
     for size in (1.0, 10.0):
-        noise = size * 1e-3 * rng.standard_normal((26, 3))
-        holds = holds_of(truth, TWENTY_SIX, noise=noise)
+        holds = holds_of(truth, TWENTY_SIX, noise=size * noise)
         fit = fit_accelerometer(holds, GRAVITY, "m/s^2").fit
         ratios.append(judge(holds, GRAVITY) / (fit.rms_held_out or 1.0))
     assert ratios[0] == pytest.approx(ratios[1], rel=0.02)

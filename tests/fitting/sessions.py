@@ -1,0 +1,68 @@
+"""Recordings of the virtual IMU in memory, to be spoilt and fitted."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from imucal_wizard.devices.virtual import SensorModel, VirtualHand
+from imucal_wizard.devices.virtual.simulate import Truth, recording_script, truth
+from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.readings import FloatArray, Readings, Series
+
+RATE = 100.0
+
+
+@cache
+def session(
+    seed: int = 0, poses: str = "18", rotations: int = 6, counts: bool = False, hold: float = 4.0
+) -> Readings:
+    """A rest, the poses, turns about each axis; a consumer sensor drawn from the seed."""
+    hand = VirtualHand(RATE, seed)
+    chance = np.random.default_rng([seed, 5])
+    hand.perform(recording_script(poses, chance, hold=hold, rotations=rotations))
+    stream = VirtualStream(hand, _model(seed, counts), rate=RATE, seed=seed)
+    parts = []
+    while count := hand.remaining(4096):
+        parts.append(stream.take(count))
+    time = np.concatenate([part.time for part in parts])
+    unit = ("count", "count") if counts else ("m/s^2", "rad/s")
+    return Readings(
+        Series(time, np.concatenate([part.accelerometer for part in parts]), unit[0]),
+        Series(time, np.concatenate([part.gyroscope for part in parts]), unit[1]),
+    )
+
+
+def _model(seed: int, counts: bool) -> SensorModel:
+    model = SensorModel.drawn(seed)
+    return model.offset_binary() if counts else model
+
+
+def true(seed: int = 0, counts: bool = False) -> Truth:
+    """What a perfect calibration finds."""
+    return truth(model=_model(seed, counts))
+
+
+def with_accelerometer(readings: Readings, change: Callable[[FloatArray], FloatArray]) -> Readings:
+    """The recording with its accelerations changed."""
+    series = readings.accelerometer
+    return replace(readings, accelerometer=replace(series, values=change(series.values.copy())))
+
+
+def with_gyroscope(readings: Readings, change: Callable[[FloatArray], FloatArray]) -> Readings:
+    """The recording with its rates changed."""
+    series = readings.gyroscope
+    assert series is not None
+    return replace(readings, gyroscope=replace(series, values=change(series.values.copy())))
+
+
+def at_rate(readings: Readings, factor: float) -> Readings:
+    """The recording with its times as if the rate were this much higher."""
+    gyroscope = readings.gyroscope
+    assert gyroscope is not None
+    return replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, time=readings.accelerometer.time / factor),
+        gyroscope=replace(gyroscope, time=gyroscope.time / factor),
+    )
