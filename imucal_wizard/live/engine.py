@@ -13,7 +13,7 @@ from imucal_wizard.live.journal import Journal
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.view import View
-from imucal_wizard.procedure.state import Collected, Event, EventKind, Status
+from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import SI_UNIT
@@ -60,6 +60,7 @@ class Engine:
         self._fed = 0
         self._time = 0.0
         self._noted: tuple[str, ...] = ()
+        self._warned: set[str] = set()
         self._view = View(self._view.serial)
         self.finished = False
 
@@ -84,6 +85,18 @@ class Engine:
         self._view.changed()
         if readings is not None:
             self.receive_readings(readings)
+        self._warn()
+
+    def _warn(self) -> None:
+        """Say what the stream's reader has noticed; in the source step the preview shows it."""
+        warnings = self.intake.warnings
+        if len(warnings) == len(self._warned):
+            return
+        new = [text for text in warnings if text not in self._warned]
+        self._warned.update(new)
+        if self.status().step is not StepKind.SOURCE:
+            for text in new:
+                self.tell(EventKind.WARNING, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
         """Take samples that are decoded already, all sensors at the same times.

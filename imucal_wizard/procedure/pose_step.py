@@ -98,7 +98,8 @@ class PoseStage:
         if up is None:
             self._scene.emit(
                 EventKind.WRONG_POSE,
-                "The accelerometer reads almost nothing here: is an axis dead, or its unit wrong?",
+                "The accelerometer reads almost nothing here: is an axis dead, or its unit wrong? "
+                "Look at the values in the source step (b goes back).",
             )
             return
         pose = min(self._step.poses, key=lambda name: turn_towards(up, DIRECTIONS[name])[2])

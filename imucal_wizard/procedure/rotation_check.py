@@ -4,6 +4,7 @@ import numpy as np
 
 from imucal_wizard.procedure.ledger import KeptRotation
 from imucal_wizard.procedure.poses import AXES
+from imucal_wizard.procedure.turns import integral
 from imucal_wizard.readings import FloatArray
 
 AT_RANGE = 0.995
@@ -83,6 +84,11 @@ def resting(motion: KeptRotation) -> FloatArray:
         if hold.gyroscope is not None
     ]
     return np.asarray(np.mean(known, axis=0), float) if known else np.zeros(3)
+
+
+def turned(motion: KeptRotation) -> FloatArray:
+    """The integrated rate of a motion without its bias, shape (3,), rad or counts·s."""
+    return integral(motion.time, motion.rate - resting(motion))
 
 
 def fault_of(motion: KeptRotation, full_scale: float | None, *, missing: bool) -> str | None:

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 
+from imucal_wizard.procedure.doubts import AGREE, denied
+from imucal_wizard.procedure.gravity_turn import followed
 from imucal_wizard.procedure.ledger import KeptRotation
 from imucal_wizard.procedure.plan import START_POSES, Step
 from imucal_wizard.procedure.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, turn_towards
-from imucal_wizard.procedure.rotation_check import MOSTLY, resting, shares
+from imucal_wizard.procedure.rotation_check import MOSTLY, resting, shares, turned
 from imucal_wizard.procedure.scene import Scene
-from imucal_wizard.procedure.turns import integral, level, turn_between, unwrapped
+from imucal_wizard.procedure.turns import level, turn_between, unwrapped
 from imucal_wizard.readings import FloatArray
 
 LEVEL_DEG = 25.0
@@ -21,6 +23,8 @@ NUDGE_RATE = 30.0
 MOST_CIRCLES = 3
 """A hand does not turn a device farther than this between two holds."""
 FAR = math.radians(120.0)
+PLAIN = math.radians(45.0)
+"""From here on a turn in gravity is no mere change of place."""
 
 
 class RotationJudge:
@@ -62,6 +66,8 @@ class RotationJudge:
             return motion.problem
         share = shares(motion.rate, resting(motion))
         if share[AXES.index(axis)] < MOSTLY:
+            if self._contradicted(motion, axis):
+                return motion.problem
             return self._strayed(share, before, after, axis)
         angle = self._angle(motion, before, after, axis)
         if angle is None:
@@ -73,13 +79,34 @@ class RotationJudge:
         motion.fastest = self._fastest(motion, axis)
         return motion.problem or self._too_small(motion)
 
+    def _contradicted(self, motion: KeptRotation, axis: str) -> bool:
+        """Whether gravity shows a turn about the axis that the gyroscope denies.
+
+        Its columns are swapped then, or one is dead. The rotation counts: asking for another would
+        ask for ever, and the fit finds out which it is.
+        """
+        scene = self._scene
+        if not scene.units.gyroscope_known:
+            return False
+        angle = followed(motion.acceleration, scene.upright, axis)
+        if angle is None or abs(angle) < PLAIN or not denied(turned(motion), angle, axis):
+            return False
+        motion.axis, motion.angle = axis, math.degrees(angle)
+        motion.fastest = float(np.abs(motion.rate - resting(motion)).max()) * scene.units.degrees
+        return True
+
     def _angle(
         self, motion: KeptRotation, before: FloatArray, after: FloatArray, axis: str
     ) -> float | None:
         through = float(turned(motion)[AXES.index(axis)])
         scale = self.scale(axis)
         angle = turn_between(before, after, axis, 0.0 if scale is None else scale * through)
-        if angle is not None and scale is None and through * angle < 0.0 and abs(angle) > FAR:
+        if angle is not None and scale is not None:
+            if abs(angle - scale * through) > AGREE * abs(angle):  # then gravity counts the circles
+                seen = followed(motion.acceleration, self._scene.upright, axis)
+                angle = angle if seen is None else unwrapped(angle, seen)
+            return angle
+        if angle is not None and through * angle < 0.0 and abs(angle) > FAR:
             # More than half a circle, seen from the other side: the sense is the gyroscope's.
             return unwrapped(angle, math.copysign(math.pi, through))
         return angle
@@ -108,8 +135,3 @@ class RotationJudge:
         if other == axis:
             return f"it turned about {axis} and about another axis too: turn about {axis} alone"
         return f"it turned mostly about {other}: turn about {axis}"
-
-
-def turned(motion: KeptRotation) -> FloatArray:
-    """The integrated rate of a motion without its bias, shape (3,), rad or counts·s."""
-    return integral(motion.time, motion.rate - resting(motion))

@@ -15,7 +15,7 @@ from imucal_wizard.procedure.poses import FACES
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.recordings import session_file
 from imucal_wizard.sessions import Session
-from tests.devices.streams import contract
+from tests.devices.streams import HEADER, at_rest, contract, printed
 from tests.live.performance import pieces, recorded, same, settings
 
 
@@ -59,6 +59,22 @@ def test_looking_and_writing_down_change_nothing(tmp_path: Path) -> None:
     engine.end()
     engine.journal.close()
     assert same(engine.collected(), _whole().collected())
+
+
+def test_what_the_reader_notices_while_measuring_is_said_at_once() -> None:
+    engine = Engine()
+    engine.command("start")
+    lines = printed(at_rest(1000))
+    half = len(lines) // 2
+    engine.receive(HEADER + lines[:half], 1.0)
+    assert _warnings(engine) == []
+    engine.receive(lines[half:].replace(b",9.8", b",?.8"), 6.0)
+    assert any("cannot be read" in warning for warning in _warnings(engine))
+
+
+def _warnings(engine: Engine) -> list[str]:
+    events = engine.snapshot().events
+    return [event.text for event in events if event.kind is EventKind.WARNING]
 
 
 def test_a_command_before_the_first_sample_waits_for_it() -> None:

@@ -3,34 +3,63 @@
 import numpy as np
 import pytest
 
-from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.state import Event, EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
-from imucal_wizard.readings import Readings, Series
+from imucal_wizard.readings import FloatArray, Readings, Series
 from tests.procedure.device import QUICK, RATE, Device, texts
 
 
-def with_rate(readings: Readings, factor: float) -> Readings:
-    """The same readings with a gyroscope that is wrong by a factor."""
+def with_gyroscope(readings: Readings, matrix: FloatArray) -> Readings:
+    """The same readings with a gyroscope that is wrong by a matrix."""
     assert readings.gyroscope is not None
-    gyroscope = Series(readings.gyroscope.time, readings.gyroscope.values * factor, "rad/s")
+    gyroscope = Series(readings.gyroscope.time, readings.gyroscope.values @ matrix.T, "rad/s")
     return Readings(readings.accelerometer, gyroscope)
 
 
-def turned_by(factor: float) -> list[str]:
-    """The warnings, and rejections, of a quarter turn with such a gyroscope."""
+def events_of_a_turn(matrix: FloatArray) -> tuple[Machine, tuple[Event, ...]]:
+    """What a quarter turn about x makes of such a gyroscope."""
     device = Device(noise=(0.01, 1e-4)).rest(5.0)
     machine = Machine(QUICK, rate=RATE)
     machine.command("start")
-    machine.feed(with_rate(device.taken(), factor))
+    machine.feed(with_gyroscope(device.taken(), matrix))
     machine.command("goto", "rotations")
     device.rest(2.0).rotate("x", 90.0).rest(2.0)
-    events = machine.feed(with_rate(device.taken(), factor))
+    return machine, machine.feed(with_gyroscope(device.taken(), matrix))
+
+
+def turned_by(factor: float) -> list[str]:
+    """The warnings, and rejections, of a quarter turn with a gyroscope wrong by a factor."""
+    _, events = events_of_a_turn(factor * np.eye(3))
     return texts(events, EventKind.WARNING) + texts(events, EventKind.ROTATION_REJECTED)
 
 
-@pytest.mark.parametrize("factor", [2.0, 0.5, -1.0])
+@pytest.mark.parametrize(
+    ("matrix", "words"),
+    [
+        (np.eye(3)[[1, 0, 2]], "by +90° about y: are its columns or axes swapped?"),
+        (np.diag([0.0, 1.0, 1.0]), "not at all: is its x axis dead"),
+    ],
+)
+def test_a_turn_that_only_gravity_shows_counts_and_is_doubted(
+    matrix: FloatArray, words: str
+) -> None:
+    machine, events = events_of_a_turn(matrix)
+    rotation = machine.status().rotation
+    assert rotation is not None
+    assert list(rotation.done) == pytest.approx([90.0], abs=0.5)
+    (warning,) = texts(events, EventKind.WARNING)
+    assert words in warning
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.5])
 def test_a_gyroscope_that_disagrees_with_gravity_is_doubted(factor: float) -> None:
-    assert "check its unit, its sign and the sample rate" in turned_by(factor)[0]
+    assert "check its unit and the sample rate" in turned_by(factor)[0]
+
+
+def test_a_wrong_sign_is_told_from_a_wrong_unit() -> None:
+    (warning,) = turned_by(-1.0)
+    assert warning.startswith("Gravity turned by +90° about x, the gyroscope by -90°")
+    assert "the sign of its x axis is wrong" in warning
 
 
 def test_a_gyroscope_in_the_wrong_unit_is_refused() -> None:
