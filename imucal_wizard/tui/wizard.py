@@ -19,16 +19,23 @@ async def conduct(app: "WizardApp") -> None:
 
     A screen ends with the step that the machine has gone to, forwards or backwards.
     """
-    first = app.push_screen_wait(SourceScreen())
-    loading = asyncio.create_task(asyncio.to_thread(_load))
-    step = await first
+    first = SourceScreen()
+    loading = asyncio.create_task(_load_behind(first))
+    step = await app.push_screen_wait(first)
+    first.seen.set()  # it may have ended before it was drawn
     await loading
     while True:
         step = await app.push_screen_wait(screen_for(step))
 
 
+async def _load_behind(screen: SourceScreen) -> None:
+    """Import the other screens while this one is being looked at."""
+    await screen.seen.wait()
+    await asyncio.to_thread(_load)
+
+
 def _load() -> None:
-    """Import the screens that need numpy while the first one is being looked at."""
+    """Import the screens that need numpy."""
     for name in ("settle_screen", "pose_screen", "rotation_screen", "result_screen", "save_screen"):
         import_module(f"{_SCREENS}.{name}")
 

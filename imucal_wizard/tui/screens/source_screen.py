@@ -35,7 +35,11 @@ _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
 class SourceScreen(LiveScreen):
-    """A list of sources on the left; what arrives from the chosen one on the right."""
+    """A list of sources on the left; what arrives from the chosen one on the right.
+
+    Attributes:
+        seen: set once it has been drawn.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "other", "another source"),
@@ -61,6 +65,7 @@ class SourceScreen(LiveScreen):
 
     def __init__(self) -> None:
         super().__init__()
+        self.seen = asyncio.Event()
         self._choices: list[SourceChoice] = [VIRTUAL]
         self._chosen: SourceChoice | None = None
         self._started = False
@@ -87,7 +92,12 @@ class SourceScreen(LiveScreen):
         self.query_one(OptionList).focus()
         if self.wizard.choice is not None:
             self._open(self.wizard.choice)
-        else:
+        self.call_after_refresh(self._be_seen)
+
+    def _be_seen(self) -> None:
+        """What takes long begins only now, so that it does not delay the first picture."""
+        self.seen.set()
+        if self.wizard.choice is None:
             self.action_look()
 
     @work(exclusive=True, group="look")
