@@ -1,11 +1,15 @@
 """A fit as text for a terminal that is not the app's: one screen, plain characters."""
 
+import textwrap
+
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 
+_WIDTH = 80
+
 
 def summary(report: FitReport) -> str:
-    """What was found, in lines of at most 80 columns where names allow it."""
+    """What was found, in lines of at most 80 columns."""
     lines = [
         f"{len(report.holds)} holds, {len(report.rotations)} rotations, "
         + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items()),
@@ -15,8 +19,12 @@ def summary(report: FitReport) -> str:
     if report.comparison:
         lines += ["", *_comparison(report)]
     if report.warnings:
-        lines += ["", *(f"! {warning}" for warning in report.warnings)]
-    return "\n".join([*lines, "", *report.verdict])
+        lines += ["", *(_wrapped(f"! {warning}") for warning in report.warnings)]
+    return "\n".join([*lines, "", *map(_wrapped, report.verdict)])
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, _WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
 def _sensor(name: str, fit: SensorFit) -> list[str]:
@@ -36,7 +44,8 @@ def _parameter(parameter: Parameter) -> str:
         note = "± not known"
     else:
         note = f"± {parameter.standard_error:.2g}"
-    return f"{parameter.name:16} {parameter.value:14.7g} {note} {parameter.unit}"
+    unit = "" if parameter.unit == "1" else parameter.unit
+    return f"{parameter.name:16} {parameter.value:14.7g} {note} {unit}".rstrip()
 
 
 def _comparison(report: FitReport) -> list[str]:
@@ -44,8 +53,9 @@ def _comparison(report: FitReport) -> list[str]:
     lines.append("  axis  turns   static          dynamic         vector")
     for row in report.comparison:
         cells = [
-            "-" if value is None else f"{value:.6g}"
+            "-" if value is None else f"{value:#.6g}"
             for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
         ]
-        lines.append(f"  {row.axis:4}  {row.rotations:5}   " + "".join(f"{c:16}" for c in cells))
+        row_text = "".join(f"{cell:16}" for cell in cells)
+        lines.append(f"  {row.axis:4}  {row.rotations:5}   {row_text}".rstrip())
     return lines

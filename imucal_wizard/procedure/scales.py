@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from imucal_wizard.procedure.poses import AXES
 from imucal_wizard.procedure.state import AxisMotion
 from imucal_wizard.procedure.stillness import Limits, Noise, Windows
@@ -106,7 +108,10 @@ def _excess_of(pair: tuple[float, float]) -> float:
 
 
 def _three(values: FloatArray) -> str:
-    return " ".join(f"{value:.2g}" if value < 9.95 else f"{value:.0f}" for value in values)
+    """Three values with as many decimals as give the largest of them two digits."""
+    largest = float(np.nanmax(values, initial=0.0))
+    exponent = int(f"{largest:.1e}".partition("e")[2]) if math.isfinite(largest) else 0
+    return " ".join(f"{value:.{min(6, max(0, 1 - exponent))}f}" for value in values)
 
 
 def moves(motion: AxisMotion) -> str:

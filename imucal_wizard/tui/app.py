@@ -90,8 +90,8 @@ class WizardApp(App[Saved]):
 
     def tick(self) -> None:
         """Take one snapshot and show it where it says something new."""
-        if self.source is None or not self.screen_stack:  # the app is closing
-            return
+        if self.source is None or not self.is_running or not self.screen_stack:
+            return  # the app is closing: the parts of a screen go before it does
         snapshot = self.source.snapshot()
         screen = self.screen
         self._uncover(snapshot)

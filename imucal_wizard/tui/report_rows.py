@@ -7,7 +7,17 @@ import numpy as np
 
 from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
 from imucal_wizard.tui.residual_plot import dot_plot
-from imucal_wizard.tui.text import Line, Span, line, number, signed, unit_sign, wrapped
+from imucal_wizard.tui.text import (
+    Line,
+    Span,
+    decimals,
+    fixed,
+    line,
+    number,
+    signed,
+    unit_sign,
+    wrapped,
+)
 from imucal_wizard.units import STANDARD_GRAVITY
 
 _SHOWN: dict[str, tuple[float, str]] = {
@@ -60,13 +70,13 @@ def error_rows(report: FitReport) -> list[Line]:
 
 def _error_row(fit: SensorFit, validated: bool) -> Line:
     missing = fit.floor is not None and (fit.rms_held_out or fit.rms_fitted) > 3.0 * fit.floor
-    new = shown(fit.validation_rms, fit.unit) if validated else ""
+    new = shown(fit.validation_rms, fit.unit, 2) if validated else ""
     noise = "±" + shown(fit.floor, fit.unit, 2) if fit.floor is not None else "–"
     return (
         (f"{fit.sensor} {_ERROR.get(fit.sensor, ''):<7}"[:19].ljust(19), "strong"),
         (f"{shown(fit.rms_before, fit.unit):>9} → ", "quiet"),
-        (f"{shown(fit.rms_fitted, fit.unit):>9}", ""),
-        (f" {shown(fit.rms_held_out, fit.unit):>10}", "warn" if missing else "good"),
+        (f"{shown(fit.rms_fitted, fit.unit, 2):>9}", ""),
+        (f" {shown(fit.rms_held_out, fit.unit, 2):>10}", "warn" if missing else "good"),
         (f" {noise:>10}", "quiet"),
         (f" {new:>10}" if validated else "", "strong"),
         (" ▲" if missing else "", "warn"),
@@ -120,7 +130,13 @@ def _three(head: str, texts: tuple[str, str, str], unit: str = "") -> Line:
 def _with_error(value: float | None, error: float | None) -> str:
     if value is None:
         return "–"
-    return number(value, 5) if error is None else f"{number(value, 5)} ±{number(error, 2)}"
+    return number(value, 5) if not error else " ±".join(measured(value, error))
+
+
+def measured(value: float, error: float) -> tuple[str, str]:
+    """A value and its standard error, both to the error's second digit."""
+    places = min(decimals(error), 12)
+    return fixed(value, places), fixed(error, places)
 
 
 def hold_rows(report: FitReport) -> list[Line]:
@@ -132,12 +148,15 @@ def hold_rows(report: FitReport) -> list[Line]:
         line("each hold", "strong"),
         line("    #  pose     start     length  temperature   left over    held out", "quiet"),
     ]
-    left, out = np.asarray(fit.residuals, float).ravel(), fit.held_out
+    factor, unit = _SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
+    left = np.asarray(fit.residuals, float).ravel() * factor
+    out = None if fit.held_out is None else np.asarray(fit.held_out, float) * factor
+    places = decimals(fit.rms_fitted * factor)
     for i, hold in enumerate(report.holds[: len(left)]):
         warm = "–" if hold.temperature is None else f"{hold.temperature:.1f} °C"
-        held = shown(float(out[i]), fit.unit) if out is not None and i < len(out) else "–"
+        held = fixed(float(out[i]), places) if out is not None and i < len(out) else "–"
         span = f" {hold.start:>7.1f} s {hold.end - hold.start:>6.1f} s  {warm:>11}"
-        errors = f"  {shown(float(left[i]), fit.unit):>10}  {held:>10}"
+        errors = f"  {fixed(float(left[i]), places):>10}  {held:>10} {unit}"
         words = f"{i + 1:>5}  {signed(hold.pose or '–'):<8}{span}{errors}"
         rows.append(((words, ""), ("  hand-held" if hold.hand_held else "", "warn")))
     return rows
@@ -172,9 +191,10 @@ def _fitting(row: Line, width: int) -> list[Line]:
 
 
 def _parameter(parameter: Parameter) -> Line:
-    error = parameter.standard_error
-    value = f"{number(parameter.value, 6):>13}"
-    spread = f"± {number(error, 2):<10}" if error is not None else " " * 12
+    value, error = number(parameter.value, 6), ""
+    if parameter.standard_error:
+        value, error = measured(parameter.value, parameter.standard_error)
+    value, spread = f"{value:>13}", f"{'± ' + error if error else '':<12}"
     return (
         (f"  {parameter.name:<24}", ""),
         (value, "strong"),

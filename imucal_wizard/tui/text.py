@@ -7,6 +7,8 @@ Span = tuple[str, str]
 """A piece of text and the name of its style (``""``, ``strong``, ``quiet``, ``good`` …)."""
 Line = tuple[Span, ...]
 """One row of a screen."""
+_CELL = 4
+"""Characters there are for a value beside a short bar."""
 
 
 def clean(text: str) -> str:
@@ -28,7 +30,9 @@ def width_of(row: Line) -> int:
 
 def wrapped(text: str, width: int, style: str = "", indent: str = "") -> list[Line]:
     """The text as rows of at most ``width`` characters; rows after the first are indented."""
-    rows = textwrap.wrap(clean(text), max(8, width), subsequent_indent=indent)
+    rows = textwrap.wrap(
+        clean(text), max(8, width), subsequent_indent=indent, break_on_hyphens=False
+    )
     return [line(row, style) for row in rows]
 
 
@@ -45,12 +49,35 @@ def number(value: float, digits: int = 3) -> str:
         return "0"
     if not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}".replace("-", "−")
-    whole = len(str(int(abs(value)))) if abs(value) >= 1 else -_leading_zeros(value)
-    return f"{value:.{max(0, digits - whole)}f}".replace("-", "−")
+    return fixed(value, decimals(value, digits))
 
 
-def _leading_zeros(value: float) -> int:
-    return max(0, -math.floor(math.log10(abs(value))) - 1)
+def decimals(value: float, digits: int = 2) -> int:
+    """How many decimals show a value with ``digits`` significant digits; 0 for what is not one.
+
+    Numbers that stand beside one another share them, so that they can be compared at a glance.
+    """
+    if not math.isfinite(value) or value == 0:
+        return 0
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])  # of the rounded value
+    return max(0, digits - 1 - exponent)
+
+
+def fixed(value: float, places: int) -> str:
+    """A number with this many decimals, a true minus sign, and none before zero."""
+    if not math.isfinite(value):
+        return "–"
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
+
+
+def compact(value: float, places: int) -> str:
+    """A number of at most four characters where that can be, with a k or M for thousands."""
+    for size, letter, shown in ((1.0, "", places), (1.0, "", 0), (1e3, "k", 0), (1e6, "M", 0)):
+        text = fixed(value / size, shown) + letter
+        if len(text) <= _CELL:
+            return text
+    return text
 
 
 def clock(seconds: float) -> str:
@@ -73,9 +100,10 @@ _UNITS = {
     "degC": "°C",
     "uT": "µT",
     "deg": "°",
+    "1": "",
 }
 
 
 def unit_sign(unit: str) -> str:
-    """A unit word as people write it: ``m/s^2`` becomes ``m/s²``."""
+    """A unit word as people write it: ``m/s^2`` becomes ``m/s²``; a mere ratio has none."""
     return _UNITS.get(unit, clean(unit).replace("^2", "²"))

@@ -86,6 +86,7 @@ def test_the_summary_names_parameters_with_standard_errors(
     assert "sensitivity_x" in text
     assert "±" in text
     assert "held out" in text
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_a_saved_calibration_reads_back_to_the_same_numbers(

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
+from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings, Series
 from tests.procedure.device import RATE, Device, kinds, part, texts
 
@@ -48,6 +50,13 @@ def test_ten_seconds_of_rest_settle_it_and_tell_the_noise() -> None:
     milli_g = [float(word) for word in status.noise.split(" mg")[0].split()]
     assert milli_g == pytest.approx([2.04] * 3, rel=0.1)
     assert machine.collected().holds[0].end - machine.collected().holds[0].start > 9.9
+
+
+def test_the_noise_of_all_axes_is_told_with_the_same_decimals() -> None:
+    noise = Noise(np.array([1.04, 0.96, 1.1]) / 100.0, np.radians([0.1, 0.096, 0.099]), None)
+    assert Scales(gravity=10.0).noise_text(noise) == "1.0 1.0 1.1 mg, 0.10 0.10 0.10 °/s"
+    counts = Noise(np.array([103.0, 96.0, 0.0]), None, None)
+    assert Scales("count").noise_text(counts) == "103 96 0 count"
 
 
 def test_the_limits_are_five_times_the_noise() -> None:

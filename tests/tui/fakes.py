@@ -144,7 +144,8 @@ def motions(worst: float = 0.3) -> tuple[AxisMotion, ...]:
 def moving() -> StillStatus:
     """Not still: z turns at 2.9 °/s."""
     all_axes = motions(2.9)
-    return StillStatus(motions=all_axes, worst=all_axes[-1], held=0.0, needed=2.0, waiting=3.0)
+    says = "z turns at 2.9 °/s, limit 0.8"
+    return StillStatus(motions=all_axes, worst=all_axes[-1], needed=2.0, waiting=3.0, reason=says)
 
 
 def still(held: float = 1.3) -> StillStatus:

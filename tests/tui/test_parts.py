@@ -8,12 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imucal_wizard.procedure.poses import DIRECTIONS
-from imucal_wizard.procedure.state import Event, EventKind
+from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
 from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
+from imucal_wizard.tui.report_rows import measured
 from imucal_wizard.tui.residual_plot import dot_plot
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
-from imucal_wizard.tui.text import bar, clean, number
+from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
+from imucal_wizard.tui.widgets.still_bars import compact_row
 from imucal_wizard.tui.widgets.traces import trace
 
 
@@ -28,10 +30,52 @@ def test_any_number_is_short(value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(2.94, "2.94"), (0.012345, "0.0123"), (-7.0, "−7.00"), (123456.0, "123456")]
+    ("value", "text"),
+    [
+        (2.94, "2.94"),
+        (0.012345, "0.0123"),
+        (-7.0, "−7.00"),
+        (123456.0, "123456"),
+        (0.9996, "1.00"),
+        (0.09996, "0.100"),
+        (99.96, "100"),
+    ],
 )
-def test_numbers_keep_three_digits(value: float, text: str) -> None:
+def test_numbers_keep_three_digits_of_what_they_are_rounded_to(value: float, text: str) -> None:
     assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "places", "text"),
+    [(1.04, 1, "1.0"), (0.96, 1, "1.0"), (123.4, 1, "123"), (20000.0, 0, "20k"), (3e6, 0, "3M")],
+)
+def test_a_value_beside_a_bar_is_never_cut_to_another_number(
+    value: float, places: int, text: str
+) -> None:
+    assert compact(value, places) == text
+
+
+def test_a_value_is_shown_to_the_second_digit_of_its_standard_error() -> None:
+    assert measured(1.0279451, 0.0000219) == ("1.027945", "0.000022")
+    assert measured(-0.58016, 0.019) == ("−0.580", "0.019")
+
+
+def test_a_path_is_never_broken_at_a_hyphen() -> None:
+    rows = wrapped("✓ /home/someone/.local/share/imucal-wizard/sessions/one.json", 66)
+    assert len(rows) == 1
+    longer = wrapped("saved in /home/someone/.local/share/imucal-wizard/one.json", 50)
+    assert longer[1][0][0].endswith("imucal-wizard/one.json")
+
+
+def test_a_mere_ratio_has_no_unit() -> None:
+    assert unit_sign("1") == ""
+
+
+def test_the_axes_of_a_sensor_are_shown_with_the_same_decimals() -> None:
+    values = (1.04, 0.96, 1.1)
+    motions = [AxisMotion(f"a{x}", v, 5.3, "mg") for x, v in zip("xyz", values, strict=True)]
+    row = "".join(text for text, _ in compact_row(motions))
+    assert [word for word in row.split() if word[0].isdigit()] == ["1.0", "1.0", "1.1"]
 
 
 @given(st.floats(0, 1), st.integers(3, 60))

@@ -26,8 +26,8 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
     source = fakes.FakeSource(RESULT)
     async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=size) as pilot:
         await shows(
-            pilot, "as good as its noise allows", "31.4 mg →  0.110 mg", "0.160 mg",
-            "4.80° →    0.521°", "0.619°", "▲", "begins by itself in",
+            pilot, "as good as its noise allows", "31.4 mg →   0.11 mg", "0.16 mg",
+            "4.80° →     0.52°", "0.62°", "▲", "begins by itself in",
         )  # fmt: skip
 
 
@@ -47,7 +47,7 @@ async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -
         await shows(pilot, "31.4 mg")
         await pilot.press("t")
         await shows(
-            pilot, "bias_x", "0.100000 ± 0.00040", "m/s²", "not carried", "M · (reading − b)"
+            pilot, "bias_x", "0.10000 ± 0.00040", "m/s²", "not carried", "M · (reading − b)"
         )
         await pilot.press("escape")
         await until(pilot, lambda: "not carried" not in seen(pilot))
@@ -98,7 +98,7 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
-    assert "0.194 mg" in sensor
+    assert "0.19 mg" in sensor
 
 
 @pytest.mark.parametrize("width", [60, 76, 150])

@@ -32,7 +32,7 @@ async def test_a_pose_is_told_with_words_drawing_reason_progress_and_list(
             "7 of 18 done",
             "the edge between the +x and −y faces on top",
             "23° away: turn it about z, to the left",
-            "z turns at 2.9 °/s, limit 0.80",
+            "z turns at 2.9 °/s, limit 0.8",
             "0.0 of 2.0 s",
             "18 POSES",
             "now",

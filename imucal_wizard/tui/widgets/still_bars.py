@@ -1,7 +1,7 @@
 """How much each axis moves, against its limit."""
 
 from imucal_wizard.procedure.state import AxisMotion, StillStatus
-from imucal_wizard.tui.text import Line, Span, number, unit_sign
+from imucal_wizard.tui.text import Line, Span, compact, decimals, fixed, unit_sign
 from imucal_wizard.tui.widgets.lines import Lines
 
 _CELLS = 5
@@ -18,14 +18,7 @@ def reason(still: StillStatus) -> Line:
         return label, ("listening …", "quiet")
     if still.still:
         return label, ("yes ●", "good")
-    if still.reason:
-        return label, (f"no ▲ {still.reason}", "warn")
-    worst = still.worst
-    if worst is None:
-        return label, ("no ▲", "warn")
-    axis, verb = worst.channel[-1], "turns at" if worst.channel.startswith("g") else "shakes by"
-    amount = f"{number(worst.value, 2)} {unit_sign(worst.unit)}, limit {number(worst.limit, 2)}"
-    return label, (f"no ▲ {axis} {verb} {amount}", "warn")
+    return label, (f"no ▲ {still.reason}".rstrip(), "warn")
 
 
 def short_bar(motion: AxisMotion) -> Span:
@@ -49,17 +42,19 @@ class StillBars(Lines):
             self.show([_full(motion, self.size.width) for motion in still.motions])
             return
         sensors = [[m for m in still.motions if m.channel[0] == s] for s in ("a", "g")]
-        self.show([_compact(motions) for motions in sensors if motions])
+        self.show([compact_row(motions) for motions in sensors if motions])
 
 
-def _compact(motions: list[AxisMotion]) -> Line:
+def compact_row(motions: list[AxisMotion]) -> Line:
+    """The axes of one sensor in one row, with the decimals that its limits need."""
     name = f"{_LETTERS[motions[0].channel[0]]} {unit_sign(motions[0].unit)}"
+    places = decimals(min(motion.limit for motion in motions))
     spans: list[Span] = [(f"{name:<7}", "quiet")]
     for motion in motions:
-        value = number(motion.value, 2)
+        value = compact(motion.value, places)
         sign = "▲" if motion.moving else " "
         spans += [(f" {motion.channel[-1]} ", "strong"), short_bar(motion)]
-        spans.append((f"{sign}{value:<4.4}", "warn" if motion.moving else "quiet"))
+        spans.append((f"{sign}{value:<4}", "warn" if motion.moving else "quiet"))
     return tuple(spans)
 
 
@@ -69,7 +64,9 @@ def _full(motion: AxisMotion, width: int) -> Line:
     at_limit = cells * 2 // 3
     filled = cells if share != share else min(cells, round(share * at_limit))
     drawn = "▪" * filled + "·" * (cells - filled)
-    words = f" {number(motion.value, 2)} of {number(motion.limit, 2)} {unit_sign(motion.unit)}"
+    places = decimals(motion.limit)
+    words = f" {fixed(motion.value, places)} of {fixed(motion.limit, places)}"
+    words += f" {unit_sign(motion.unit)}"
     style = "warn" if motion.moving else ""
     name = f"{_LETTERS[motion.channel[0]]} {motion.channel[-1]}  "
     return (
