@@ -122,27 +122,52 @@ def experiment(
 
 
 def recorded(
-    motions: Sequence[Motion], accelerometer: Truth, gyroscope: Truth, gravity: float = 9.80665
+    motions: Sequence[Motion],
+    accelerometer: Truth,
+    gyroscope: Truth,
+    rng: np.random.Generator,
+    *,
+    force_sigma: float = 0.0,
+    rate_sigma: float = 0.0,
 ) -> tuple[list[Hold], list[Rotation]]:
-    """The same as holds and rotations without noise, for the fit of a whole recording."""
-    holds, rotations = [], []
-    start = 0.0
-    for motion in motions:
+    """The same as holds and rotations, for the fit of a whole recording.
+
+    Args:
+        motions: the true motions.
+        accelerometer: truth, in m/s².
+        gyroscope: truth, in rad/s.
+        rng: where noise comes from.
+        force_sigma: noise of a hold's mean, m/s².
+        rate_sigma: noise of a sample, rad/s.
+    """
+    holds: list[Hold] = []
+    rotations = []
+    for number, motion in enumerate(motions):
+        start = 100.0 * number
+        interval = float(motion.time[1] - motion.time[0])
+        sigma = rate_sigma * np.sqrt(interval / 5.0)
         ends = []
-        for up, at in ((motion.up[0], start), (motion.up[-1], start + 100.0)):
+        for up, at in ((motion.up[0], start), (motion.up[-1], start + 50.0)):
+            force = accelerometer.readings(9.80665 * up[None])[0]
             ends.append(
-                hold(accelerometer.readings(gravity * up[None])[0], at, gyroscope=gyroscope.bias)
+                hold(
+                    force + force_sigma * rng.standard_normal(3),
+                    at,
+                    5.0,
+                    gyroscope.bias + sigma * rng.standard_normal(3),
+                    force_sigma,
+                    sigma,
+                )
             )
-        force = accelerometer.readings(gravity * motion.up)
+        rate = gyroscope.readings(motion.rate)
         rotations.append(
             Rotation(
                 ends[0],
                 ends[1],
-                start + 2.0 + motion.time,
-                gyroscope.readings(motion.rate),
-                accelerometer=force,
+                start + 6.0 + motion.time,
+                rate + rate_sigma * rng.standard_normal(rate.shape),
+                accelerometer=accelerometer.readings(9.80665 * motion.up),
             )
         )
         holds += ends
-        start += 200.0
     return holds, rotations

@@ -1,0 +1,121 @@
+"""How often standard errors hold the truth: ``python -m benchmarks.coverage [repetitions]``.
+
+Simulated experiments with known truth; for each the share of parameters within the 95 % interval by
+Student's t, within ±1.96 standard errors, and the rms of error over standard error (1 is honest).
+The simulator is the tests' own and shares no formula with the solver.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import numpy as np
+
+from imucal_wizard.fitting.gyroscope import fit_gyroscope
+from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.accelerometer import fit_accelerometer
+from imucal_wizard.solver.parameters import full_parameters, triangular_parameters
+from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.solver.student import quantile
+from tests.solver.motions import hand_turns, recorded
+from tests.solver.truth import (
+    EIGHTEEN,
+    SIX,
+    TWENTY_SIX,
+    holds_of,
+    random_triangular,
+    tilted,
+    turn,
+    typical_gyroscope,
+)
+
+GRAVITY = 9.80665
+SIGMA = 3e-3
+"""Noise of a hold, m/s²: 0.3 mg."""
+HEMISPHERE = np.array([up for up in DIRECTIONS.values() if up[2] >= 0.0])
+
+Trial = tuple[SensorFit, dict[str, float]]
+"""A fit and the true parameters."""
+
+
+def accelerometer(up: FloatArray, method: str, rng: np.random.Generator) -> Trial:
+    """One experiment with an accelerometer drawn anew."""
+    truth = random_triangular(rng)
+    noise = SIGMA * rng.standard_normal((len(up), 3))
+    holds = holds_of(truth, tilted(up, 1.0, rng), noise=noise, sigma=SIGMA)
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2", method).fit
+    return fit, triangular_parameters(truth.matrix, truth.bias)
+
+
+def gyroscope(count: int, force_sigma: float, rate_sigma: float, rng: np.random.Generator) -> Trial:
+    """One experiment with ``count`` turns about each axis and an accelerometer drawn anew."""
+    poses = [turn(up, np.array([1.5, 0.4, 0.7]), rate=25.0) for up in tilted(EIGHTEEN, 2.0, rng)]
+    gyro = typical_gyroscope()
+    holds, rotations = recorded(
+        [*poses[:9], *hand_turns(count, rng, rate=25.0)],
+        random_triangular(rng),
+        gyro,
+        rng,
+        force_sigma=force_sigma,
+        rate_sigma=rate_sigma,
+    )
+    found = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    fit = fit_gyroscope(holds, rotations, found, "rad/s").fit
+    if fit is None:
+        raise SystemExit("a simulated gyroscope was not fitted")
+    return fit, full_parameters(gyro.matrix, gyro.bias)
+
+
+def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float, int]:
+    """Share within t, share within ±1.96, rms error in standard errors, degrees of freedom."""
+    off, reach, freedom = [], [], 0
+    for fit, truth in trials:
+        freedom = fit.repeat_degrees_of_freedom if repeats else fit.degrees_of_freedom
+        for parameter in fit.parameters:
+            error = parameter.standard_error_repeats if repeats else parameter.standard_error
+            if error:
+                off.append(abs(parameter.value - truth[parameter.name]) / error)
+                reach.append(quantile(0.95, freedom))
+    away = np.array(off)
+    inside = float((away < np.array(reach)).mean())
+    return inside, float((away < 1.96).mean()), float(np.sqrt((away**2).mean())), freedom
+
+
+def main(repetitions: int = 400) -> None:
+    """Print the table."""
+    rng = np.random.default_rng(0)
+    print(
+        f"{repetitions} repetitions each; 95 % by t has a binomial spread of "
+        f"{100 * np.sqrt(0.95 * 0.05 / repetitions):.1f} % per parameter"
+    )
+    print(f"{'experiment':46}{'dof':>5}{'by t':>8}{'±1.96':>8}{'rms':>7}")
+    designs = {
+        "18 poses": EIGHTEEN,
+        "26 poses": TWENTY_SIX,
+        "18 poses, faces twice": np.concatenate([EIGHTEEN, SIX]),
+        "17 poses of one hemisphere": HEMISPHERE,
+    }
+    rows: dict[str, tuple[Callable[[], Trial], bool]] = {}
+    for name, up in designs.items():
+        for method in ("least_squares", "newton"):
+            rows[f"{name}, {method}"] = partial(accelerometer, up, method, rng), False
+    twice = designs["18 poses, faces twice"]
+    from_repeats = partial(accelerometer, twice, "least_squares", rng)
+    rows["18 poses, faces twice, from the repeats"] = from_repeats, True
+    for count in (3, 6, 18):
+        rows[f"gyroscope, {count} turns per axis"] = (
+            (lambda c=count: gyroscope(c, SIGMA / 10.0, 1.25e-3, rng)),
+            False,
+        )
+    rows["gyroscope, 6 turns, poor accelerometer"] = (
+        (lambda: gyroscope(6, 2.0 * SIGMA, 1e-4, rng)),
+        False,
+    )
+    for name, (trial, repeats) in rows.items():
+        inside, normal, rms, freedom = shares((trial() for _ in range(repetitions)), repeats)
+        print(f"{name:46}{freedom:5}{100 * inside:7.1f}%{100 * normal:7.1f}%{rms:7.2f}")
+
+
+if __name__ == "__main__":
+    main(*(int(word) for word in sys.argv[1:]))
