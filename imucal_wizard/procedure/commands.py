@@ -59,6 +59,7 @@ class Commands:
             known = ", ".join(kinds)
             raise UsageError(f"there is no step {argument!r}; give one of {known}")
         self._route.return_to = None
+        self._route.leave_out(StepKind(argument))
         self._route.enter(StepKind(argument))
 
     def _back(self) -> None:
@@ -148,7 +149,8 @@ class Commands:
             if pose in poses and StepKind.POSES not in kept.ticks:
                 kept.ticks[StepKind.POSES] = pose
                 counted += 1
-        self._say(f"{plural(counted, 'face')} of the up/down step counted among the poses.")
+        kind = EventKind.HOLD_TAKEN if counted else EventKind.WARNING
+        scene.emit(kind, f"{plural(counted, 'face')} of the up/down step counted among the poses.")
         if route.step is StepKind.POSES:
             route.stage.enter()
             if route.stage.finished:

@@ -46,6 +46,7 @@ def still_status(conductor: Conductor) -> StillStatus:
         waiting=watch.waiting,
         loosened=watch.loosened,
         reason=reason,
+        spent=scene.run.used,
     )
 
 

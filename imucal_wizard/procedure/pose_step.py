@@ -16,7 +16,7 @@ from imucal_wizard.procedure.poses import (
 )
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import AxisStart, EventKind, Status, StepKind
-from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
+from imucal_wizard.procedure.wording import how_to_turn, label, lift_and_turn, turn_up
 from imucal_wizard.readings import FloatArray
 
 TIE_DEG = 15.0
@@ -159,7 +159,7 @@ class PoseStage:
             return ""
         way = how_to_turn(up, self.wanted)
         if self._scene.still and self._scene.run.used:
-            return f"lift it first; {way}"
+            return lift_and_turn(up, self.wanted)
         if recognised == self.wanted:
             return "there: hold it still"
         if recognised in self.missing:

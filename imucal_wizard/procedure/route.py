@@ -91,6 +91,13 @@ class Route:
                 self._scene.emit(EventKind.FINISHED, "Everything is measured.")
             return
 
+    def leave_out(self, before: StepKind) -> None:
+        """What is jumped over on the way to a step is left out, and its consequence known."""
+        kinds = self._scene.procedure.kinds
+        for kind in kinds[kinds.index(self.step) : kinds.index(before)]:
+            if kind in MEASURING and not self.stages[kind].finished:
+                self.skipped[kind] = self._scene.procedure.step(kind).skipped
+
     def _left_out(self, kind: StepKind) -> bool:
         if kind not in MEASURING:
             return False

@@ -90,6 +90,7 @@ class StillStatus:
         waiting: seconds since the device was last still while a hold was asked for.
         loosened: factor by which the limits are wider than the settle step set them.
         reason: why it does not count as still, in words ("z turns at 2.9 °/s, limit 0.8"), or "".
+        spent: this placement counts no more; the device must be moved before it can count again.
     """
 
     still: bool = False
@@ -100,6 +101,7 @@ class StillStatus:
     waiting: float = 0.0
     loosened: float = 1.0
     reason: str = ""
+    spent: bool = False
 
 
 @dataclass(frozen=True)

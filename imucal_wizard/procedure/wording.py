@@ -33,6 +33,12 @@ def how_to_turn(up: FloatArray, pose: str) -> str:
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
 
 
+def lift_and_turn(up: FloatArray, pose: str) -> str:
+    """The same where staying does not count: "lift it, then turn it about z, to the left"."""
+    axis, sense, _ = turn_towards(up, DIRECTIONS[pose])
+    return f"lift it, then turn it about {axis}, to the {sense}"
+
+
 def plural(count: int, word: str) -> str:
     """A count with its noun."""
     return f"{count} {word}" if count == 1 else f"{count} {word}s"

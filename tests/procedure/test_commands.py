@@ -10,20 +10,22 @@ from tests.procedure.device import RATE, Device, kinds, machine_at, texts
 
 def test_skipping_states_the_consequence() -> None:
     device = Device()
-    machine = machine_at(StepKind.POSES, device)
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.command("skip")
     events = machine.command("skip")
     assert "nominal values" in texts(events, EventKind.STEP_SKIPPED)[0]
     assert machine.status().step is StepKind.ROTATIONS
     machine.command("skip")
     assert machine.status().step is StepKind.RESULT
-    assert [kind for kind, _ in machine.status().skipped] == [StepKind.POSES, StepKind.ROTATIONS]
+    skipped = [kind for kind, _ in machine.status().skipped]
+    assert skipped == [StepKind.UP_DOWN, StepKind.POSES, StepKind.ROTATIONS]
 
 
 def test_a_step_gone_back_to_is_not_skipped_any_more() -> None:
-    machine = machine_at(StepKind.POSES, Device())
+    machine = machine_at(StepKind.UP_DOWN, Device())
     machine.command("skip")
     machine.command("back")
-    assert machine.status().step is StepKind.POSES
+    assert machine.status().step is StepKind.UP_DOWN
     assert machine.status().skipped == ()
 
 
@@ -152,6 +154,33 @@ def test_one_more_hold_in_a_finished_step_goes_on_by_itself() -> None:
     assert EventKind.ALREADY_DONE in kinds(events)
     assert machine.status().step is StepKind.POSES
     assert len(machine.collected().up_down) == 7
+
+
+def test_steps_that_are_jumped_over_count_as_skipped_with_their_consequence() -> None:
+    device = Device()
+    machine = machine_at(StepKind.POSES, device)
+    machine.feed(device.hold("+x+y").taken())
+    machine.command("goto", "result")
+    skipped = dict(machine.status().skipped)
+    assert set(skipped) == {StepKind.UP_DOWN, StepKind.POSES, StepKind.ROTATIONS}
+    assert "bias only" in skipped[StepKind.ROTATIONS]
+    machine.command("back")
+    assert StepKind.ROTATIONS not in dict(machine.status().skipped)
+
+
+def test_after_an_undo_the_device_must_be_moved_before_it_counts_again() -> None:
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.feed(device.hold("+x").taken())
+    assert not machine.status().still.spent
+    machine.command("undo")
+    machine.feed(device.rest(2.0).taken())
+    status = machine.status()
+    assert status.still.spent
+    assert status.still.held == 0.0
+    assert status.guidance.startswith("lift it, then turn it about")
+    machine.feed(device.hold("-y").taken())
+    assert not machine.status().still.spent
 
 
 def test_back_from_the_first_step_stays_there() -> None:

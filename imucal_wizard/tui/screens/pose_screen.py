@@ -38,8 +38,8 @@ class PoseScreen(StepScreen):
         )
 
     def progress_words(self, status: Status) -> str:
-        """How many poses are done, and where the device is instead of where it is wanted."""
+        """How many poses are done, and whether the one the device is in is among them."""
         words = super().progress_words(status)
         if status.recognised and status.recognised in status.done:
-            return f"{words}   this one is taken already"
+            return f"{words}   ✓ this one is done"
         return words

@@ -131,7 +131,8 @@ class StepScreen(LiveScreen):
     def headline(self, status: Status) -> tuple[str, str]:
         """What is read from two metres, and its style: HOLD STILL once it is where it should be."""
         still = status.still
-        if still.still and still.held < still.needed and self.in_place(status):
+        growing = still.still and not still.spent and still.held < still.needed
+        if growing and self.in_place(status):
             return "HOLD STILL", "good"
         return status.instruction or self.wizard.waiting_words, "strong"
 
