@@ -104,14 +104,10 @@ def main(repetitions: int = 400) -> None:
     from_repeats = partial(accelerometer, twice, "least_squares", rng)
     rows["18 poses, faces twice, from the repeats"] = from_repeats, True
     for count in (3, 6, 18):
-        rows[f"gyroscope, {count} turns per axis"] = (
-            (lambda c=count: gyroscope(c, SIGMA / 10.0, 1.25e-3, rng)),
-            False,
-        )
-    rows["gyroscope, 6 turns, poor accelerometer"] = (
-        (lambda: gyroscope(6, 2.0 * SIGMA, 1e-4, rng)),
-        False,
-    )
+        some = partial(gyroscope, count, SIGMA / 10.0, 1.25e-3, rng)
+        rows[f"gyroscope, {count} turns per axis"] = some, False
+    poor = partial(gyroscope, 6, 2.0 * SIGMA, 1e-4, rng)
+    rows["gyroscope, 6 turns, poor accelerometer"] = poor, False
     for name, (trial, repeats) in rows.items():
         inside, normal, rms, freedom = shares((trial() for _ in range(repetitions)), repeats)
         print(f"{name:46}{freedom:5}{100 * inside:7.1f}%{100 * normal:7.1f}%{rms:7.2f}")
