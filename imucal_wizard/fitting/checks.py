@@ -28,13 +28,7 @@ def accelerometer_warnings(accelerometer: AccelerometerFit, holds: Sequence[Hold
     notes = list(accelerometer.fit.warnings)
     fit = accelerometer.fit
     if fit.bias_unit != COUNT:
-        scale = float(np.mean(np.abs(np.diag(fit.matrix))))
-        for unit, size in (("g", 1.0 / STANDARD_GRAVITY), ("mg", 1e3 / STANDARD_GRAVITY)):
-            if abs(np.log(scale * size)) < NEAR:
-                notes.append(
-                    f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²: the accelerations are "
-                    f"in {unit}; read them with --accel-unit {unit}"
-                )
+        notes += _unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
     if accelerometer.suspect is not None:
         hold = holds[accelerometer.suspect.index]
         pose = f" ({hold.pose})" if hold.pose else ""
@@ -44,6 +38,27 @@ def accelerometer_warnings(accelerometer: AccelerometerFit, holds: Sequence[Hold
     if count:
         notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
     return notes
+
+
+UNITS = (
+    ("g", 1.0 / STANDARD_GRAVITY),
+    ("mg", 1e3 / STANDARD_GRAVITY),
+    ("m/s^2", STANDARD_GRAVITY),
+)
+"""What gravity reads, over what it is, when the accelerations are in this unit and were taken for
+another: g or mg for m/s², m/s² for g."""
+FAR = 0.3
+"""No sensor is wrong by 30 %; its unit is."""
+
+
+def _unit_notes(scale: float) -> list[str]:
+    reads = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²"
+    for unit, size in UNITS:
+        if abs(np.log(scale * size)) < NEAR:
+            return [f"{reads}: the accelerations are in {unit}; read them with --accel-unit {unit}"]
+    if abs(np.log(scale)) > FAR:
+        return [f"{reads}: give the unit of the accelerations with --accel-unit"]
+    return []
 
 
 def _stands_out(place: str, suspect: Suspect) -> str:

@@ -101,7 +101,7 @@ def by_single_axis(
     method: str,
     vector: VectorFit,
 ) -> SensorFit:
-    """The result by Q's static or dynamic approach instead: three scales, no cross-axis gain.
+    """The result by Q's static or dynamic approach instead: three scales, cross-axis gains zero.
 
     Raises:
         DataError: an axis has too few rotations.
@@ -122,6 +122,7 @@ def by_single_axis(
     parameters = []
     for parameter in fit.parameters:
         if parameter.name.startswith("cross"):
+            parameters.append(replace(parameter, value=0.0, standard_error=None, carried=False))
             continue
         axis = "xyz".index(parameter.name[-1])
         if parameter.name.startswith("sensitivity"):
@@ -143,6 +144,7 @@ def by_single_axis(
         residuals=np.linalg.norm(closure, axis=1),
         held_out=None,
         covariance=None,
-        warnings=(),
+        warnings=(f"the {method} approach leaves all cross-axis gains at their nominal value",),
         degrees_of_freedom=0,
+        suspects=(),
     )

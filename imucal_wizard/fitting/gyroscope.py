@@ -141,6 +141,7 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         lambda name: _unit_of(name, unit),
         vector.dropped,
     )
+    suspect = _stands_out(vector)
     return SensorFit(
         sensor="gyroscope",
         model=("bias", "scale", "non-orthogonality"),
@@ -161,6 +162,7 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         iterations=vector.iterations,
         warnings=_not_carried(vector.dropped),
         degrees_of_freedom=vector.degrees_of_freedom,
+        suspects=() if suspect is None else (suspect.index,),
     )
 
 
@@ -207,8 +209,12 @@ def _noise(bench: Bench, matrix: FloatArray) -> FloatArray:
 
 
 def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:
-    found = suspect_rotation(vector.weighted, vector.drops, vector.degrees_of_freedom)
+    found = _stands_out(vector)
     return None if found is None else replace(found, index=bench.usable[found.index])
+
+
+def _stands_out(vector: VectorFit) -> Suspect | None:
+    return suspect_rotation(vector.weighted, vector.drops, vector.degrees_of_freedom)
 
 
 def _name_axes(

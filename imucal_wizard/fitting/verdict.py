@@ -39,6 +39,9 @@ def _judged(name: str, fit: SensorFit) -> str:
     if fit.rms_held_out is None:
         return f"{text}; no {_left_out(fit)} could be left out to check it"
     text += f", {shown(fit, fit.rms_held_out)} on {_left_out(fit)}s left out"
+    if fit.suspects:
+        one = "hold" if fit.sensor == "accelerometer" else "rotation"
+        return f"{text}: one {one} does not fit with the others; measure it again"
     if fit.rms_held_out > FEW_RATIO * fit.rms_fitted:
         return f"{text}: too few {_left_out(fit)}s to foretell one that is left out; add some"
     floor = _floor(fit)

@@ -134,6 +134,7 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
     noise = _noise(task, holds, theta)
     matrix, bias = problem.matrix_and_bias(theta)
     six = task.method == SIX
+    suspect = None if six else _suspect(task, theta)
     fit = SensorFit(
         sensor="accelerometer",
         model=("bias", "scale") if six else task.carried.terms,
@@ -163,6 +164,7 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         degrees_of_freedom=known.freedom,
         repeat_rms=None if not known.repeat_variance else known.repeat_variance**0.5 * gravity,
         repeat_degrees_of_freedom=known.repeat_freedom,
+        suspects=() if suspect is None else (suspect.index,),
     )
     return AccelerometerFit(
         fit,
@@ -170,7 +172,7 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         task.labels,
         noise + (known.variance or 0.0),
         up_doubt(task, theta, known.covariance),
-        None if six else _suspect(task, theta),
+        suspect,
     )
 
 

@@ -63,6 +63,7 @@ class SensorFit:
         repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
             what no model can explain; None without repeats.
         repeat_degrees_of_freedom: of ``repeat_rms``.
+        suspects: which of the residuals stand out from all others: to be measured again.
     """
 
     sensor: str
@@ -87,6 +88,7 @@ class SensorFit:
     degrees_of_freedom: int = 0
     repeat_rms: float | None = None
     repeat_degrees_of_freedom: int = 0
+    suspects: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
