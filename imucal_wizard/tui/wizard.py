@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 _SCREENS = "imucal_wizard.tui.screens"
 _POSE_STEPS = ("up-down", "poses", "validate")
+_MEASURED = ("result", "validate", "save")
+"""Steps in which what the fit is made of does not change."""
 
 
 async def conduct(app: "WizardApp") -> None:
@@ -25,6 +27,8 @@ async def conduct(app: "WizardApp") -> None:
     first.seen.set()  # it may have ended before it was drawn
     await loading
     while True:
+        if step not in _MEASURED:
+            app.report = None
         step = await app.push_screen_wait(screen_for(step))
 
 

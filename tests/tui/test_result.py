@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.live.snapshot import Snapshot
+from imucal_wizard.procedure.state import Collected, Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.report_rows import summary_rows
@@ -69,6 +70,39 @@ async def test_any_key_stops_the_countdown() -> None:
         await until(pilot, lambda: "by itself" not in seen(pilot))
         await pilot.press("s")
         await shows(pilot, "calibration.json")
+
+
+async def test_what_is_measured_after_a_fit_is_fitted_again() -> None:
+    fits: list[object] = []
+    source = fakes.FakeSource(RESULT)
+    services = fakes.services(source)
+
+    def counted(collected: Collected, snapshot: Snapshot) -> FitReport:
+        fits.append(collected)
+        return services.fit(collected, snapshot)
+
+    async with WizardApp(replace(services, fit=counted), None, VIRTUAL).run_test() as pilot:
+        await shows(pilot, "31.4 mg")
+        source.say(replace(RESULT, step=StepKind.VALIDATE))
+        await shows(pilot, "▸VALIDATE")
+        source.say(RESULT)
+        await shows(pilot, "31.4 mg")
+        assert len(fits) == 1
+        source.say(fakes.rotations_status())
+        await shows(pilot, "▸ROTATIONS")
+        source.say(RESULT)
+        await until(pilot, lambda: len(fits) == 2)
+
+
+async def test_an_undo_that_finds_nothing_leaves_the_result_where_it_is() -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "31.4 mg")
+        await pilot.press("u")
+        await until(pilot, lambda: ("undo", "") in source.commands)
+        source.say(replace(RESULT, elapsed=601.0))
+        await pilot.resize_terminal(*LARGE)
+        await shows(pilot, "31.4 mg")
 
 
 async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) -> None:

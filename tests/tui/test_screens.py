@@ -192,6 +192,19 @@ async def test_every_state_change_is_heard_until_the_sound_is_off() -> None:
         assert len(rung) == 3
 
 
+async def test_at_eighty_columns_the_mute_is_seen_and_no_word_is_cut() -> None:
+    noise = "1.1 1.0 1.1 mg, 0.10 0.10 0.10 °/s"
+    source = fakes.FakeSource(replace(fakes.poses_status(), noise=noise))
+    source.stream = replace(source.stream, source="virtual IMU on /dev/pts/0")
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, noise)
+        await pilot.press("m")
+        text = await shows(pilot, "sound off", noise)
+        assert "virtual" not in text
+        await pilot.resize_terminal(*LARGE)
+        await shows(pilot, "sound off", noise, "virtual IMU on /dev/pts/0")
+
+
 async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> None:
     source = fakes.FakeSource(fakes.poses_status())
     async with app_with(source).run_test(size=USUAL) as pilot:

@@ -60,7 +60,7 @@ class ResultScreen(LiveScreen):
             self.fit()
 
     def on_screen_resume(self) -> None:
-        """Back from a box above: the countdown starts again only when it was running."""
+        """Back from a box above, perhaps at another size."""
         self.redraw()
 
     @work(exclusive=True)
@@ -71,7 +71,7 @@ class ResultScreen(LiveScreen):
             return
         try:
             self.wizard.report = await asyncio.to_thread(
-                self.wizard.services.fit, source.collected(), snapshot
+                lambda: self.wizard.services.fit(source.collected(), snapshot)
             )
         except ImucalError as error:
             self._problem = str(error)
@@ -88,9 +88,7 @@ class ResultScreen(LiveScreen):
             self._tell_next()
 
     def action_order(self, name: str) -> None:
-        """Hand a command to the machine; what was fitted is forgotten when the data change."""
-        if name in ("undo", "back"):
-            self.wizard.report = None
+        """Hand a command to the machine."""
         self.wizard.order(name)
 
     def action_table(self) -> None:

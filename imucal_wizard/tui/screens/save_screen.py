@@ -62,7 +62,9 @@ class SaveScreen(LiveScreen):
         if source is None or snapshot is None:
             return
         try:
-            app.report = await asyncio.to_thread(app.services.fit, source.collected(), snapshot)
+            app.report = await asyncio.to_thread(
+                lambda: app.services.fit(source.collected(), snapshot)
+            )
             app.saved = await asyncio.to_thread(app.services.save, app.report)
         except ImucalError as error:
             app.fail(error)
@@ -75,7 +77,6 @@ class SaveScreen(LiveScreen):
 
     def action_back(self) -> None:
         """Measure more; the file stays, a later save gets a name of its own."""
-        self.wizard.report = None
         self.wizard.order("back")
 
     def action_table(self) -> None:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from imucal_wizard.tui.text import Span, clean
+from imucal_wizard.tui.text import Span, clean, width_of
 from imucal_wizard.tui.widgets.lines import Lines
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
 
 class StreamLine(Lines):
-    """``100.0 Hz, 0 lost, 24.6 °C   noise 1.2 mg``."""
+    """``100.0 Hz, 0 lost, 24.6 °C  noise 1.2 mg  virtual IMU``; the source where it fits."""
 
     DEFAULT_CSS = "StreamLine { height: 1; }"
 
@@ -25,9 +25,11 @@ class StreamLine(Lines):
             spans.append((f", {stream.malformed} unreadable", "warn"))
         if stream.temperature is not None:
             spans.append((f", {stream.temperature:.1f} °C".replace("-", "−"), ""))
-        if noise:
-            spans.append((f"   noise {clean(noise)}", ""))
-        spans.append((f"   {stream.source}", "quiet"))
         if muted:
-            spans.append(("   sound off", "warn"))
+            spans.append(("  sound off", "warn"))
+        if noise:
+            spans.append((f"  noise {clean(noise)}", ""))
+        source: Span = (f"  {clean(stream.source)}", "quiet")
+        if width_of((*spans, source)) <= (self.size.width or 80):
+            spans.append(source)
         self.show([tuple(spans)])
