@@ -6,7 +6,7 @@ from importlib import import_module
 
 from imucal_wizard.errors import ImucalError
 
-COMMANDS = ("fit", "simulate", "ports", "wizard")
+COMMANDS = ("fit", "bench", "simulate", "ports", "wizard")
 
 USAGE = """\
 imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is the reference.
@@ -16,6 +16,7 @@ imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is t
   imucal-wizard --replay FILE...   the wizard on a recording or session
   imucal-wizard --auto --quit      the virtual hand performs everything
   imucal-wizard fit FILE...        fit a recording
+  imucal-wizard bench FILE...      find what the model lacks: compare, rank, add
   imucal-wizard simulate OUT.csv   write a recording of the virtual IMU
   imucal-wizard ports              what is plugged in and what speaks there
 

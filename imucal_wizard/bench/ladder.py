@@ -6,6 +6,7 @@ effect of orientation, the later part of the session for an effect of time.
 
 from dataclasses import dataclass
 
+from imucal_wizard.bench.floors import Floors, Rounding, floors_of
 from imucal_wizard.solver.extended.result import Extended
 
 
@@ -19,7 +20,8 @@ class Rung:
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out; None where none can be.
         rms_late: error of the later part of the session under a fit of the earlier one, or None.
-        floor: what the noise alone makes.
+        floor: what is left by any model (of rotations: what the noise alone makes).
+        floors: how that is known.
     """
 
     model: tuple[str, ...]
@@ -28,17 +30,26 @@ class Rung:
     rms_held_out: float | None
     rms_late: float | None
     floor: float
+    floors: Floors
 
 
-def rung(extended: Extended, added: str | None = None) -> Rung:
-    """The rung of a fit."""
+def rung(extended: Extended, added: str | None = None, rounding: Rounding | None = None) -> Rung:
+    """The rung of a fit.
+
+    Args:
+        extended: the fit.
+        added: what was added to the model below it.
+        rounding: of its readings, where they are known.
+    """
+    floors = floors_of(extended, rounding)
     return Rung(
         model=extended.model,
         added=added,
         rms_fitted=extended.rms_fitted,
         rms_held_out=extended.rms_held_out,
         rms_late=extended.rms_late,
-        floor=extended.fit.floor or 0.0,
+        floor=floors.floor if extended.fit.unit == "m/s^2" else extended.fit.floor or 0.0,
+        floors=floors,
     )
 
 

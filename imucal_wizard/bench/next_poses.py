@@ -20,6 +20,9 @@ WARMER = 15.0
 SECONDS_PER_POSE = 15.0
 APART = 2.33 + 1.645
 """Standard deviations for one mistake in a hundred and five misses in a hundred."""
+ENOUGH = 2.0
+"""When an effect of half the size would be told apart, no more poses are asked for; but never one
+alone, which nobody could tell from a disturbed hold."""
 ALMOST_BLIND = 0.02
 """Growth per pose below which nothing is gained."""
 
@@ -73,25 +76,35 @@ class Plan:
 
 
 def separating_poses(
-    first: Explained, second: Explained, done: Circumstances, sigma: FloatArray, count: int = 6
+    first: Explained,
+    second: Explained,
+    done: Circumstances,
+    sigma: FloatArray,
+    count: int = 6,
+    sensor: str = ACCELEROMETER,
 ) -> Plan:
-    """Poses that tell two explanations of an accelerometer's misfit apart.
+    """Poses that tell two explanations of a misfit apart.
 
     Args:
         first: the likelier explanation.
         second: the other one.
         done: circumstances of the holds there are.
-        sigma: noise of these holds, m/s², shape (n,).
+        sigma: noise of these holds, m/s² (a gyroscope's still means: rad/s), shape (n,).
         count: how many poses to propose at most.
+        sensor: whose misfit; of a gyroscope the readings at rest are looked at.
     """
     typical = float(np.median(sigma))
-    rows = _rows(first, second, done, sigma)
+    rows = _rows(first, second, done, sigma, sensor)
     length = _apart(*rows)
     before = APART / length if length > 0.0 else np.inf
     proposals: list[Proposal] = []
-    for _ in range(count):
+    while len(proposals) < count and (length < ENOUGH * APART or len(proposals) == 1):
         offers = [
-            (name, warm, _rows(first, second, _next(done, name, warm, len(proposals)), typical))
+            (
+                name,
+                warm,
+                _rows(first, second, _next(done, name, warm, len(proposals)), typical, sensor),
+            )
             for name in DIRECTIONS
             for warm in (False, True)
         ]
@@ -132,18 +145,28 @@ _Rows = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _rows(
-    first: Explained, second: Explained, where: Circumstances, sigma: FloatArray | float
+    first: Explained,
+    second: Explained,
+    where: Circumstances,
+    sigma: FloatArray | float,
+    sensor: str,
 ) -> _Rows:
     """Whitened: base columns, the first explanation at its size, the second's columns."""
-    up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
-    noise = np.broadcast_to(sigma, len(up))[:, None]
-    own = _radial(first, where, up) @ first.size
-    return design(up) / noise, own[:, None] / noise, _radial(second, where, up) / noise
+    noise = np.broadcast_to(sigma, len(where))
+    if sensor == ACCELEROMETER:
+        up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
+        base = design(up)
+        own, other = (np.einsum("ni,nip->np", up, _felt(e, where, sensor)) for e in (first, second))
+    else:
+        base = np.tile(np.eye(3), (len(where), 1))
+        own, other = (np.concatenate(_felt(e, where, sensor)) for e in (first, second))
+        noise = np.repeat(noise, 3)
+    weight = 1.0 / noise[:, None]
+    return base * weight, (own @ first.size)[:, None] * weight, other * weight
 
 
-def _radial(explained: Explained, where: Circumstances, up: FloatArray) -> FloatArray:
-    columns = explained.effect.columns(ACCELEROMETER, where, explained.variant)
-    return np.asarray(np.nan_to_num(np.einsum("ni,nip->np", up, columns)))
+def _felt(explained: Explained, where: Circumstances, sensor: str) -> FloatArray:
+    return np.nan_to_num(explained.effect.columns(sensor, where, explained.variant))
 
 
 def _stacked(rows: _Rows, more: _Rows) -> _Rows:

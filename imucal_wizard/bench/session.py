@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from imucal_wizard.bench.evidence import Jury
+from imucal_wizard.bench.floors import Rounding
 from imucal_wizard.bench.from_fit import misfit_of
 from imucal_wizard.bench.hypotheses import all_hypotheses
 from imucal_wizard.bench.ladder import Rung, confirmed, rung
@@ -48,6 +49,7 @@ class Bench:
         measured: everything known of it.
         base: terms of the base model; any of them may be left out to climb the whole ladder.
         own: effects of the user's own.
+        rounding: of the readings, where they are known.
 
     Raises:
         DataError: the data do not carry the base model.
@@ -59,12 +61,14 @@ class Bench:
         measured: Measured,
         base: Sequence[str] = BASE,
         own: Sequence[Effect] = (),
+        rounding: Rounding | None = None,
     ) -> None:
         self.sensor = sensor
         self.measured = measured
         self.catalogue = effects_for(sensor, own)
+        self.rounding = rounding
         self._fits: list[Extended] = [fit_with(measured, (), base)]
-        self.ladder: list[Rung] = [rung(self._fits[0])]
+        self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: Findings | None = None
 
     @property
@@ -92,10 +96,10 @@ class Bench:
         return effect.lacking(self.sensor, rows)
 
     def add(self, name: str, variant: float | None = None) -> Rung:
-        """Add an effect to the model.
+        """Add an effect to the model, or put back a part of the base.
 
         Args:
-            name: of the effect.
+            name: of the effect or the part of the base.
             variant: its setting; None for the likeliest.
 
         Raises:
@@ -104,6 +108,9 @@ class Bench:
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
+        if name in BASE:
+            base = tuple(term for term in BASE if term in (*self.fit.base, name))
+            return self._climb(fit_with(self.measured, self.fit.terms, base), name)
         effect = next((one for one in self.catalogue if one.name == name), None)
         if effect is None:
             known = ", ".join(one.name for one in self.catalogue)
@@ -145,7 +152,7 @@ class Bench:
             return False
         kinds = {effect.name: effect.kind for effect in self.catalogue}
         added = [one.added for one in self.ladder[-steps:] if one.added is not None]
-        of_time = any(kinds[name] == "time" for name in added)
+        of_time = any(kinds.get(name) == "time" for name in added)
         return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
 
     def automatic(self) -> Findings:
@@ -187,6 +194,6 @@ class Bench:
 
     def _climb(self, fit: Extended, added: str | None) -> Rung:
         self._fits.append(fit)
-        self.ladder.append(rung(fit, added))
+        self.ladder.append(rung(fit, added, self.rounding))
         self._findings = None
         return self.ladder[-1]

@@ -1,0 +1,154 @@
+"""The JSON of ``bench --json``, as those who script the program read it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from imucal_wizard.bench.amounts import detectable
+from imucal_wizard.bench.ladder import Rung
+from imucal_wizard.bench.says import says
+from imucal_wizard.bench.statement import Statement
+from imucal_wizard.bench.suspects import Suspect
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.solver.result import SensorFit
+
+SCHEMA = "imucal-wizard/bench/1"
+OPEN = (Verdict.MISSING, Verdict.AMBIGUOUS)
+"""Verdicts with explanations."""
+
+
+def bench_document(statements: Sequence[Statement], warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """What was found, as the document of the contract; lists and numbers only."""
+    return {
+        "schema": SCHEMA,
+        "warnings": list(warnings),
+        "sensors": {one.sensor: _sensor(one) for one in statements},
+    }
+
+
+def failure_document(reason: str) -> dict[str, Any]:
+    """What ``--json`` says when the data cannot show a term that was asked for."""
+    return {"schema": SCHEMA, "error": reason, "warnings": [reason], "sensors": {}}
+
+
+def _sensor(said: Statement) -> dict[str, Any]:
+    bench, findings = said.bench, said.findings
+    opinion = None if findings is None else findings.opinion
+    return {
+        "model": [] if bench is None else list(bench.fit.model),
+        "unit": None if bench is None else bench.fit.fit.unit,
+        "parameters": {} if bench is None else _parameters(bench.fit.fit),
+        "ladder": [] if bench is None else [_rung(one) for one in bench.ladder],
+        "noise": None if bench is None else _noise(bench.ladder[-1]),
+        "suspects": [] if findings is None else _suspects(findings.suspects),
+        "not_tested": _not_tested(said),
+        "explanations": [list(terms) for terms in opinion.explanations]
+        if opinion is not None and said.verdict in OPEN
+        else [],
+        "verdict": said.verdict.value,
+        "families": [] if opinion is None else list(opinion.families),
+        "added": list(said.added),
+        "p": None if opinion is None else opinion.p,
+        "accelerometer_passed": not said.waiting,
+        "disturbed_holds": list(said.holds),
+        "disturbed_rotations": list(said.rotations),
+        "next_poses": [
+            {
+                "direction": pose.direction.tolist(),
+                "why": pose.why,
+                "pose": pose.pose,
+                "warm": pose.warm,
+            }
+            for pose in said.advice.poses
+        ],
+        "apart": [
+            {
+                "terms": [one.first, one.second],
+                "before": number(one.before),
+                "after": number(one.after),
+                "unit": one.unit,
+            }
+            for one in said.advice.apart
+        ],
+        "says": says(said),
+    }
+
+
+def number(value: float | None) -> float | None:
+    """The number, or null where it is unknown or infinite."""
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def _parameters(fit: SensorFit) -> dict[str, Any]:
+    return {
+        one.name: {
+            "value": number(one.value),
+            "standard_error": number(one.standard_error),
+            "unit": one.unit,
+        }
+        for one in fit.parameters
+    }
+
+
+def _rung(one: Rung) -> dict[str, Any]:
+    return {
+        "model": list(one.model),
+        "added": one.added,
+        "rms_fitted": number(one.rms_fitted),
+        "rms_held_out": number(one.rms_held_out),
+        "rms_late": number(one.rms_late),
+        "floor": number(one.floor),
+    }
+
+
+def _noise(one: Rung) -> dict[str, Any]:
+    floors = one.floors
+    return {
+        "unit": floors.unit,
+        "within_holds": number(floors.within),
+        "rounding": number(floors.rounding),
+        "dithered": floors.dithered,
+        "repeats": number(floors.repeats),
+        "repeats_without_drift": number(floors.steady),
+        "degrees_of_freedom": floors.freedom,
+        "p_repeatable": number(floors.p),
+        "repeatable": floors.repeatable,
+        "floor": number(floors.floor),
+    }
+
+
+def _suspects(suspects: Sequence[Suspect]) -> list[dict[str, Any]]:
+    """The effects; a disturbed hold competes with them, and is told as ``disturbed_holds``."""
+    return [_suspect(one) for one in suspects if one.candidate is not None]
+
+
+def _suspect(one: Suspect) -> dict[str, Any]:
+    trial, candidate = one.trial, one.candidate
+    sizes = np.zeros(0) if trial is None else trial.size
+    errors = np.zeros(0) if trial is None else trial.standard_error
+    return {
+        "term": one.term,
+        "p": number(one.p),
+        "parameters": [] if candidate is None else list(candidate.names),
+        "size": [number(value) for value in sizes],
+        "standard_error": [number(value) for value in errors],
+        "unit": "" if candidate is None else candidate.unit,
+        "variant": None if candidate is None else candidate.variant,
+        "rms_after": None if trial is None else number(trial.rms_fitted),
+        "rms_held_out_after": None if trial is None else number(trial.rms_held_out),
+        "detectable": number(detectable(one)),
+        "told_apart": not one.like,
+        "like": list(one.like),
+        "log_odds": number(one.log_odds),
+    }
+
+
+def _not_tested(said: Statement) -> dict[str, str]:
+    """The effects that these data cannot show at all, and why."""
+    bench = said.bench
+    if bench is None:
+        return {}
+    known = set(bench.fit.model)
+    found = {one.name: bench.lacking(one) for one in bench.catalogue if one.name not in known}
+    return {name: why for name, why in found.items() if why is not None}

@@ -1,0 +1,165 @@
+"""The honest floor: what no model can go below, seen in three ways.
+
+- **within**: noise of an average by the scatter of its block means;
+- **rounding**: step of the readings / √12, which averaging does not lessen where the noise is too
+  small to carry a reading from one step to the next;
+- **repeats**: scatter of holds in one direction about their mean, the pure error. It alone sees
+  what changes from hold to hold, so it is tested first, by F against the noise within.
+
+A steady drift makes repeats scatter too; that part a model can take away. ``steady`` is the scatter
+without it, and what the floor is made of where the repeats are worse than the noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.effects.catalogue import effect
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.extended.result import Extended
+
+WITHIN_FREEDOM = 0.6 * 12.0
+"""Degrees of freedom per hold behind the noise within: three axes of five block means, pooled by
+their median, which knows about 0.6 as much as their mean would."""
+ENOUGH = 4
+"""Degrees of freedom from which repeats may overrule the noise within."""
+UNLIKELY = 0.01
+"""An F ratio rarer than this says that poses do not repeat."""
+DITHER = 0.5
+"""With noise of half a step, averages of rounded readings are as good as of exact ones."""
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """What rounding does to an average.
+
+    Attributes:
+        error: step of the readings / √12, in SI.
+        dithered: the noise is large enough to average it away.
+    """
+
+    error: float
+    dithered: bool
+
+
+@dataclass(frozen=True)
+class Floors:
+    """The floors of one sensor, of holds (the gyroscope: of the rates at rest), in SI.
+
+    Attributes:
+        within: by block means within the holds.
+        rounding: step / √12; None where the readings are not at hand.
+        dithered: whether averaging takes the rounding away.
+        repeats: pure error; None without repeats.
+        freedom: its degrees of freedom.
+        p: chance of repeats as bad as these by the noise within; None without repeats.
+        steady: pure error without a steady drift; None where nothing is left to judge it by.
+        unit: ``m/s^2`` or ``rad/s``.
+    """
+
+    within: float
+    rounding: float | None
+    dithered: bool
+    repeats: float | None
+    freedom: int
+    p: float | None
+    steady: float | None
+    unit: str
+
+    @property
+    def repeatable(self) -> bool | None:
+        """Whether the same pose reads the same again; None without repeats."""
+        return None if self.p is None else self.p > UNLIKELY
+
+    @property
+    def floor(self) -> float:
+        """What is left of a hold's error by any model."""
+        floor = self.within
+        if self.rounding is not None and not self.dithered:
+            floor = max(floor, self.rounding)
+        if self.repeatable is False and self.freedom >= ENOUGH and self.steady is not None:
+            floor = max(floor, self.steady)
+        return floor
+
+
+def floors_of(extended: Extended, rounding: Rounding | None = None) -> Floors:
+    """The floors under a fit.
+
+    Args:
+        extended: the fit; its residual at rest is what repeats or does not.
+        rounding: of its readings, where they are known.
+    """
+    linear = extended.linear
+    rest = np.array([row.kind != "rotation" for row in linear.rows]) & (linear.groups >= 0)
+    axis = np.array([row.axis or 0 for row in linear.rows])[rest]
+    noise = linear.floor[rest]
+    residual = (linear.residual * linear.sigma)[rest] / noise
+    drift = (linear.lift(effect("bias-drift")) * linear.sigma[:, None])[rest] / noise[:, None]
+    group = 3 * linear.groups[rest] + axis
+    within = float(np.sqrt(np.mean(noise**2)))
+    share, freedom = _pure(residual, group, np.zeros((len(residual), 0)))
+    steady, _ = _pure(residual, group, drift)
+    return Floors(
+        within=within,
+        rounding=None if rounding is None else rounding.error,
+        dithered=rounding is None or rounding.dithered,
+        repeats=None if share is None else within * float(np.sqrt(share)),
+        freedom=freedom,
+        p=None if share is None else _chance(share, freedom, WITHIN_FREEDOM * len(residual)),
+        steady=None if steady is None else within * float(np.sqrt(steady)),
+        unit=extended.fit.unit.replace("rad", "rad/s"),
+    )
+
+
+def _pure(residual: FloatArray, group: IntArray, columns: FloatArray) -> tuple[float | None, int]:
+    """Mean square of rows about the mean of their group, and its degrees of freedom.
+
+    Args:
+        residual: rows divided by the noise within, shape (n,).
+        group: which rows repeat one another, shape (n,).
+        columns: what may be fitted to them besides, shape (n, k).
+    """
+    _, number, count = np.unique(group, return_inverse=True, return_counts=True)
+    both = np.column_stack([residual, columns])
+    means = np.array([np.bincount(number, column) / count for column in both.T])
+    centred = both - means[:, number].T
+    left, values, _ = np.linalg.svd(centred[:, 1:], full_matrices=False)
+    inner = left[:, values > 1e-9 * values.max(initial=1.0)]
+    rest = centred[:, 0] - inner @ (inner.T @ centred[:, 0])
+    freedom = len(residual) - len(count) - inner.shape[1]
+    return (float(rest @ rest) / freedom if freedom > 0 else None), max(freedom, 0)
+
+
+def _chance(ratio: float, freedom: int, within: float) -> float:
+    """Chance of an F ratio as large as this."""
+    from scipy.stats import f  # waits until a bench is looked at: it takes a second to load
+
+    return float(f.sf(ratio, freedom, within))
+
+
+def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Rounding | None:
+    """What rounding does to the averages of a recording; None where nothing is rounded, or known.
+
+    Args:
+        series: the sensor's readings.
+        holds: where they rest.
+        gain: SI per reading unit.
+    """
+    if series is None or not holds:
+        return None
+    still = [series.between(hold.start, hold.end).values for hold in holds]
+    still = [values for values in still if len(values) > 1]
+    if not still:
+        return None
+    step = max(_step(np.concatenate(still)[:, axis]) for axis in range(3))
+    spread = min(float(np.median([values[:, k].std() for values in still])) for k in range(3))
+    return Rounding(gain * step / np.sqrt(12.0), spread >= DITHER * step)
+
+
+def _step(values: FloatArray) -> float:
+    """The smallest step between readings; 0 for a constant."""
+    steps = np.diff(np.unique(values))
+    return float(steps.min(initial=np.inf)) if len(steps) else 0.0

@@ -1,0 +1,117 @@
+"""All that the bench has to say of one sensor, in one place: screens, JSON and text show this."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.bench.advice import Advice, advice
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.more_poses import accused, missing_directions
+from imucal_wizard.bench.pose import turns
+from imucal_wizard.bench.session import Bench, Findings
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.solver.extended.hold_data import BASE, HoldData
+from imucal_wizard.solver.magnitude import SCALE
+from imucal_wizard.solver.result import FitReport
+
+
+@dataclass(frozen=True, eq=False)
+class Statement:
+    """What is said of one sensor.
+
+    Attributes:
+        sensor: which.
+        verdict: the word.
+        advice: what to measure next.
+        bench: the sensor's bench; None where its data do not carry any model.
+        findings: those that the verdict is about; None without a bench.
+        added: terms that have been added to the model these findings are about.
+        lacking: why the data are insufficient, or "".
+        waiting: the accelerometer has not passed, so that nothing can be named here.
+        holds: numbers of disturbed holds.
+        rotations: numbers of disturbed rotations.
+        report: the plain fit, for the names of poses and axes; None where there is none.
+    """
+
+    sensor: str
+    verdict: Verdict
+    advice: Advice
+    bench: Bench | None = None
+    findings: Findings | None = None
+    added: tuple[str, ...] = ()
+    lacking: str = ""
+    waiting: bool = False
+    holds: tuple[int, ...] = ()
+    rotations: tuple[int, ...] = ()
+    report: FitReport | None = None
+
+
+def statement(benches: Benches, bench: Bench, findings: Findings | None = None) -> Statement:
+    """What the bench of one sensor says.
+
+    Args:
+        benches: the session's.
+        bench: that of the sensor.
+        findings: those that the verdict is about (``Bench.automatic``); the present model's when
+            left out.
+    """
+    findings = findings or bench.look()
+    lacking = lacking_base(bench)
+    waiting = bench.sensor != ACCELEROMETER and not benches.passed
+    verdict = _verdict(findings, lacking, waiting)
+    disturbed = verdict is Verdict.DISTURBED
+    holds, rotations = accused(findings) if disturbed else ((), ())
+    before = set(findings.fit.model)
+    return Statement(
+        sensor=bench.sensor,
+        verdict=verdict,
+        advice=advice(bench, findings, verdict),
+        bench=bench,
+        findings=findings,
+        added=tuple(term for term in bench.fit.model if term not in before),
+        lacking=lacking,
+        waiting=waiting,
+        holds=holds,
+        rotations=rotations,
+        report=benches.report,
+    )
+
+
+def _verdict(findings: Findings, lacking: str, waiting: bool) -> Verdict:
+    """The word; while the accelerometer has not passed no effect is the gyroscope's for sure."""
+    if lacking:
+        return Verdict.INSUFFICIENT
+    verdict = findings.opinion.verdict
+    return Verdict.AMBIGUOUS if waiting and verdict is Verdict.MISSING else verdict
+
+
+def lacking_base(bench: Bench) -> str:
+    """Why the data do not carry the base model that was asked for; "" when they do."""
+    measured, base = bench.measured, bench.fit.base
+    if isinstance(measured, HoldData):
+        carried = measured.task.carried
+        common = "scale" in base and not set(SCALE) <= set(carried.places)
+        if common or ("non-orthogonality" in base and carried.dropped):
+            return carried.reason
+    else:
+        dropped = [p.name for p in bench.fit.fit.parameters if not p.carried]
+        if base == BASE and dropped:
+            return f"the rotations do not carry {', '.join(dropped)}: turn it about every axis"
+    if bench.fit.rms_held_out is None:
+        what = "direction" if bench.sensor == ACCELEROMETER else "rotation"
+        return f"some {what} decides a parameter alone, so that it cannot be left out as a check"
+    return ""
+
+
+def nothing_carried(sensor: str, reason: str) -> Statement:
+    """What is said of a sensor whose data carry no model at all.
+
+    Args:
+        sensor: which.
+        reason: why, in words.
+    """
+    needed = missing_directions(np.zeros((0, 3)), BASE)
+    if sensor == GYROSCOPE:
+        needed = tuple(turns("xyz", "the gyroscope needs turns about every axis"))
+    return Statement(sensor, Verdict.INSUFFICIENT, Advice(needed), lacking=reason)

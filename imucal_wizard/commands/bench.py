@@ -1,0 +1,169 @@
+"""``imucal-wizard bench``: compare, rank what is missing, add it, without a screen."""
+
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from imucal_wizard.commands.arguments import (
+    Parser,
+    add_gravity,
+    add_recording_options,
+    recording_options,
+    write_json,
+)
+from imucal_wizard.errors import DataError, UsageError
+
+if TYPE_CHECKING:  # numpy waits until the options are known to be right
+    from imucal_wizard.bench.benches import Benches
+    from imucal_wizard.bench.statement import Statement
+    from imucal_wizard.effects.effect import Effect
+    from imucal_wizard.readings import Readings
+
+SENSORS = ("accelerometer", "gyroscope")
+
+
+def parser() -> Parser:
+    """The options of ``bench``."""
+    made = Parser(
+        prog="imucal-wizard bench",
+        description="Compare model and measurement, rank what may be missing, add it, and see "
+        "whether the error on data held out falls.",
+    )
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
+    made.add_argument(
+        "--auto", action="store_true", help="add what the evidence carries, and stop by itself"
+    )
+    made.add_argument(
+        "--add",
+        action="append",
+        default=[],
+        metavar="TERM",
+        help="add this term first; a gyroscope's as gyroscope/TERM; may be given several times",
+    )
+    made.add_argument(
+        "--base",
+        default="bias,scale,non-orthogonality",
+        metavar="TERMS",
+        help="the base model, of bias,scale,non-orthogonality; none for none of them",
+    )
+    made.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a Python file with an effect of your own; may be given several times",
+    )
+    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
+    add_recording_options(made)
+    add_gravity(made)
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Look, add what is asked for, and report; 1 when the data are insufficient."""
+    arguments = parser().parse_args(argv)
+    added = wanted_terms(arguments.add)
+    readings, own = opened(arguments)
+    try:
+        benches = benches_of(arguments, readings, own)
+    except DataError as error:
+        from imucal_wizard.bench.statement import nothing_carried
+
+        sensors = [name for name in SENSORS if getattr(readings, name) is not None]
+        return told([nothing_carried(name, str(error)) for name in sensors], readings, arguments)
+    from imucal_wizard.bench.survey import survey
+
+    try:
+        statements = survey(benches, added, arguments.auto)
+    except DataError as error:
+        _write_failure(str(error), arguments)
+        raise
+    return told(statements, readings, arguments, benches.report.warnings)
+
+
+def opened(arguments: Namespace) -> "tuple[Readings, list[Effect]]":
+    """The recording, and the user's own effects.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    from imucal_wizard.effects.own import load_effect
+    from imucal_wizard.recordings import read
+
+    own = [load_effect(path) for path in arguments.effects]
+    return read(arguments.files, recording_options(arguments)), own
+
+
+def benches_of(arguments: Namespace, readings: "Readings", own: "Sequence[Effect]") -> "Benches":
+    """A bench for each sensor of the recording; a screen starts here just as the text does.
+
+    Raises:
+        DataError: the recording carries no model of the accelerometer.
+        UsageError: a term that the base does not have.
+    """
+    from imucal_wizard.bench.benches import Benches
+    from imucal_wizard.fitting import FitOptions, fit_readings
+
+    report = fit_readings(readings, FitOptions(arguments.gravity))
+    return Benches(report, readings, base_terms(arguments.base), own)
+
+
+def base_terms(text: str) -> tuple[str, ...]:
+    """The terms of ``--base``; ``none`` is none of them."""
+    return tuple(word.strip() for word in text.split(",") if word.strip() not in ("", "none"))
+
+
+def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
+    """The terms of ``--add`` by sensor.
+
+    Raises:
+        UsageError: not ``TERM`` or ``gyroscope/TERM``, or no term of that sensor.
+    """
+    from imucal_wizard.effects.catalogue import builtin_effects
+
+    wanted: dict[str, list[str]] = {name: [] for name in SENSORS}
+    only = {one.name for one in builtin_effects() if one.sensors == (SENSORS[1],)}
+    for text in texts:
+        sensor, _, term = text.rpartition("/")
+        if sensor not in ("", *SENSORS):
+            raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
+        if not sensor and term in only:
+            raise UsageError(f"{term} is an effect of the gyroscope; write gyroscope/{term}")
+        wanted[sensor or SENSORS[0]].append(term)
+    return wanted
+
+
+def told(
+    statements: "Sequence[Statement]",
+    readings: "Readings",
+    arguments: Namespace,
+    warnings: Sequence[str] = (),
+) -> int:
+    """Write what was found; the exit status is 1 when a sensor's data are insufficient."""
+    from imucal_wizard.bench.verdict import Verdict
+
+    notes = list(dict.fromkeys([*readings.warnings, *warnings]))
+    short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
+    if arguments.json:
+        from imucal_wizard.bench.document import bench_document
+
+        write_json(bench_document(statements, notes), arguments.json)
+    if arguments.json != "-":
+        from imucal_wizard.bench.text import bench_text
+
+        print(bench_text(statements))
+    for note in notes:
+        print(f"warning: {note}", file=sys.stderr)
+    for one in short:
+        print(f"imucal-wizard: {one.sensor}: {one.lacking}", file=sys.stderr)
+    return 1 if short else 0
+
+
+def _write_failure(reason: str, arguments: Namespace) -> None:
+    if arguments.json:
+        from imucal_wizard.bench.document import failure_document
+
+        write_json(failure_document(reason), arguments.json)

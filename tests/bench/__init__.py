@@ -1,0 +1,1 @@
+"""The bench: floors, advice, sentences, statements."""
