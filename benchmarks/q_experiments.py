@@ -24,7 +24,7 @@ from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
 RATE = 100.0
 FIRST_REST = 12.0
-POSE = 2.9
+POSE = 3.2
 """Seconds in a pose: two remain when settling and guards are taken off."""
 TURN_REST = 5.5
 SPEEDS_DEG = (50.0, 100.0, 150.0)

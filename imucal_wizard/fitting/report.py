@@ -16,7 +16,7 @@ from imucal_wizard.procedure.segmentation import candidates, reduce, rotations_b
 from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
-from imucal_wizard.solver.judging import judge
+from imucal_wizard.solver.judging import disturbed, judge
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -100,11 +100,22 @@ def _find_holds(readings: Readings, options: FitOptions) -> list[Hold]:
             "the recording is too short: at least two seconds of rest and six still positions are "
             "needed"
         )
-    found = [(judge(holds, options.gravity), holds) for _, holds in candidates(stream)]
-    error, best = min(found, key=lambda pair: pair[0])
-    if np.isfinite(error):
+    found = [holds for _, holds in candidates(stream)]
+    errors = [judge(holds, options.gravity) for holds in found]
+    best = found[int(np.argmin(errors))]
+    if not np.isfinite(min(errors)):
+        return max(found, key=_directions)
+    odd = disturbed(best, options.gravity)
+    if odd is None:
         return best
-    return max((holds for _, holds in found), key=_directions)
+    # a hold that was disturbed is so under every limit and must not decide between them
+    errors = [judge(_without(holds, best[odd]), options.gravity) for holds in found]
+    return found[int(np.argmin(errors))] if np.isfinite(min(errors)) else best
+
+
+def _without(holds: Sequence[Hold], odd: Hold) -> list[Hold]:
+    """The holds at other times."""
+    return [hold for hold in holds if hold.end <= odd.start or hold.start >= odd.end]
 
 
 def _directions(holds: Sequence[Hold]) -> tuple[int, float]:

@@ -1,16 +1,17 @@
 """How good a calibration from some holds would be, without making it in full."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.carried import expected_error
 from imucal_wizard.solver.magnitude import jacobian, residuals
-from imucal_wizard.solver.task import make_task
+from imucal_wizard.solver.outliers import suspect_hold
+from imucal_wizard.solver.task import Task, make_task
 
 
 def judge(holds: Sequence[Hold], gravity: float) -> float:
@@ -18,44 +19,49 @@ def judge(holds: Sequence[Hold], gravity: float) -> float:
 
     The error of each direction left out stands for the noise of a hold; what becomes of it anywhere
     follows from the directions there are and the model they carry (``carried.expected_error``). The
-    direction that fits worst is set aside: one disturbed hold says nothing of the others.
+    left-out error is that of the linearised fit, ``(I − H_dd)⁻¹ r_d`` for the holds of direction d;
+    good to choose between ways of finding the holds, at a hundredth of the cost of refitting.
 
     Returns:
         The error; infinite when the holds carry no calibration, or no direction can be left out.
     """
+    trial = _trial(holds, gravity)
+    if trial is None or trial.task.carried.spare < 1:
+        return np.inf
+    hat = trial.columns @ np.linalg.pinv(trial.columns)
+    squares = 0.0
+    for label in range(len(trial.leaders)):
+        rows = np.flatnonzero(trial.task.labels == label)
+        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
+        left_out = np.linalg.lstsq(inner, trial.errors[rows], rcond=1e-6)[0]
+        squares += float(left_out @ left_out)
+    noise = float(np.sqrt(squares / len(trial.errors)))
+    return expected_error(trial.leaders, trial.task.carried.basis, noise) * gravity
+
+
+def disturbed(holds: Sequence[Hold], gravity: float) -> int | None:
+    """The hold that does not fit with all others, if one stands out."""
+    trial = _trial(holds, gravity)
+    found = None if trial is None else suspect_hold(trial.errors, trial.columns)
+    return None if found is None else found.index
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A fit without weights: what is left of it, and its derivative."""
+
+    task: Task
+    leaders: FloatArray
+    errors: FloatArray
+    columns: FloatArray
+
+
+def _trial(holds: Sequence[Hold], gravity: float) -> _Trial | None:
     try:
         task = make_task(holds, gravity, "least_squares")
         theta = task.solve().theta
         leaders = task.leaders(theta)
     except DataError:
-        return np.inf
-    if task.carried.spare < 2:
-        return np.inf
+        return None
     columns = jacobian(theta, task.problem.points) @ task.carried.basis
-    errors = residuals(theta, task.problem.points)
-    labels = task.labels
-    _, drops = _left_out(columns, errors, labels)
-    keep = labels != int(np.argmax(drops))
-    squares, _ = _left_out(columns[keep], errors[keep], labels[keep])
-    noise = float(np.sqrt(squares.sum() / keep.sum()))
-    return expected_error(leaders, task.carried.basis, noise) * gravity
-
-
-def _left_out(
-    columns: FloatArray, errors: FloatArray, labels: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Squared errors of each direction left out, and fall of the sum of squares without it.
-
-    Of the linearised fit: ``(I − H_dd)⁻¹ r_d`` for the holds of direction d, a hundredth of the
-    cost of refitting and good enough to compare.
-    """
-    inverse = np.linalg.pinv(columns)
-    errors = errors - columns @ (inverse @ errors)
-    hat = columns @ inverse
-    squares, drops = np.zeros(labels.max() + 1), np.zeros(labels.max() + 1)
-    for label in np.unique(labels):
-        rows = np.flatnonzero(labels == label)
-        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
-        left_out = np.linalg.lstsq(inner, errors[rows], rcond=1e-6)[0]
-        squares[label], drops[label] = left_out @ left_out, errors[rows] @ left_out
-    return squares, drops
+    return _Trial(task, leaders, residuals(theta, task.problem.points), columns)

@@ -111,6 +111,6 @@ def test_judging_prefers_good_holds_and_many_directions() -> None:
     good = holds_of(truth, EIGHTEEN, noise=noise)
     bad = holds_of(truth, EIGHTEEN, noise=10.0 * noise)
     assert judge(good, GRAVITY) < judge(bad, GRAVITY)
-    assert judge(good, GRAVITY) < judge(good[:11], GRAVITY) < np.inf
+    assert judge(good, GRAVITY) < judge(good[:12], GRAVITY) < np.inf
     assert judge(good[:3], GRAVITY) == np.inf
     assert judge([], GRAVITY) == np.inf
