@@ -17,6 +17,7 @@ import numpy as np
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.extended.inverse import inverted
+from imucal_wizard.solver.extended.terms import WIDE, widened
 
 ROUNDS = 50
 SETTLED = 1e-3
@@ -34,6 +35,7 @@ class System:
         kinds: number of each row's kind, shape (n,).
         precision: of the priors of the parameters, shape (p,).
         value: present value of the parameters, from the middle of their priors, shape (p,).
+        groups: parameters whose priors are widened together (see ``terms.widened``).
     """
 
     residual: FloatArray
@@ -42,6 +44,7 @@ class System:
     kinds: IntArray
     precision: FloatArray
     value: FloatArray
+    groups: tuple[slice, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,7 @@ class Balance:
     Attributes:
         step: change of the parameters, shape (p,).
         variance: of each row, shape (n,).
+        precision: of the priors of the parameters, shape (p,).
         normal: normal matrix with the priors, shape (p, p).
         covariance: its inverse over what is determined, shape (p, p).
         freedom: degrees of freedom left of each kind, shape (kinds,).
@@ -58,6 +62,7 @@ class Balance:
 
     step: FloatArray
     variance: FloatArray
+    precision: FloatArray
     normal: FloatArray
     covariance: FloatArray
     freedom: FloatArray
@@ -69,32 +74,41 @@ class Balance:
 
 
 def balanced(system: System) -> Balance:
-    """Fit the parameters and the variance of each kind of row."""
+    """Fit the parameters, the variance of each kind of row, and the width of the priors.
+
+    It begins with no scatter and wide priors. Begun with what the model leaves so far, an effect
+    many times larger than its prior expects would itself pass for scatter and never be fitted.
+    """
     count = np.bincount(system.kinds)
     mean_known = np.bincount(system.kinds, system.known) / count
-    rest = np.bincount(system.kinds, system.residual**2) / count
+    rest, precision = np.zeros(len(count)), system.precision.copy()
+    for group in system.groups:
+        precision[group] /= WIDE
     for _ in range(ROUNDS):
-        found = solved(system, system.known + rest[system.kinds])
+        found = solved(system, system.known + rest[system.kinds], precision)
         left = system.residual + system.columns @ found.step
         squares = np.bincount(system.kinds, left**2, len(count))
         before = rest
         rest = np.maximum(squares / np.maximum(found.freedom, 1.0) - mean_known, 0.0)
-        if (np.abs(rest - before) <= SETTLED * (rest + mean_known)).all():
+        precision = widened(system.precision, system.value + found.step, system.groups)
+        settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
+        if settled and (np.abs(rest - before) <= SETTLED * (rest + mean_known)).all():
             break
-    return solved(system, system.known + rest[system.kinds])
+    return solved(system, system.known + rest[system.kinds], precision)
 
 
-def solved(system: System, variance: FloatArray) -> Balance:
-    """Fit the parameters under given variances of the rows."""
+def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:
+    """Fit the parameters under given variances of the rows and given priors."""
     weighted = system.columns / variance[:, None]
     likelihood = system.columns.T @ weighted
-    normal = likelihood + np.diag(system.precision)
+    normal = likelihood + np.diag(precision)
     covariance = inverted(normal)
-    pull = weighted.T @ system.residual + system.precision * system.value
+    pull = weighted.T @ system.residual + precision * system.value
     leverage = (weighted @ covariance * system.columns).sum(axis=1)
     return Balance(
         step=-covariance @ pull,
         variance=variance,
+        precision=precision,
         normal=normal,
         covariance=covariance,
         freedom=np.asarray(np.bincount(system.kinds, 1.0 - leverage), np.float64),

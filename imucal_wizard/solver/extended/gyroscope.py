@@ -22,7 +22,7 @@ from imucal_wizard.solver.extended.turn_judging import (
     row_times,
     witnesses,
 )
-from imucal_wizard.solver.extended.turn_model import effect_columns, point_at
+from imucal_wizard.solver.extended.turn_model import coarse_levers, effect_columns, point_at
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.units import COUNT
@@ -140,16 +140,17 @@ def _size_parameters(fit: TurnFit) -> tuple[Parameter, ...]:
 def _linear(fit: TurnFit) -> Linear:
     data, point, basis = fit.data, fit.point, fit.basis
     sigma = np.sqrt(fit.found.variance)
+    lever = coarse_levers(data, point)
 
     def lift(effect: Effect, variant: float | None) -> FloatArray:
-        columns = stacked(basis, *effect_columns(data, point, Term(effect, variant)))
+        columns = stacked(basis, *effect_columns(data, point, Term(effect, variant), lever))
         return np.asarray(columns / sigma[:, None])
 
     doubts = data.before_doubt.shape[2]
     return Linear(
         residual=fit.system.residual / sigma,
         base=fit.system.columns / sigma[:, None],
-        precision=fit.system.precision,
+        precision=fit.found.precision,
         names=(
             *(_name(data, index) for index in fit.free),
             *fit.terms.names,

@@ -1,7 +1,7 @@
 """One MAP fit of the accelerometer with its weights, and how it predicts what it has not seen."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,14 @@ from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, point_at
 from imucal_wizard.solver.extended.hold_solver import FreeModel, solve
 from imucal_wizard.solver.extended.inverse import determined, inverted
-from imucal_wizard.solver.extended.terms import Term, Terms
+from imucal_wizard.solver.extended.terms import WIDE, Term, Terms, widened
 from imucal_wizard.solver.magnitude import NON_ORTHOGONALITY
 from imucal_wizard.solver.task import ANGLE_XZ
 from imucal_wizard.solver.uncertainty import LARGEST_HOLE
 
 BoolArray = NDArray[np.bool_]
 
-ROUNDS = 20
+ROUNDS = 40
 SETTLED = 1e-3
 """Relative change of the scatter that no longer matters."""
 EARLY = 2.0 / 3.0
@@ -67,10 +67,10 @@ def fit_holds(data: HoldData, terms: Sequence[Term], base: Sequence[str]) -> Hol
     basis = data.basis(base)
     angles = set(data.task.carried.places) & set(NON_ORTHOGONALITY)
     product = "non-orthogonality" in base and bool(angles) and ANGLE_XZ not in angles
-    free = FreeModel(model, basis, product)
+    free = FreeModel(model, basis, product, model.terms.precision / WIDE)
     theta = data.full if basis.shape == data.task.carried.basis.shape else data.nominal()
     point = point_at(model, theta[None], np.zeros((1, len(model.terms))))
-    point, variance = _weighed(data, free, point)
+    free, point, variance = _weighed(data, free, point)
     columns = free.columns(point)[0] / np.sqrt(variance)[:, None]
     freedom = _freedom(columns, free.precision)
     covariance = None
@@ -81,21 +81,35 @@ def fit_holds(data: HoldData, terms: Sequence[Term], base: Sequence[str]) -> Hol
     return HoldFit(data, free, point, variance, columns, covariance, freedom)
 
 
-def _weighed(data: HoldData, free: FreeModel, point: HoldPoint) -> tuple[HoldPoint, FloatArray]:
-    """The fit under the scatter that it leaves: each of the two follows from the other."""
-    if data.scatter is not None:
-        variance = data.noise + data.scatter**2
-        return solve(free, point, variance[None] ** -0.5), variance
-    variance = data.noise + float(np.mean(point.residual**2))
+def _weighed(
+    data: HoldData, free: FreeModel, point: HoldPoint
+) -> tuple[FreeModel, HoldPoint, FloatArray]:
+    """The fit under the scatter that it leaves and the priors that it calls for.
+
+    It begins with no scatter and wide priors. Begun with what the base model leaves, an effect many
+    times larger than its prior expects would itself pass for scatter and never be fitted.
+    """
+    terms = free.model.terms
+    variance = data.noise if data.scatter is None else data.noise + data.scatter**2
     for _ in range(ROUNDS):
-        point = solve(free, point, variance[None] ** -0.5)
-        columns = free.columns(point)[0] / np.sqrt(variance)[:, None]
-        freedom = max(_freedom(columns, free.precision), 1.0)
-        rest = float((point.residual**2).sum()) / freedom - float(data.noise.mean())
-        before, variance = variance, data.noise + max(rest, 0.0)
-        if np.abs(variance / before - 1.0).max() < SETTLED:
+        point = solve(free, point, variance[None] ** -0.5, rough=True)
+        prior = widened(terms.precision, point.sizes[0], terms.groups)
+        before = variance
+        if data.scatter is None:
+            variance = data.noise + _rest(data, free, point, variance)
+        settled = np.abs(variance / before - 1.0).max() < SETTLED
+        settled &= np.abs(prior / free.prior - 1.0).max(initial=0.0) < SETTLED
+        free = replace(free, prior=prior)
+        if settled:
             break
-    return solve(free, point, variance[None] ** -0.5), variance
+    return free, solve(free, point, variance[None] ** -0.5), variance
+
+
+def _rest(data: HoldData, free: FreeModel, point: HoldPoint, variance: FloatArray) -> float:
+    """Variance from hold to hold on top of the noise, (m/s²)²."""
+    columns = free.columns(point)[0] / np.sqrt(variance)[:, None]
+    freedom = max(_freedom(columns, free.precision), 1.0)
+    return max(float((point.residual**2).sum()) / freedom - float(data.noise.mean()), 0.0)
 
 
 def _freedom(columns: FloatArray, precision: FloatArray) -> float:

@@ -1,6 +1,6 @@
 """The MAP fit of the accelerometer with effects: Gauss–Newton, many selections of holds at once.
 
-The cost is ``Σ (r/σ)² + Σ (size/typical)²``: a Gaussian prior as wide as data sheets say keeps a
+The cost is ``Σ (r/σ)² + Σ (size/prior)²``: a Gaussian prior as wide as data sheets say keeps a
 combination of sizes that the holds do not determine near zero, where least squares would give it
 any value.
 """
@@ -17,6 +17,7 @@ from imucal_wizard.solver.magnitude import SIZE
 from imucal_wizard.solver.task import ANGLE_XZ
 
 MAX_ITERATIONS = 60
+ROUGH_ITERATIONS = 6
 HALVINGS = 12
 SETTLED = 1e-3
 """Step in standard deviations of the fit that no longer matters."""
@@ -33,16 +34,18 @@ class FreeModel:
         model: the model.
         basis: free directions of the nine base parameters, shape (9, pb).
         product: ``M_xz`` is not free and follows from the two other angles (Q, eq. 8).
+        prior: precision of the prior of each size, shape (p,).
     """
 
     model: HoldModel
     basis: FloatArray
     product: bool
+    prior: FloatArray
 
     @property
     def precision(self) -> FloatArray:
         """Of the priors of all fitted parameters, shape (pb + p,)."""
-        return np.concatenate([np.zeros(self.basis.shape[1]), self.model.terms.precision])
+        return np.concatenate([np.zeros(self.basis.shape[1]), self.prior])
 
     def columns(self, point: HoldPoint) -> FloatArray:
         """Derivative of the residual by the fitted parameters, shape (d, n, pb + p)."""
@@ -58,13 +61,16 @@ class FreeModel:
         return point_at(self.model, theta, point.sizes + step[:, count:])
 
 
-def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
+def solve(
+    free: FreeModel, start: HoldPoint, weights: FloatArray, *, rough: bool = False
+) -> HoldPoint:
     """Minimise the cost for d selections of the holds at once.
 
     Args:
         free: the model.
         start: d calibrations to start from.
         weights: 1/σ of each hold, 0 where it is left out, s²/m, shape (d, n).
+        rough: a few steps are enough, since weights and priors will change.
 
     Raises:
         DataError: it does not converge.
@@ -72,19 +78,19 @@ def solve(free: FreeModel, start: HoldPoint, weights: FloatArray) -> HoldPoint:
     point = start
     if not len(free.precision):
         return point
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(ROUGH_ITERATIONS if rough else MAX_ITERATIONS):
         columns = weights[:, :, None] * free.columns(point)
         normal = np.swapaxes(columns, 1, 2) @ columns
         pull = np.einsum("dnp,dn->dp", columns, weights * point.residual)
         count = free.basis.shape[1]
-        pull[:, count:] += free.model.terms.precision * point.sizes
+        pull[:, count:] += free.prior * point.sizes
         step = -np.einsum("dpq,dq->dp", inverted(normal + np.diag(free.precision)), pull)
         point = _downhill(free, point, step, weights)
         # how far the step goes in standard deviations, over all its parameters together
         length = np.einsum("dp,dp->d", step, -pull)
         if not (length > SETTLED**2).any():
             return point
-    if (length < FLAT**2).all():
+    if rough or (length < FLAT**2).all():
         return point
     raise DataError(
         "the fit of the accelerometer with these effects does not converge: some still positions "
@@ -109,5 +115,5 @@ def _downhill(
 
 def _cost(free: FreeModel, point: HoldPoint, weights: FloatArray) -> FloatArray:
     """Of each calibration, shape (d,)."""
-    prior = free.model.terms.precision * point.sizes**2
+    prior = free.prior * point.sizes**2
     return np.asarray(((weights * point.residual) ** 2).sum(axis=1) + prior.sum(axis=1))

@@ -7,6 +7,8 @@ import numpy as np
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.directions import group_directions
 
 
 def circumstances_of(
@@ -23,17 +25,28 @@ def circumstances_of(
             hold, and vibration is guessed from how much the averages scatter.
     """
     force = gravity * up
-    previous = np.vstack([np.full((1, 3), np.nan), force[:-1]])
     middle = np.array([0.5 * (hold.start + hold.end) for hold in holds])
     return Circumstances(
         force=force,
         rate=np.zeros_like(force),
         temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
         time=middle - first_time(holds, readings),
-        previous=previous,
+        previous=_previous(force, group_directions(up)),
         vibration=gain**2 * np.array([_vibration(hold, readings) for hold in holds]),
         gravity=gravity,
     )
+
+
+def _previous(force: FloatArray, labels: IntArray) -> FloatArray:
+    """Force in the pose before, shape (n, 3); NaN in the first.
+
+    A rest that a disturbance has cut in two holds is one pose.
+    """
+    before = np.full_like(force, np.nan)
+    for row in range(1, len(force)):
+        same = labels[row] == labels[row - 1]
+        before[row] = before[row - 1] if same else force[row - 1]
+    return before
 
 
 def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:

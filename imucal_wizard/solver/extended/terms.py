@@ -1,5 +1,6 @@
 """The effects that a model contains, as columns of one matrix with a prior on each."""
 
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -60,10 +61,15 @@ class Terms:
             return np.zeros((len(c), 3, 0))
         return np.concatenate([columns_of(term, self.sensor, c) for term in self.terms], axis=2)
 
+    @property
+    def groups(self) -> tuple[slice, ...]:
+        """Which parameters belong to each term."""
+        ends = np.cumsum([0, *(len(each) for each in self._each)]).tolist()
+        return tuple(slice(*pair) for pair in itertools.pairwise(ends))
+
     def split(self, sizes: FloatArray) -> tuple[FloatArray, ...]:
         """Sizes (…, p) term by term."""
-        ends = np.cumsum([len(each) for each in self._each])[:-1]
-        return tuple(np.split(sizes, ends, axis=-1)) if self.terms else ()
+        return tuple(sizes[..., group] for group in self.groups)
 
     def _names(self) -> list[str]:
         seen: Counter[str] = Counter()
@@ -84,3 +90,20 @@ def _precision(parameter: EffectParameter) -> float:
     """Of the Gaussian prior; 0 for a parameter of which nothing is known."""
     typical = parameter.typical
     return typical**-2 if 0.0 < typical < np.inf else 0.0
+
+
+WIDE = 100.0
+"""By how much the variance of a prior is widened to begin with."""
+
+
+def widened(precision: FloatArray, sizes: FloatArray, groups: Sequence[slice]) -> FloatArray:
+    """Precision of the priors, less where the sizes of a term go far beyond what is typical.
+
+    A sensor may be worse than a consumer part. The variance of a term's prior is then the mean
+    square of its sizes: below it nothing changes, and above it only sizes that are some 2 √p times
+    their standard error can keep it wide.
+    """
+    out = precision.copy()
+    for group in groups:
+        out[group] /= max(1.0, float(np.mean(precision[group] * sizes[group] ** 2)))
+    return out

@@ -17,6 +17,7 @@ from imucal_wizard.solver.extended.turn_model import (
     base_columns,
     doubt_columns,
     effect_columns,
+    levers,
     point_at,
 )
 
@@ -127,7 +128,8 @@ def _columns(
     closing, still = base_columns(data, point)
     chosen = np.array(free, np.int64)
     parts = [stacked(basis, closing[:, :, chosen], still[:, :, chosen])]
-    parts += [stacked(basis, *effect_columns(data, point, term)) for term in terms.terms]
+    lever = levers(data, point)
+    parts += [stacked(basis, *effect_columns(data, point, term, lever)) for term in terms.terms]
     doubts = doubt_columns(data, point)
     parts.append(stacked(basis, doubts, np.zeros((len(data.stills), 3, doubts.shape[2]))))
     return np.concatenate(parts, axis=1)
@@ -153,6 +155,9 @@ def _system(
         kinds=kinds_of(data),
         precision=np.concatenate([zeros, terms.precision, np.ones(len(doubts))]),
         value=np.concatenate([zeros, point.sizes, doubts]),
+        groups=tuple(
+            slice(len(free) + group.start, len(free) + group.stop) for group in terms.groups
+        ),
     )
 
 
@@ -171,7 +176,7 @@ def _downhill(
     full[list(free)] = found.step[: len(free)]
     doubted = system.columns[:, model:]
     before = float((system.residual**2 / found.variance).sum())
-    before += float((system.precision * system.value**2).sum())
+    before += float((found.precision * system.value**2).sum())
     size = 1.0
     for _ in range(HALVINGS):
         moved = point_at(
@@ -184,7 +189,7 @@ def _downhill(
         )
         value = system.value + size * found.step
         left = residual_of(moved, basis) + doubted @ value[model:]
-        cost = float((left**2 / found.variance).sum() + (system.precision * value**2).sum())
+        cost = float((left**2 / found.variance).sum() + (found.precision * value**2).sum())
         # effects are taken at the point before, which makes the cost uncertain by about this much
         if cost < before * (1.0 + 1e-3) + 1e-3:
             break

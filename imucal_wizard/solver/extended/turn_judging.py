@@ -72,7 +72,7 @@ def later(fit: TurnFit) -> tuple[FloatArray, FloatArray] | None:
     moving = slice(gains, None)
     columns = fit.system.columns[early, moving]
     weighted = columns / fit.found.variance[early, None]
-    precision, value = fit.system.precision[moving], fit.system.value[moving]
+    precision, value = fit.found.precision[moving], fit.system.value[moving]
     pull = weighted.T @ fit.system.residual[early] + precision * value
     step = -inverted(columns.T @ weighted + np.diag(precision)) @ pull
     known = slice(gains, fit.model)
@@ -111,7 +111,7 @@ def _witness(fit: TurnFit, rows: NDArray[np.bool_], kept: int) -> Witness:
     """The sizes that some rows say, the first ``kept`` parameters staying as they are."""
     columns = fit.system.columns[rows, kept:]
     weighted = columns / fit.found.variance[rows, None]
-    precision, value = fit.system.precision[kept:], fit.system.value[kept:]
+    precision, value = fit.found.precision[kept:], fit.system.value[kept:]
     covariance = inverted(columns.T @ weighted + np.diag(precision))
     step = -covariance @ (weighted.T @ fit.system.residual[rows] + precision * value)
     own = slice(len(fit.free) - kept, fit.model - kept)

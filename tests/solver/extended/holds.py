@@ -35,7 +35,10 @@ def session(seed: int = 0, directions: int = CORNERS, repeats: int = 12) -> Sess
     rng = np.random.default_rng(seed)
     named = np.array(list(DIRECTIONS.values()))[:directions]
     up = np.concatenate([named, named[rng.permutation(len(named))[:repeats]]])
-    up = up[rng.permutation(len(up))] + rng.normal(0.0, 0.03, (len(up), 3))
+    order = rng.permutation(len(up))
+    while (np.diff(order % len(named)) == 0).any():  # no pose comes twice in a row
+        order = rng.permutation(len(up))
+    up = up[order] + rng.normal(0.0, 0.03, (len(up), 3))
     up /= np.linalg.norm(up, axis=1)[:, None]
     # two courses that look neither like time nor like one another
     temperature = 25.0 + 8.0 * np.sin(np.arange(len(up)) * 2.1)

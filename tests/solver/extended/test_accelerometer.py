@@ -164,7 +164,7 @@ def test_leaving_a_direction_out_is_a_refit_without_it() -> None:
         part = replace(part, scatter=float(np.sqrt((found.linear.sigma**2 - data.noise)[0])))
         own = fit_accelerometer_with(part, (term,))
         errors = _residual(own, data, own.terms, own.sizes)
-        np.testing.assert_allclose(errors[~kept], found.fit.held_out[~kept], atol=1e-4 * MILLI_G)
+        np.testing.assert_allclose(errors[~kept], found.fit.held_out[~kept], atol=2e-3 * MILLI_G)
 
 
 def _selected(data: HoldData, rows: NDArray[np.bool_]) -> HoldData:
@@ -236,10 +236,36 @@ def _flat(one: Effect) -> Effect:
 
     class Flat(kind):  # type: ignore[misc, valid-type] # a subclass of whatever effect it is
         def parameters(self, sensor: str):  # type: ignore[no-untyped-def] # as the parent's
-            return tuple(replace(p, typical=100.0 * p.typical) for p in super().parameters(sensor))
+            return tuple(replace(p, typical=10.0 * p.typical) for p in super().parameters(sensor))
 
     made: Effect = Flat()
     return made
+
+
+def test_an_effect_far_larger_than_its_prior_is_not_taken_for_scatter() -> None:
+    """Thirty typical sizes on one axis come out within their standard error."""
+    made = session(18)
+    term = Term(effect("second-order"))
+    noisy = {"noise": 0.05 * MILLI_G, "rng": np.random.default_rng(19)}
+    data = data_of(made, (term,), np.array([0.0, 60.0, 0.0]), **noisy)
+    found = fit_accelerometer_with(data, (term,))
+    assert np.abs((found.sizes[0] - [0.0, 60.0, 0.0]) / found.errors[0]).max() < 4.0
+    assert found.errors[0].max() < 0.1
+
+
+def test_a_rest_cut_in_two_has_one_pose_before() -> None:
+    """The second half of a disturbed rest remembers the pose before the first half."""
+    made = session(20, repeats=0)
+    cut = replace(
+        made,
+        up=np.insert(made.up, 5, made.up[5], axis=0),
+        temperature=np.insert(made.temperature, 5, 25.0),
+        vibration=np.insert(made.vibration, 5, 0.02),
+    )
+    before = hold_data(holds(cut), G, "m/s^2").circumstances.previous
+    assert np.isnan(before[0]).all()
+    np.testing.assert_array_equal(before[6], before[5])
+    np.testing.assert_allclose(before[5], G * made.up[4], atol=1e-4)
 
 
 def test_an_effect_of_another_sensor_is_refused() -> None:

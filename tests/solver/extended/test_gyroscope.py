@@ -243,6 +243,15 @@ def test_g_sensitivity_falls_to_the_noise_when_it_is_in_the_model() -> None:
     assert with_it.rms_held_out < 2.0 * with_it.fit.floor
 
 
+def test_an_effect_far_larger_than_its_prior_is_not_taken_for_scatter() -> None:
+    """Thirty typical sizes of one coefficient come out within their standard error."""
+    large = COEFFICIENTS + 3.0 * np.eye(9)[4]
+    data = measured(MADE, (G_SENSITIVITY,), large, QUIET, np.random.default_rng(14))
+    found = fit_gyroscope_with(data, (G_SENSITIVITY,))
+    assert np.abs((found.sizes[0] - large) / found.errors[0]).max() < 4.0
+    assert found.errors[0].max() < 0.01
+
+
 def test_a_drift_of_the_bias_is_predicted_only_when_it_is_in_the_model() -> None:
     """Early → late on still means and rotations."""
     drift = Term(effect("bias-drift"))
