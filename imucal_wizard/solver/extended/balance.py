@@ -6,8 +6,9 @@ the model lacks), by an amount that only the data tell. With ``var = known + res
     rest = Σ r² / (n − tr H) − mean known
 
 over its own rows, H being the leverage: the residual of a kind that is fitted closely counts for
-fewer degrees of freedom. Iterated, this is the moment form of restricted maximum likelihood (the
-Helmert–Förstner estimate of variance components); neither kind drowns the other.
+fewer degrees of freedom. Iterated along with the fit, this is the moment form of restricted maximum
+likelihood (the Helmert–Förstner estimate of variance components); neither kind drowns the other.
+All rows of a kind count alike in it, since the noise known of each is an estimate itself.
 """
 
 from dataclasses import dataclass
@@ -79,22 +80,26 @@ def balanced(system: System) -> Balance:
     It begins with no scatter and wide priors. Begun with what the model leaves so far, an effect
     many times larger than its prior expects would itself pass for scatter and never be fitted.
     """
-    count = np.bincount(system.kinds)
-    mean_known = np.bincount(system.kinds, system.known) / count
-    rest, precision = np.zeros(len(count)), system.precision.copy()
+    count = int(system.kinds.max(initial=-1)) + 1
+    rest, precision = np.zeros(count), system.precision.copy()
     for group in system.groups:
         precision[group] /= WIDE
     for _ in range(ROUNDS):
         found = solved(system, system.known + rest[system.kinds], precision)
-        left = system.residual + system.columns @ found.step
-        squares = np.bincount(system.kinds, left**2, len(count))
-        before = rest
-        rest = np.maximum(squares / np.maximum(found.freedom, 1.0) - mean_known, 0.0)
+        before, rest = rest, _rest(system, found)
         precision = widened(system.precision, system.value + found.step, system.groups)
         settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
-        if settled and (np.abs(rest - before) <= SETTLED * (rest + mean_known)).all():
+        if settled and (np.abs(rest - before)[system.kinds] <= SETTLED * found.variance).all():
             break
     return solved(system, system.known + rest[system.kinds], precision)
+
+
+def _rest(system: System, found: Balance) -> FloatArray:
+    """What each kind scatters by on top of its known noise, shape (kinds,)."""
+    left = system.residual + system.columns @ found.step
+    count = np.bincount(system.kinds)
+    squares = np.bincount(system.kinds, left**2) / np.maximum(found.freedom, 1.0)
+    return np.maximum(squares - np.bincount(system.kinds, system.known) / count, 0.0)
 
 
 def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:

@@ -9,7 +9,8 @@ from imucal_wizard.solver.extended.gyroscope import fit_gyroscope_with
 from imucal_wizard.solver.extended.hold_data import BASE, HoldData, hold_data
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
-from imucal_wizard.solver.extended.turn_data import TurnData, turn_data
+from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.solver.extended.turn_measuring import turn_data
 from imucal_wizard.solver.result import FitReport
 
 Measured = HoldData | TurnData

@@ -9,6 +9,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.closure import SIZE
 from imucal_wizard.solver.extended.hold_data import BASE, checked_base
+from imucal_wizard.solver.extended.levers import coarse_levers, effect_columns
 from imucal_wizard.solver.extended.linear import Linear, RowInfo
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
@@ -22,7 +23,7 @@ from imucal_wizard.solver.extended.turn_judging import (
     row_times,
     witnesses,
 )
-from imucal_wizard.solver.extended.turn_model import coarse_levers, effect_columns, point_at
+from imucal_wizard.solver.extended.turn_model import point_at
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.units import COUNT

@@ -10,14 +10,13 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.balance import Balance, System, balanced
+from imucal_wizard.solver.extended.levers import effect_columns, levers
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_model import (
     TurnPoint,
     base_columns,
     doubt_columns,
-    effect_columns,
-    levers,
     point_at,
 )
 
