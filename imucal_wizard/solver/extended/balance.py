@@ -21,6 +21,8 @@ from imucal_wizard.solver.extended.inverse import inverted
 from imucal_wizard.solver.extended.terms import WIDE, widened
 
 ROUNDS = 50
+FEWEST_LEFT = 3.0
+"""Degrees of freedom of each kind below which a wide prior would fit whatever there is."""
 SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
 
@@ -77,13 +79,11 @@ class Balance:
 def balanced(system: System) -> Balance:
     """Fit the parameters, the variance of each kind of row, and the width of the priors.
 
-    It begins with no scatter and wide priors. Begun with what the model leaves so far, an effect
-    many times larger than its prior expects would itself pass for scatter and never be fitted.
+    It begins with no scatter and wide priors, if then something is left over to judge by. Begun
+    with what the model leaves so far, an effect many times larger than its prior expects would
+    itself pass for scatter and never be fitted.
     """
-    count = int(system.kinds.max(initial=-1)) + 1
-    rest, precision = np.zeros(count), system.precision.copy()
-    for group in system.groups:
-        precision[group] /= WIDE
+    rest, precision = _wide(system)
     for _ in range(ROUNDS):
         found = solved(system, system.known + rest[system.kinds], precision)
         before, rest = rest, _rest(system, found)
@@ -92,6 +92,17 @@ def balanced(system: System) -> Balance:
         if settled and (np.abs(rest - before)[system.kinds] <= SETTLED * found.variance).all():
             break
     return solved(system, system.known + rest[system.kinds], precision)
+
+
+def _wide(system: System) -> tuple[FloatArray, FloatArray]:
+    """The rests and the precision of the priors to begin with."""
+    count = np.bincount(system.kinds)
+    precision = system.precision.copy()
+    for group in system.groups:
+        precision[group] /= WIDE
+    if solved(system, system.known, precision).freedom.min(initial=FEWEST_LEFT) >= FEWEST_LEFT:
+        return np.zeros(len(count)), precision
+    return np.bincount(system.kinds, system.residual**2) / count, system.precision
 
 
 def _rest(system: System, found: Balance) -> FloatArray:

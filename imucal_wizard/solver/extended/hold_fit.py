@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import amplification
+from imucal_wizard.solver.extended.balance import FEWEST_LEFT
 from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, point_at
 from imucal_wizard.solver.extended.hold_solver import FreeModel, solve
@@ -86,11 +87,17 @@ def _weighed(
 ) -> tuple[FreeModel, HoldPoint, FloatArray]:
     """The fit under the scatter that it leaves and the priors that it calls for.
 
-    It begins with no scatter and wide priors. Begun with what the base model leaves, an effect many
-    times larger than its prior expects would itself pass for scatter and never be fitted.
+    It begins with no scatter and wide priors, if then something is left over to judge by. Begun
+    with what the base model leaves, an effect many times larger than its prior expects would itself
+    pass for scatter and never be fitted.
     """
     terms = free.model.terms
     variance = data.noise if data.scatter is None else data.noise + data.scatter**2
+    columns = free.columns(point)[0] / np.sqrt(variance)[:, None]
+    if _freedom(columns, free.precision) < FEWEST_LEFT:
+        free = replace(free, prior=terms.precision)
+        if data.scatter is None:
+            variance = data.noise + float(np.mean(point.residual**2))
     for _ in range(ROUNDS):
         point = solve(free, point, variance[None] ** -0.5, rough=True)
         prior = widened(terms.precision, point.sizes[0], terms.groups)

@@ -17,6 +17,9 @@ from imucal_wizard.solver.magnitude import SHORTEST, SIZE, TRIANGLE, Problem
 PASSES = 30
 EXACT = 1e-13
 """Change of x, in units of gravity, at which it is found."""
+WILD = 1e6
+"""Factor on the residual where effects are so large that ``x`` is not determined: no fit goes
+there."""
 STEP = 1e-4
 """For the derivative of ε by x, in units of gravity."""
 
@@ -69,14 +72,16 @@ def point_at(model: HoldModel, theta: FloatArray, sizes: FloatArray) -> HoldPoin
     problem = model.problem
     offsets = problem.points - theta[:, None, :3]
     linear = problem.magnitude * offsets @ np.swapaxes(triangles(theta), 1, 2)
-    force = linear
+    force, wild = linear, np.zeros(len(theta), bool)
     for _ in range(PASSES if len(model.terms) else 0):
         moved = linear - model.errors(force[:, None], sizes)[:, 0]
-        change = np.abs(moved - force).max()
-        force = moved
-        if not change > EXACT * problem.magnitude:
+        change = np.abs(moved - force).max(axis=(1, 2))
+        wild |= change > problem.magnitude
+        force = np.where(wild[:, None, None], linear, moved)
+        if not (change[~wild] > EXACT * problem.magnitude).any():
             break
-    return HoldPoint(theta, sizes, force, np.linalg.norm(force, axis=2) - problem.magnitude)
+    residual = np.linalg.norm(force, axis=2) - problem.magnitude
+    return HoldPoint(theta, sizes, force, np.where(wild[:, None], WILD * residual, residual))
 
 
 def triangles(theta: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances, Effect, EffectParameter
-from imucal_wizard.errors import UsageError
+from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.readings import FloatArray
 
 
@@ -82,8 +82,18 @@ class Terms:
 
 
 def columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray:
-    """Error of the input per shown unit of one effect's parameters, shape (n, 3, p)."""
-    return np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
+    """Error of the input per shown unit of one effect's parameters, shape (n, 3, p).
+
+    Raises:
+        DataError: the effect has no value for some of the data.
+    """
+    columns = np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
+    if not np.isfinite(columns).all():
+        raise DataError(
+            f"{term.name} has no value for some of these data: what it depends on was not "
+            "recorded, or its formula divides by zero"
+        )
+    return columns
 
 
 def _precision(parameter: EffectParameter) -> float:

@@ -81,7 +81,7 @@ def fit_turns(data: TurnData, terms: Sequence[Term], base: Sequence[str]) -> Tur
         found = balanced(system)
         point, size = _downhill(data, together, free, point, found, system, basis)
         doubts = doubts + size * found.step[len(free) + len(together) :]
-        if size * found.length < SETTLED:
+        if found.length < SETTLED:
             system = _system(data, together, free, point, doubts, basis, system.columns)
             return TurnFit(data, together, free, point, system, balanced(system), basis)
     raise DataError(
