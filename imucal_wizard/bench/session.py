@@ -95,6 +95,11 @@ class Bench:
         rows = measured.everything() if isinstance(measured, TurnData) else measured.circumstances
         return effect.lacking(self.sensor, rows)
 
+    def offer(self, effect: Effect) -> None:
+        """Let an effect of the user's own be a suspect, too."""
+        self.catalogue = (*self.catalogue, effect)
+        self._findings = None
+
     def add(self, name: str, variant: float | None = None) -> Rung:
         """Add an effect to the model, or put back a part of the base.
 

@@ -122,6 +122,14 @@ class WizardApp(App[Saved]):
         if isinstance(screen, LiveScreen):
             self.push_screen(HelpScreen(screen.step, hand=self.hand_keys is not None))
 
+    def action_bench(self) -> None:
+        """Open the bench on what was fitted."""
+        report = self.report
+        if report is not None:
+            from imucal_wizard.tui.screens.bench_screen import BenchScreen
+
+            self.push_screen(BenchScreen(lambda: self.services.benches(report)))
+
     def action_mute(self) -> None:
         """Switch the sounds off or on."""
         self.sounds.muted = not self.sounds.muted

@@ -20,9 +20,10 @@ from imucal_wizard.tui.text import (
 )
 from imucal_wizard.units import STANDARD_GRAVITY
 
-_SHOWN: dict[str, tuple[float, str]] = {
+SHOWN: dict[str, tuple[float, str]] = {
     "m/s^2": (1000.0 / STANDARD_GRAVITY, "mg"),
     "rad": (180.0 / math.pi, "°"),
+    "rad/s": (180.0 / math.pi, "°/s"),
 }
 """Factor and unit in which people read an error."""
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure"}
@@ -34,7 +35,7 @@ def shown(value: float | None, unit: str, digits: int = 3) -> str:
     """An error with the unit people read it in; a dash when there is none."""
     if value is None:
         return "–"
-    factor, sign = _SHOWN.get(unit, (1.0, unit_sign(unit)))
+    factor, sign = SHOWN.get(unit, (1.0, unit_sign(unit)))
     space = "" if sign == "°" else " "
     return f"{number(value * factor, digits)}{space}{sign}"
 
@@ -85,7 +86,7 @@ def _error_row(fit: SensorFit, validated: bool) -> Line:
 
 def plot_rows(fit: SensorFit, width: int) -> list[Line]:
     """The residual of each hold or rotation, with the band that noise makes."""
-    factor, unit = _SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
+    factor, unit = SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
     each = "rotation" if fit.sensor == "gyroscope" else "hold"
     noise = "" if fit.floor is None else f", ┈ = noise ±{shown(fit.floor, fit.unit, 2)}"
     head: Line = (

@@ -6,6 +6,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from imucal_wizard.tui.bench.source import Benches, benches_of
+
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.live.snapshot import Snapshot
@@ -108,6 +110,7 @@ class Services:
         save: writes the result. Runs in a thread.
         ports: what is plugged in. Runs in a thread.
         earlier: sessions that can be taken up again, newest first. Runs in a thread.
+        benches: makes the benches of a fit. Runs in a thread.
     """
 
     open_source: Callable[[SourceChoice], Source]
@@ -115,3 +118,4 @@ class Services:
     save: "Callable[[FitReport], Saved]"
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
+    benches: "Callable[[FitReport], Benches]" = benches_of

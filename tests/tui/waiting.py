@@ -3,16 +3,15 @@
 import asyncio
 import time
 from collections.abc import Callable
+from typing import Any
 
 from textual.pilot import Pilot
-
-from imucal_wizard.tui.source import Saved
 
 DEADLINE = 20.0
 """Seconds after which what has not come will not come."""
 
 
-def seen(pilot: Pilot[Saved]) -> str:
+def seen(pilot: Pilot[Any]) -> str:
     """The characters of the screen, row by row."""
     app = pilot.app
     width, height = app.size
@@ -20,7 +19,7 @@ def seen(pilot: Pilot[Saved]) -> str:
     return "\n".join(strip.text.rstrip() for strip in rows[:height] if strip.cell_length <= width)
 
 
-async def until(pilot: Pilot[Saved], true: Callable[[], bool]) -> None:
+async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
     """Wait until something is true; what is on the screen is shown when it never is."""
     deadline = time.monotonic() + DEADLINE
     while not true():
@@ -28,7 +27,7 @@ async def until(pilot: Pilot[Saved], true: Callable[[], bool]) -> None:
         await asyncio.sleep(0.01)
 
 
-async def shows(pilot: Pilot[Saved], *texts: str) -> str:
+async def shows(pilot: Pilot[Any], *texts: str) -> str:
     """Wait until all these texts are on the screen; the whole screen then."""
     await until(pilot, lambda: all(text in seen(pilot) for text in texts))
     return seen(pilot)

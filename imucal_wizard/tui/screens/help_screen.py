@@ -58,6 +58,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "The plot shows what is left of each hold; the band is what noise alone makes."
         ),
         "v measures a few new orientations, s saves at once, t shows every parameter.",
+        "f opens the bench: it shows what the model does not explain, and which effect would.",
     ),
     "validate": (
         (
@@ -65,7 +66,10 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "there is what to expect in use. Hold the device still in each, as before."
         ),
     ),
-    "save": ("The calibration is on disk. The place is shown; q leaves.",),
+    "save": (
+        "The calibration is on disk. The place is shown; q leaves.",
+        "f opens the bench: it shows what the model does not explain, and which effect would.",
+    ),
 }
 _ALWAYS = (
     ("u", "takes back the last hold or rotation; nothing else is lost"),

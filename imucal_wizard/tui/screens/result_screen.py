@@ -27,6 +27,7 @@ class ResultScreen(LiveScreen):
         Binding("v", "order('validate')", "validate"),
         Binding("s", "order('save')", "save"),
         Binding("t", "table", "table of parameters"),
+        Binding("f", "app.bench", "find what is missing"),
         Binding("u", "order('undo')", "undo"),
         Binding("b", "order('back')", "back"),
     ]
@@ -34,6 +35,7 @@ class ResultScreen(LiveScreen):
     keys: ClassVar[Keys] = (
         ("v", "validate"),
         ("s", "save"),
+        ("f", "find what is missing"),
         ("t", "parameters"),
         ("↑↓", "scroll"),
         ("b", "back"),

@@ -23,12 +23,14 @@ class SaveScreen(LiveScreen):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("t", "table", "table of parameters"),
+        Binding("f", "app.bench", "find what is missing"),
         Binding("b", "back", "back"),
         Binding("enter", "app.leave", "leave"),
     ]
     step = "save"
     keys: ClassVar[Keys] = (
         ("q", "leave"),
+        ("f", "find what is missing"),
         ("t", "parameters"),
         ("↑↓", "scroll"),
         ("b", "back"),

@@ -1,0 +1,103 @@
+"""A scatter plot in characters, with the band of the noise, a line and a cursor."""
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.tui.bench.views import View
+from imucal_wizard.tui.text import Line, Span, line, number
+
+LABEL = 9
+"""Columns left of the axis."""
+FRAMED = 14
+"""Rows from which the plot has a line below."""
+FAR = 3.0
+"""Noise standard deviations beyond which a point is filled."""
+_STYLES = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent"}
+_RANK = {" ": 0, "┈": 1, "─": 2, "·": 3, "∘": 4, "●": 5, "◆": 6}
+
+
+def scatter(view: View, width: int, height: int, cursor: int | None = None) -> list[Line]:
+    """The points of a view.
+
+    Args:
+        view: what to draw.
+        width: columns there are.
+        height: rows there are, with one or two for the x axis.
+        cursor: place of the point to mark, or None.
+
+    Returns:
+        At most ``height`` rows: ``∘`` a point, ``●`` one beyond three times the noise, ``◆`` the
+        cursor, ``┈`` the noise, ``·`` the line.
+    """
+    if not len(view.x):
+        return [line("nothing to show", "quiet")]
+    framed = height >= FRAMED
+    columns, rows = max(10, width - LABEL - 1), max(3, height - 1 - framed)
+    rows -= rows % 2 == 0  # 0 is in the middle
+    low, high = _limits(view)
+    grid = [[" "] * columns for _ in range(rows)]
+    left, right = float(view.x.min()), float(view.x.max())
+
+    def put(y: float, column: int, sign: str) -> None:
+        row = round((high - y) / (high - low) * (rows - 1))
+        if 0 <= row < rows and _RANK[sign] > _RANK[grid[row][column]]:
+            grid[row][column] = sign
+
+    places = _columns(view.x, left, right, columns)
+    for column in range(columns):
+        put(0.0, column, "─")
+        if view.floor is not None:
+            put(view.floor, column, "┈")
+            put(-view.floor, column, "┈")
+        if view.slope is not None:
+            put(view.slope * (left + (right - left) * column / (columns - 1)), column, "·")
+    for i, column in enumerate(places):
+        far = view.floor is not None and abs(view.y[i]) > FAR * view.floor
+        put(float(view.y[i]), column, "◆" if i == cursor else "●" if far else "∘")
+    labels = _labels(low, high, rows)
+    drawn = [_row(labels.get(k, ""), cells) for k, cells in enumerate(grid)]
+    frame = [line(" " * LABEL + "└" + "─" * columns, "quiet")] if framed else []
+    return [*drawn, *frame, _foot(view, columns)]
+
+
+def _limits(view: View) -> tuple[float, float]:
+    """Symmetric about 0, or from 0 where nothing is negative."""
+    top = float(np.abs(view.y).max())
+    top = max(top, view.floor or 0.0) * 1.0001 or 1.0
+    return (-top if (view.y < 0.0).any() or view.slope is not None else 0.0), top
+
+
+def _columns(x: FloatArray, left: float, right: float, columns: int) -> list[int]:
+    share = (x - left) / (right - left) if right > left else np.full(len(x), 0.5)
+    return [round(float(part) * (columns - 1)) for part in share]
+
+
+def _labels(low: float, high: float, rows: int) -> dict[int, str]:
+    zero = round(high / (high - low) * (rows - 1))
+    return {0: number(high, 2), rows - 1: number(low, 2), zero: "0"}
+
+
+def _row(label: str, cells: list[str]) -> Line:
+    axis = "┼" if label == "0" else "┤" if label else "│"
+    spans: list[Span] = [(f"{label:>{LABEL - 1}} {axis}", "quiet")]
+    for sign in cells:
+        style = _STYLES.get(sign, "quiet")
+        if spans[-1][1] == style:
+            spans[-1] = (spans[-1][0] + sign, style)
+        else:
+            spans.append((sign, style))
+    return tuple(spans)
+
+
+def _foot(view: View, columns: int) -> Line:
+    """Ends of the x axis, with what it is between them."""
+    ends = number(float(view.x.min()), 3), number(float(view.x.max()), 3)
+    room = columns - len(ends[0]) - len(ends[1])
+    label = (
+        view.x_label if len(view.x_label) + 2 <= room else view.x_label[: max(0, room - 3)] + "…"
+    )
+    return (
+        (" " * (LABEL + 1) + ends[0], "quiet"),
+        (f"{label:^{max(room, 0)}}", ""),
+        (ends[1], "quiet"),
+    )

@@ -1,0 +1,147 @@
+"""Residuals against whatever they may depend on: the pictures in which one sees what is missing."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.fit import Measured
+from imucal_wizard.solver.extended.result import Extended
+from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.tui.report_rows import SHOWN
+from imucal_wizard.units import STANDARD_GRAVITY
+
+IntArray = NDArray[np.int64]
+AXES = "xyz"
+HOLDS, TURNS = "holds", "turns"
+STILL = tuple(f"at rest, {axis} axis" for axis in AXES)
+"""Parts of the data, each with pictures of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Points to draw.
+
+    Attributes:
+        part: which part of the data.
+        title: what is drawn.
+        x_label: what it is drawn over, with its unit.
+        unit: of y, as shown.
+        x: shape (n,), in order.
+        y: shape (n,).
+        source: index of each point's hold or rotation, shape (n,).
+        floor: what the noise alone makes of y, one standard deviation; None when not known.
+        slope: y per x of a line through the origin, or None.
+        line: what this line says.
+    """
+
+    part: str
+    title: str
+    x_label: str
+    unit: str
+    x: FloatArray
+    y: FloatArray
+    source: IntArray
+    floor: float | None
+    slope: float | None = None
+    line: str = ""
+
+
+def views_of(fit: Extended, measured: Measured) -> tuple[View, ...]:
+    """All pictures of what a fit leaves, grouped by the part of the data."""
+    return tuple(view for part in parts_of(fit) for view in _views(fit, measured, part))
+
+
+def parts_of(fit: Extended) -> tuple[str, ...]:
+    """The parts of the data that a fit has rows of."""
+    kinds = {row.kind for row in fit.linear.rows}
+    if "hold" in kinds:
+        return (HOLDS,)
+    turns = (TURNS,) if "rotation" in kinds else ()
+    return turns + (STILL if "still" in kinds else ())
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What is left of one part, in shown units; y, floor and source have shape (n,)."""
+
+    y: FloatArray
+    floor: float
+    unit: str
+    source: IntArray
+
+
+def left_of(fit: Extended, part: str) -> Left:
+    """What a fit leaves of one part of the data: holds, turns or an axis at rest."""
+    linear, rows = fit.linear, fit.linear.rows
+    wanted = np.flatnonzero([_part(row.kind, row.axis) == part for row in rows])
+    factor, unit = SHOWN["rad/s" if part in STILL else fit.fit.unit]
+    values = (linear.residual * linear.sigma)[wanted] * factor
+    source = np.array([rows[i].index for i in wanted], np.int64)
+    floor = factor * float(np.sqrt(np.mean(linear.floor[wanted] ** 2)))
+    if part != TURNS:
+        return Left(values, floor, unit, source)
+    each = np.unique(source)
+    closure = np.array([np.linalg.norm(values[source == one]) for one in each])
+    return Left(closure, floor * np.sqrt(2.0), unit, each)
+
+
+def _part(kind: str, axis: int | None) -> str:
+    if kind == "still":
+        return STILL[axis or 0]
+    return HOLDS if kind == "hold" else TURNS
+
+
+def _views(fit: Extended, measured: Measured, part: str) -> Iterator[View]:
+    left = left_of(fit, part)
+    what = "the angle by which each turn does not close" if part == TURNS else "what is left"
+    for label, values in abscissae(measured, part, left.source):
+        seen = np.isfinite(values)
+        if seen.sum() < 2 or np.ptp(values[seen]) < 1e-9 * max(
+            1.0, float(np.abs(values[seen]).max())
+        ):
+            continue
+        order = np.flatnonzero(seen)[np.argsort(values[seen], kind="stable")]
+        yield View(
+            part, what, label, left.unit, values[order], left.y[order], left.source[order],
+            left.floor,
+        )  # fmt: skip
+
+
+def abscissae(measured: Measured, part: str, source: IntArray) -> Iterator[tuple[str, FloatArray]]:
+    """What the residuals may depend on, each with its label; shape (n,) like ``source``."""
+    known = measured.circumstances
+    if isinstance(measured, TurnData):
+        if part == TURNS:
+            yield from _of_turns(measured, source)
+            return
+        row = np.searchsorted(measured.still_rows, source)
+    else:
+        row = source
+    for k, axis in enumerate(AXES):
+        yield f"force along {axis}, g", known.force[row, k] / STANDARD_GRAVITY
+    yield "number of the pose", np.asarray(source + 1.0, np.float64)
+    yield "time, min", known.time[row] / 60.0
+    yield "temperature, °C", known.temperature[row]
+    for k, axis in enumerate(AXES):
+        yield f"force along {axis} in the pose before, g", known.previous[row, k] / STANDARD_GRAVITY
+    yield "vibration, mg rms", np.sqrt(known.vibration[row]) / STANDARD_GRAVITY * 1e3
+
+
+def _of_turns(measured: TurnData, source: IntArray) -> Iterator[tuple[str, FloatArray]]:
+    """The same of turns: rate, number, time, temperature, up before."""
+    place = np.searchsorted(measured.rotations, source)
+    motion, offsets = measured.motion, measured.samples.offsets
+    speed = np.degrees(np.linalg.norm(motion.rate, axis=1))
+    yield "fastest rate, °/s", np.maximum.reduceat(speed, offsets[:-1])[place]
+    for k, axis in enumerate(AXES):
+        rate = np.degrees(motion.rate[:, k])
+        mean = np.add.reduceat(rate, offsets[:-1]) / np.diff(offsets)
+        yield f"mean rate about {axis}, °/s", mean[place]
+    yield "number of the turn", np.asarray(source + 1.0, np.float64)
+    yield "time, min", motion.time[offsets[:-1]][place] / 60.0
+    yield "temperature, °C", motion.temperature[offsets[:-1]][place]
+    for k, axis in enumerate(AXES):
+        yield f"{axis} part of up before the turn, g", measured.before[place, k]

@@ -1,0 +1,54 @@
+"""The bench on a recording: the screen alone, without the wizard."""
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar
+
+from textual.app import App
+from textual.binding import Binding, BindingType
+
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.tui.bench.source import Benches, Ready
+from imucal_wizard.tui.screens.bench_screen import BenchScreen
+
+
+class BenchApp(App[None]):
+    """Only the bench.
+
+    Args:
+        make: makes the benches; called in a thread.
+    """
+
+    TITLE = "imucal-wizard bench"
+    CSS_PATH = "wizard.tcss"
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+q", "leave", "quit", show=False, priority=True),
+        Binding("ctrl+c", "leave", "quit", show=False, priority=True),
+    ]
+
+    def __init__(self, make: Callable[[], Benches]) -> None:
+        super().__init__()
+        self._make = make
+
+    def on_mount(self) -> None:
+        """Open it."""
+        self.push_screen(BenchScreen(self._make), lambda _none: self.exit())
+
+    def action_leave(self) -> None:
+        """Leave."""
+        self.exit()
+
+
+def run_bench(benches: Mapping[str, Bench] | Benches) -> int:
+    """Open the bench's screen and stay until it is left.
+
+    Args:
+        benches: of each sensor, the first one first.
+
+    Returns:
+        Exit status.
+    """
+    ready: Benches = Ready(benches) if isinstance(benches, Mapping) else benches
+    app = BenchApp(lambda: ready)
+    app.run()
+    return app.return_code or 0

@@ -1,0 +1,44 @@
+"""A small recording with a hidden effect, fitted once."""
+
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.devices.virtual.simulate import simulate_recording
+from imucal_wizard.fitting import fit_readings
+from imucal_wizard.recordings import read
+from imucal_wizard.solver.extended.fit import measured_accelerometer, measured_gyroscope
+from imucal_wizard.solver.result import FitReport
+
+
+def fitted(path: Path, hidden: str, rotations: int) -> FitReport:
+    """The fit of 18 poses of a virtual IMU with this effect."""
+    simulate_recording(path, hidden=[hidden], seed=3, rotations=rotations)
+    return fit_readings(read([path]))
+
+
+@pytest.fixture(scope="session")
+def bent(tmp_path_factory: pytest.TempPathFactory) -> FitReport:
+    """An accelerometer whose x axis bends by 5 mg/g²."""
+    return fitted(tmp_path_factory.mktemp("bench") / "bent.csv", "second-order:5:x", 0)
+
+
+@pytest.fixture(scope="session")
+def sagging(tmp_path_factory: pytest.TempPathFactory) -> FitReport:
+    """A gyroscope whose x axis feels gravity, beside an accelerometer without effects."""
+    path = tmp_path_factory.mktemp("bench") / "sagging.csv"
+    return fitted(path, "gyroscope/g-sensitivity:0.05:x", 2)
+
+
+@pytest.fixture
+def bench(bent: FitReport) -> Bench:
+    """The accelerometer that bends, with the base model."""
+    return Bench("accelerometer", measured_accelerometer(bent))
+
+
+@pytest.fixture
+def turned(sagging: FitReport) -> Bench:
+    """The gyroscope that feels gravity, with the base model."""
+    accelerometer = Bench("accelerometer", measured_accelerometer(sagging))
+    return Bench("gyroscope", measured_gyroscope(sagging, accelerometer.fit))

@@ -1,0 +1,181 @@
+"""The bench on the screen: look, learn, predict, add, see the error fall, take it back."""
+
+from dataclasses import replace
+
+import pytest
+
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.bench.source import Ready
+from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from tests.tui import fakes
+from tests.tui.waiting import seen, shows, until
+
+USUAL = (80, 24)
+LARGE = (160, 50)
+SIZES = pytest.mark.parametrize("size", [USUAL, LARGE])
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+BEFORE, AFTER = "1.28", "0.0978"
+"""Held-out error without and with the hidden effect, mg."""
+
+
+def app_with(*benches: Bench) -> BenchApp:
+    ready = Ready({bench.sensor: bench for bench in benches})
+    return BenchApp(lambda: ready)
+
+
+@SIZES
+async def test_the_suspects_stand_beside_what_is_left_and_what_is_to_be_said(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(
+            pilot, "▸SUSPECTS", "▸ second-order", "asymmetry", BEFORE, "<0.003", "−5.03 ± 0.11",
+            "mg/g²", "▼", "looks", "Something is missing", "force along x, g", "┈ noise ±0.052",
+        )  # fmt: skip
+
+
+@SIZES
+async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it_back(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("enter", "3")
+        await shows(pilot, "▸LADDER", "+ second-order", BEFORE, AFTER, "noise alone", "█")
+        await shows(pilot, "Nothing is missing that these data could show")
+        await pilot.press("u")
+        await until(pilot, lambda: "+ second-order" not in seen(pilot))
+        assert bench.fit.model == ("bias", "scale", "non-orthogonality")
+
+
+@SIZES
+async def test_a_part_of_the_base_is_taken_out_and_put_back(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("2", "down")
+        await shows(pilot, "▸MODEL", "▸ ✓ scale", "f = T·s·(y − b)", "true force = matrix")
+        await pilot.press("r")
+        await shows(pilot, "· scale", "left out", "Scale of the base model is left out")
+        assert bench.ladder[-1].rms_fitted > 10.0 * bench.ladder[0].rms_fitted
+        await pilot.press("enter")
+        await shows(pilot, "✓ scale")
+        await pilot.press("3")
+        await shows(pilot, "− scale", "+ scale")
+
+
+async def test_with_the_base_out_its_parts_are_the_first_suspects(bench: Bench) -> None:
+    async with app_with(bench).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("r")
+        await shows(pilot, "▸ non-orthogonality", "every sensor")
+        await pilot.press("enter")
+        await shows(pilot, "▸ second-order")
+
+
+@SIZES
+async def test_the_lesson_tells_what_happens_and_draws_the_signature(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("l")
+        await shows(pilot, "SECOND-ORDER NON-LINEARITY", "proof mass", "ε_i = K₂ᵢ x_i²")
+        await pilot.press("pagedown")
+        await shows(pilot, "force along x, g")
+        await pilot.press("end")
+        await shows(pilot, "what it costs to ignore it", "up wrong by")
+        await pilot.press("l")
+        await until(pilot, lambda: "proof mass" not in seen(pilot))
+
+
+async def test_tab_turns_what_the_residuals_are_plotted_against(bench: Bench) -> None:
+    async with app_with(bench).run_test(size=USUAL) as pilot:
+        for label in ("force along x", "force along y", "force along z", "number of the pose",
+                      "time, min", "temperature", "along x in the pose before"):  # fmt: skip
+            await shows(pilot, label)
+            await pilot.press("tab")
+
+
+async def test_a_point_says_which_pose_it_is_and_what_was_read(bench: Bench) -> None:
+    async with app_with(bench).run_test(size=USUAL) as pilot:
+        await shows(pilot, "force along x, g")
+        await pilot.press("right")
+        await shows(pilot, "◆ pose 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
+
+
+async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(bench: Bench) -> None:
+    async with app_with(bench).run_test(size=LARGE) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("v")
+        await shows(pilot, "would second-order x explain it?", "slope −5.0")
+        await pilot.press("down")
+        await shows(pilot, "would asymmetry x explain it?")
+
+
+@SIZES
+async def test_in_lesson_mode_nothing_is_told_before_the_guess(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(pilot, "<0.003")
+        await pilot.press("p")
+        text = await shows(pilot, "Predict first", "▸ asymmetry")
+        assert "<0.003" not in text
+        assert "Something is missing" not in text
+        await pilot.press("enter")
+        await shows(pilot, "predict: asymmetry", "largest on", "its sign")
+        await pilot.press("right", "down", "right", "right", "enter")
+        await shows(pilot, "≈ you: asymmetry", "✓ you: x", "✓ you: −")
+        await pilot.press("d")
+        await shows(pilot, "Nothing is missing")
+        assert bench.fit.model[-1] == "second-order"
+
+
+@SIZES
+async def test_the_next_poses_come_with_what_they_bring(
+    bench: Bench, size: tuple[int, int]
+) -> None:
+    async with app_with(bench).run_test(size=size) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("n")
+        await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With these", "times", " UP")
+
+
+async def test_a_typed_formula_becomes_a_suspect(bench: Bench) -> None:
+    async with app_with(bench).run_test(size=LARGE) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("e", *"k*b", "enter")
+        await shows(pilot, "▲ formula 'k*b'")
+        await pilot.press(*(["backspace"] * 3), *"k*a**3", "enter")
+        await shows(pilot, "formula  ")
+        assert any(suspect.term == "formula" for suspect in bench.look().suspects)
+
+
+async def test_the_gyroscope_is_one_key_away_and_shows_turns_and_rest(
+    bench: Bench, turned: Bench
+) -> None:
+    async with app_with(bench, turned).run_test(size=LARGE) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("g")
+        await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity", "turns:", "does not close")
+        await pilot.press("a")
+        await shows(pilot, "at rest, x axis", "force along x, g")
+        await pilot.press("right")
+        await shows(pilot, "◆ pose")
+
+
+async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> None:
+    source = fakes.FakeSource(Status(step=StepKind.RESULT, elapsed=600.0, holds=24))
+    services = replace(fakes.services(source), fit=lambda _collected, _snapshot: bent)
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "f find what is missing")
+        await pilot.press("f")
+        await shows(pilot, "BENCH  accelerometer", "▸ second-order")
+        await pilot.press("escape")
+        await shows(pilot, "▸RESULT")
