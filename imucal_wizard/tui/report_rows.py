@@ -149,7 +149,7 @@ def hold_rows(report: FitReport) -> list[Line]:
         line("each hold", "strong"),
         line("    #  pose     start     length  temperature   left over    held out", "quiet"),
     ]
-    factor, unit = _SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
+    factor, unit = SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
     left = np.asarray(fit.residuals, float).ravel() * factor
     out = None if fit.held_out is None else np.asarray(fit.held_out, float) * factor
     places = decimals(fit.rms_fitted * factor)

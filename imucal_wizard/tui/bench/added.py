@@ -41,7 +41,7 @@ def added_view(misfit: Misfit, entry: Entry) -> View | None:
     order = np.argsort(x, kind="stable")
     return View(
         part=part,
-        title=f"would {entry.term} {name} explain it?",
+        title=f"does {entry.term} {name} explain it? {number(slope)} {candidate.unit} would",
         x_label=f"what 1 {candidate.unit} of {entry.term} {name} would leave here, {shown}",
         unit=shown,
         x=x[order],
@@ -49,7 +49,6 @@ def added_view(misfit: Misfit, entry: Entry) -> View | None:
         source=misfit.source[rows][order],
         floor=factor * float(np.sqrt(np.mean(misfit.sigma[rows] ** 2))),
         slope=slope,
-        line=f"slope {number(slope)} {candidate.unit}",
     )
 
 

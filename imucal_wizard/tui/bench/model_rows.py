@@ -13,7 +13,7 @@ from imucal_wizard.solver.result import Parameter
 from imucal_wizard.tui.bench.entries import largest
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.report_rows import SHOWN
-from imucal_wizard.tui.text import Line, line, number, unit_sign
+from imucal_wizard.tui.text import Line, line, number, unit_sign, wrapped
 
 _WORDS = {
     "bias": ("b", "what it reads when it should read 0"),
@@ -44,7 +44,7 @@ class Part:
     sizes: str
 
 
-def equation_rows(sight: Sight) -> list[Line]:
+def equation_rows(sight: Sight, width: int) -> list[Line]:
     """The model as an equation, in symbols and in words."""
     symbol, words = _TRUE.get(sight.sensor, ("x", "true value"))
     base = sight.fit.base
@@ -56,9 +56,10 @@ def equation_rows(sight: Sight) -> list[Line]:
     for term in sight.fit.terms:
         symbols += " − ε" + _index(sight, term.name)
         said += f" − {term.name}"
-    return [
-        ((f"{symbol} = {symbols}", "strong"), (f"   {words} = {said}", "quiet")),
-    ]
+    formula, told = f"{symbol} = {symbols}", f"{words} = {said}"
+    if len(formula) + len(told) + 3 <= width:
+        return [((formula, "strong"), (f"   {told}", "quiet"))]
+    return [line(formula, "strong"), *wrapped(told, width, "quiet", "  ")]
 
 
 def _index(sight: Sight, term: str) -> str:
@@ -152,7 +153,7 @@ def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:
 
 def rows_of_model(sight: Sight, width: int, chosen: int | None) -> list[Line]:
     """Equation and stack."""
-    return [*equation_rows(sight), *stack_rows(sight, width, chosen)]
+    return [*equation_rows(sight, width), *stack_rows(sight, width, chosen)]
 
 
 def terms_in_order(parts: Sequence[Part]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.bench.next_poses import Explained, Plan, separating_poses
+from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.effects.effect import ACCELEROMETER, Effect
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.tui.bench.sight import Sight
@@ -33,7 +34,10 @@ def rivals_of(sight: Sight) -> Rivals | None:
     """
     if sight.sensor != ACCELEROMETER:
         return None
-    pair = _from_opinion(sight) or _from_model(sight) or _from_suspects(sight)
+    if sight.findings.opinion.verdict is Verdict.COMPLETE:
+        pair = _from_model(sight)
+    else:
+        pair = _from_opinion(sight) or _from_suspects(sight)
     if pair is None:
         return None
     first, second = pair

@@ -34,7 +34,6 @@ class View:
         source: index of each point's hold or rotation, shape (n,).
         floor: what the noise alone makes of y, one standard deviation; None when not known.
         slope: y per x of a line through the origin, or None.
-        line: what this line says.
     """
 
     part: str
@@ -46,7 +45,6 @@ class View:
     source: IntArray
     floor: float | None
     slope: float | None = None
-    line: str = ""
 
 
 def views_of(fit: Extended, measured: Measured) -> tuple[View, ...]:

@@ -25,19 +25,19 @@ def says(sight: Sight) -> tuple[str, str]:
             "before you believe another name."
         )
     opinion = sight.findings.opinion
-    left = shown(sight.fit.rms_held_out or sight.fit.rms_fitted, sight.fit.fit.unit)
+    left = shown(sight.fit.rms_fitted, sight.fit.fit.unit)
     floor = shown(sight.ladder[-1].floor, sight.fit.fit.unit)
     match opinion.verdict:
         case Verdict.COMPLETE:
             return "good", (
-                f"Nothing is missing that these data could show: {left} is left, and noise makes "
-                f"{floor}."
+                f"Nothing is missing that these data could show: {left} is left, and noise alone "
+                f"makes {floor}."
             )
         case Verdict.MISSING:
             names = " and ".join(_named(sight, members[0]) for members in opinion.terms)
             return "accent", (
-                f"Something is missing: {names}. Nothing else explains what is left ({left}; noise "
-                f"makes {floor}). enter adds it; l tells what it is."
+                f"Something is missing: {names}. No other explanation of what is left ({left}; "
+                f"noise makes {floor}) holds as well. enter adds it; l tells what it is."
             )
         case Verdict.AMBIGUOUS:
             return "warn", _ambiguous(sight)

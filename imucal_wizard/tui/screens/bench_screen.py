@@ -18,7 +18,7 @@ from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.help_rows import help_rows
 from imucal_wizard.tui.bench.ladder_rows import ladder_rows
 from imucal_wizard.tui.bench.lesson_rows import lesson_rows, plain_rows
-from imucal_wizard.tui.bench.model_rows import parts_of_model, rows_of_model
+from imucal_wizard.tui.bench.model_rows import equation_rows, parts_of_model, rows_of_model
 from imucal_wizard.tui.bench.next_rows import next_rows
 from imucal_wizard.tui.bench.point_rows import point_row
 from imucal_wizard.tui.bench.scatter import scatter
@@ -194,7 +194,7 @@ class BenchScreen(Screen[None]):
 
     def _after(self, sight: Sight) -> None:
         """The newest model is on the bench."""
-        self._suspect = 0
+        self._suspect, self._added, self._cursor = 0, False, None
         self._term = min(self._term, len(parts_of_model(sight)) - 1)
         if self._part not in sight.parts:
             self._part, self._view, self._cursor = sight.parts[0], 0, None
@@ -457,9 +457,10 @@ class BenchScreen(Screen[None]):
     def _model_rows(self, sight: Sight) -> list[Line]:
         width, height = self._room("model")
         chosen = self._term if self._panel == "model" else None
+        head = len(equation_rows(sight, width))
         rows = rows_of_model(sight, width, chosen)
-        first = max(0, 3 + 2 * (chosen or 0) - height)
-        return rows[:1] + rows[1 + first :]
+        first = max(0, head + 2 + 2 * (chosen or 0) - height)
+        return rows[:head] + rows[head + first :]
 
     def _draw_compare(self, sight: Sight) -> None:
         view = self.view()
@@ -475,9 +476,5 @@ class BenchScreen(Screen[None]):
 
     def _compare_head(self, view: View) -> Line:
         noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)}"
-        return (
-            (f"{view.part}: ", "strong"),
-            (f"{view.title}, {view.unit}", ""),
-            (noise, "quiet"),
-            (f"  · {view.line}" if view.line else "", "accent"),
-        )
+        title = f"{view.title}, {view.unit}" if view.slope is None else view.title
+        return ((f"{view.part}: ", "strong"), (title, ""), (noise, "quiet"))
