@@ -23,7 +23,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what the files do not say")
     group.add_argument("--as", dest="as_format", metavar="FORMAT", help="imu_tk: text `t x y z`")
     group.add_argument("--columns", metavar="NAMES", help="columns in order: ax,ay,az,gx,gy,gz")
-    group.add_argument("--rate", type=_positive, metavar="HZ", help="samples per second")
+    group.add_argument("--rate", type=positive, metavar="HZ", help="samples per second")
     group.add_argument("--accel-unit", metavar="UNIT", help="m/s^2, g, mg or count")
     group.add_argument("--gyro-unit", metavar="UNIT", help="rad/s, deg/s, mdeg/s or count")
     group.add_argument("--mag-unit", metavar="UNIT", help="uT, nT, G, mG or count")
@@ -73,7 +73,8 @@ def write_json(document: object, place: str) -> None:
         raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
 
 
-def _positive(text: str) -> float:
+def positive(text: str) -> float:
+    """A number above zero, as an option's type."""
     value = _number(text)
     if not 0.0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above zero")

@@ -7,6 +7,7 @@ from imucal_wizard.commands.arguments import (
     Parser,
     add_gravity,
     add_recording_options,
+    positive,
     recording_options,
 )
 from imucal_wizard.errors import UsageError
@@ -34,7 +35,9 @@ def parser() -> Parser:
     way = made.add_argument_group("procedure")
     way.add_argument("--rotations", type=int, default=6, metavar="N", help="per axis (default 6)")
     way.add_argument("--count-faces", action="store_true", help="do not take the faces again")
-    way.add_argument("--gyro-range", type=float, metavar="DEG_S", help="the gyroscope's full scale")
+    way.add_argument(
+        "--gyro-range", type=positive, metavar="DEG_S", help="the gyroscope's full scale"
+    )
     way.add_argument("--sessions", type=Path, metavar="DIR", help="where sessions are kept")
     way.add_argument("--save", type=Path, metavar="FILE", help="where the calibration goes")
     way.add_argument("--mute", action="store_true", help="no sounds")

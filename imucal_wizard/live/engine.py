@@ -117,6 +117,7 @@ class Engine:
     def _begin(self, readings: Readings, rate: float) -> Machine:
         """The machine, now that rate and units are known; it obeys what was ordered before."""
         gyroscope = readings.gyroscope
+        known = gyroscope is not None and gyroscope.unit == SI_UNIT["gyroscope"]
         rate = self.intake.rate or rate or readings.accelerometer.rate
         machine = self._machine = Machine(
             self.settings.procedure,
@@ -124,7 +125,7 @@ class Engine:
             accelerometer_unit=readings.accelerometer.unit,
             gyroscope_unit=SI_UNIT["gyroscope"] if gyroscope is None else gyroscope.unit,
             gravity=self.settings.gravity,
-            gyroscope_range=self.settings.gyroscope_range,
+            gyroscope_range=self.settings.gyroscope_range if known else None,
         )
         self._view.begin(rate, readings)
         waiting, self._waiting = self._waiting, []

@@ -17,7 +17,7 @@ class Settings:
     Attributes:
         procedure: the steps and what each needs.
         gravity: local gravity, m/s².
-        gyroscope_range: full scale of the gyroscope in its reading's unit, or None.
+        gyroscope_range: full scale of the gyroscope, rad/s, or None; it says nothing of counts.
     """
 
     procedure: Procedure = field(default_factory=Procedure)

@@ -19,6 +19,8 @@ from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
 FAST = 150.0
 SLOW = 60.0
 """Peak rates, °/s, that count as fast and as slow when advice is given."""
+USUAL_RANGE = 250.0
+"""The smallest full scale that is usual, °/s: below it no gyroscope clips."""
 
 
 class RotationStage:
@@ -178,7 +180,8 @@ class RotationStage:
     def _rotation(self) -> RotationStatus:
         axis = self.axis
         turns = self._turns(axis)
-        full = self._scene.gyroscope_range
+        full, units = self._scene.gyroscope_range, self._scene.units
+        usual = USUAL_RANGE if units.gyroscope_known else None
         left, right = self._senses(axis)
         return RotationStatus(
             axis=axis,
@@ -186,7 +189,8 @@ class RotationStage:
             angle=self._angle,
             rate=self._rate,
             fastest=self._fastest,
-            range_limit=None if full is None else full * self._scene.units.degrees,
+            range_limit=usual if full is None else full * units.degrees,
+            range_known=full is not None,
             done=tuple(rotation.angle for rotation in turns),
             wanted=self._step.per_axis,
             senses=left and right,

@@ -123,12 +123,14 @@ class RotationStatus:
         angle: angle so far about the axis, degrees, from the accelerometer unwrapped with the rate.
         rate: present rate about the axis, degrees per second (counts while the scale is unknown).
         fastest: fastest rate so far in this rotation.
-        range_limit: full scale of the gyroscope in the same unit, or None when not known.
+        range_limit: full scale of the gyroscope in the same unit; the smallest usual one where its
+            own is not known; None for counts.
         done: signed angles of the rotations taken about this axis, degrees.
         wanted: how many are wanted about this axis.
         senses: whether both senses have been turned.
         speeds: how many different speeds have been seen (slow, medium, fast).
         advice: what is still missing, in words ("turn the other way", "go slower"), or "".
+        range_known: whether ``range_limit`` is the gyroscope's own.
     """
 
     axis: str
@@ -142,6 +144,7 @@ class RotationStatus:
     senses: bool = False
     speeds: int = 0
     advice: str = ""
+    range_known: bool = True
 
 
 @dataclass(frozen=True)

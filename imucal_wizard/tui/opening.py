@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,7 +63,8 @@ class Opening:
         options = self._options
         imu = VirtualImu(seed=options.seed, speed=options.speed, hidden=options.hidden)
         about = {"kind": "virtual", "seed": options.seed, "hidden": list(options.hidden)}
-        return VirtualReader(imu, self._begin(about), following=options.auto)
+        engine = self._begin(about, float(imu.sensor.gyroscope.highest))
+        return VirtualReader(imu, engine, following=options.auto)
 
     def _reader(self, port: str) -> Source:
         from imucal_wizard.devices.link import Transport
@@ -71,13 +73,20 @@ class Opening:
         about = {"kind": "port", "port": port, "baud": self._options.baud}
         return Reader(Transport(port, self._options.baud), self._begin(about))
 
-    def _begin(self, about: dict[str, Any]) -> "Engine":
-        """An engine that writes a new session."""
+    def _begin(self, about: dict[str, Any], full_scale: float | None = None) -> "Engine":
+        """An engine that writes a new session.
+
+        Args:
+            about: what is needed to open the same source again.
+            full_scale: of the gyroscope, rad/s, where the source knows it and the user says none.
+        """
         from imucal_wizard.live.resume import begin
         from imucal_wizard.sessions import new_path
 
         self.session = new_path(self.directory(), datetime.now().astimezone())
-        return begin(self.session, self._setup(), self._settings(), source=self.title, about=about)
+        settings = self._settings()
+        settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
+        return begin(self.session, self._setup(), settings, source=self.title, about=about)
 
     def _resumed(self, path: Path) -> Source:
         from imucal_wizard.devices.link import Transport

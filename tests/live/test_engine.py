@@ -1,8 +1,10 @@
 """The engine: the same bytes and commands make the same state, and every trouble has words."""
 
 import functools
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from imucal_wizard.devices.intake import StreamSetup
@@ -13,6 +15,7 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.procedure.plan import standard
 from imucal_wizard.procedure.poses import FACES
 from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import session_file
 from imucal_wizard.sessions import Session
 from tests.devices.streams import HEADER, at_rest, contract, printed
@@ -190,6 +193,20 @@ def test_steps_holds_and_events_are_in_the_session(tmp_path: Path) -> None:
     assert count == len(engine.collected().holds)
     assert {"hold-taken", "rotation-taken", "step-done"} <= kinds
     assert b"".join(data for _, data in session_file.read_raw(path)[1]) == recorded()
+
+
+@pytest.mark.parametrize(("unit", "limit"), [("rad/s", 500.0), ("count", None)])
+def test_a_range_in_degrees_per_second_says_nothing_of_counts(
+    unit: str, limit: float | None
+) -> None:
+    engine = Engine(settings=Settings(gyroscope_range=math.radians(500.0)))
+    time = np.arange(100) / 100.0
+    force, still = np.tile([0.0, 0.0, 9.8], (100, 1)), np.zeros((100, 3))
+    engine.receive_readings(Readings(Series(time, force, "m/s^2"), Series(time, still, unit)))
+    engine.command("goto", "rotations")
+    rotation = engine.status().rotation
+    assert rotation is not None
+    assert rotation.range_limit == (None if limit is None else pytest.approx(limit))
 
 
 def test_settings_survive_the_session() -> None:

@@ -75,6 +75,17 @@ async def test_a_rotation_shows_angle_rate_range_and_what_is_wanted(size: tuple[
         )  # fmt: skip
 
 
+async def test_a_range_that_is_not_known_is_taken_as_the_smallest_usual_one() -> None:
+    status = fakes.rotations_status()
+    assert status.rotation is not None
+    source = fakes.FakeSource(replace(status, rotation=replace(status.rotation, range_known=False)))
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "fastest 131, range 250 (usual)", "good")
+        fast = replace(status.rotation, range_known=False, fastest=240.0)
+        source.say(replace(status, rotation=fast))
+        await shows(pilot, "▲ may clip")
+
+
 async def test_a_terminal_that_is_too_small_says_so_and_recovers_when_it_grows() -> None:
     app = app_with(fakes.FakeSource(fakes.poses_status()))
     async with app.run_test(size=(60, 20)) as pilot:

@@ -40,10 +40,12 @@ def _rate(rotation: RotationStatus) -> Line:
     if limit is None:
         return (" rate    ", "quiet"), (words, ""), (", range not known", "quiet")
     share = rotation.fastest / limit
-    verdict: Span = ("good", "good") if share < 0.9 else ("▲ too fast: it would clip", "warn")
+    fast = "▲ too fast: it would clip" if rotation.range_known else "▲ may clip"
+    verdict: Span = ("good", "good") if share < 0.9 else (fast, "warn")
+    usual = "" if rotation.range_known else " (usual)"
     return (
         (" rate    ", "quiet"),
-        (f"{words}, range {_whole(limit)}  ", ""),
+        (f"{words}, range {_whole(limit)}{usual}  ", ""),
         (bar(share, 14) + " ", ""),
         verdict,
     )
