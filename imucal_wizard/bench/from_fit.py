@@ -69,7 +69,8 @@ def _candidates(
             family=effect.family or effect.name,
             variant=variant,
             names=tuple(parameter.name for parameter in parameters),
-            columns=linear.lift(effect, variant) * ratio,
+            # an effect of size s leaves what adding −s to the model would take away
+            columns=-linear.lift(effect, variant) * ratio,
             typical=np.array([parameter.typical for parameter in parameters]),
             unit=parameters[0].unit,
         )
