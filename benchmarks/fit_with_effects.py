@@ -27,7 +27,7 @@ TURNS_PER_AXIS = 14
 
 
 def main() -> None:
-    """Print the median of each effect in ms, and of scoring all of them once."""
+    """Print the median CPU time of each effect in ms, and of scoring all of them once."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "session.csv"
         simulate_recording(path, seed=7, rotations=TURNS_PER_AXIS)
@@ -62,13 +62,13 @@ def show(measured: Measured, sensor: str) -> None:
 
 
 def milliseconds(work: Callable[[], object], runs: int = 5) -> float:
-    """Median wall time of some work, after one run that is not counted."""
+    """Median CPU time of some work, which other processes disturb less than its wall time, after one run that is not counted."""
     work()
     spent = []
     for _ in range(runs):
-        start = time.perf_counter()
+        start = time.process_time()
         work()
-        spent.append(time.perf_counter() - start)
+        spent.append(time.process_time() - start)
     return 1e3 * statistics.median(spent)
 
 

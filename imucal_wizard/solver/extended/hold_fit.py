@@ -105,7 +105,7 @@ def _weighed(
         if data.scatter is None:
             variance = data.noise + _rest(data, free, point, variance)
         settled = np.abs(variance / before - 1.0).max() < SETTLED
-        settled &= np.abs(prior / free.prior - 1.0).max(initial=0.0) < SETTLED
+        settled &= np.abs(prior / free.prior - 1.0).max(initial=0.0) < 10.0 * SETTLED
         free = replace(free, prior=prior)
         if settled:
             break

@@ -5,7 +5,7 @@ direction in turn costs little more than one fit. ``ε`` depends on x itself; it
 x is found by putting it in again a few times, each of which adds two to three digits.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,11 +32,13 @@ class HoldModel:
         problem: the readings, dimensionless.
         terms: the effects.
         circumstances: of the holds; their force is replaced by the corrected one.
+        repeated: the same so many times over, kept because it is asked for again and again.
     """
 
     problem: Problem
     terms: Terms
     circumstances: Circumstances
+    repeated: dict[int, Circumstances] = field(default_factory=dict)
 
     def errors(self, force: FloatArray, sizes: FloatArray) -> FloatArray:
         """``ε`` at forces (d, k, n, 3) for sizes (d, p), m/s², of the same shape as the forces."""
@@ -46,8 +48,11 @@ class HoldModel:
     def at(self, force: FloatArray) -> Circumstances:
         """The circumstances of all holds at forces (…, n, 3), one after the other."""
         flat = force.reshape(-1, 3)
-        rows = np.tile(np.arange(len(self.circumstances)), len(flat) // len(self.circumstances))
-        return replace(self.circumstances.select(rows), force=flat)
+        count = len(flat) // len(self.circumstances)
+        if count not in self.repeated:
+            rows = np.tile(np.arange(len(self.circumstances)), count)
+            self.repeated[count] = self.circumstances.select(rows)
+        return replace(self.repeated[count], force=flat)
 
 
 @dataclass(frozen=True, eq=False)
