@@ -62,7 +62,10 @@ def show(measured: Measured, sensor: str) -> None:
 
 
 def milliseconds(work: Callable[[], object], runs: int = 5) -> float:
-    """Median CPU time of some work, which other processes disturb less than its wall time, after one run that is not counted."""
+    """Median CPU time of some work after one run that is not counted.
+
+    Other processes disturb it less than the wall time, which is the same on a machine at rest.
+    """
     work()
     spent = []
     for _ in range(runs):
