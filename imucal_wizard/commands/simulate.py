@@ -1,9 +1,11 @@
-"""``imucal-wizard simulate``: a recording of the virtual IMU."""
+"""``imucal-wizard simulate``: a recording of the virtual IMU, or an exercise for a class."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
+from imucal_wizard.errors import UsageError
 
 
 def parser() -> Parser:
@@ -12,7 +14,7 @@ def parser() -> Parser:
         prog="imucal-wizard simulate",
         description="Write a recording of the virtual IMU, as a hand would have made it.",
     )
-    made.add_argument("out", type=Path, metavar="OUT.csv")
+    made.add_argument("out", type=Path, nargs="?", metavar="OUT.csv")
     made.add_argument(
         "--hidden",
         action="append",
@@ -20,23 +22,93 @@ def parser() -> Parser:
         metavar="TERM:SIZE:AXIS",
         help="an effect hidden in the sensor; may be given several times",
     )
-    made.add_argument("--seed", type=int, default=0, metavar="N", help="which sensor and hand")
+    made.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
     made.add_argument("--rate", type=float, default=100.0, metavar="HZ")
-    made.add_argument("--poses", default="18", metavar="NAME", help="6, 18, 26 or 26+repeats")
+    made.add_argument("--poses", metavar="NAME", help="6, 18 (default), 26 or 26+repeats")
+    class_room = made.add_argument_group("an exercise for a class")
+    class_room.add_argument(
+        "--mystery",
+        action="store_true",
+        help="hide an effect by chance in a recording with 26+repeats poses, and seal the answer "
+        "in OUT.mystery (against a look, not against an attacker)",
+    )
+    class_room.add_argument(
+        "--grade",
+        choices=("consumer", "industrial", "tactical"),
+        default="consumer",
+        help="how good the sensor is, and how small the effect (default consumer)",
+    )
+    class_room.add_argument("--key", metavar="WORD", help="the class's key to the answer")
+    class_room.add_argument("--reveal", type=Path, metavar="OUT.mystery", help="open an answer")
+    class_room.add_argument("--guess", metavar="TERM:AXIS", help="compare this with the answer")
     return made
 
 
 def run(argv: Sequence[str]) -> int:
-    """Write the recording and say where."""
+    """Write the recording and say where; or open a sealed answer."""
     arguments = parser().parse_args(argv)
+    _check(arguments)
+    if arguments.reveal:
+        return _reveal(arguments)
+    if arguments.mystery:
+        return _mystery(arguments)
     from imucal_wizard.devices.virtual.simulate import simulate_recording
 
     simulate_recording(
         arguments.out,
         hidden=arguments.hidden,
-        seed=arguments.seed,
+        seed=arguments.seed or 0,
         rate=arguments.rate,
-        poses=arguments.poses,
+        poses=arguments.poses or "18",
     )
     print(f"written: {arguments.out}")
+    return 0
+
+
+def _check(arguments: Namespace) -> None:
+    if arguments.reveal:
+        if arguments.out or arguments.mystery or arguments.hidden:
+            raise UsageError("--reveal opens an answer and writes nothing: give only --key")
+        if arguments.key is None:
+            raise UsageError("--reveal needs the class's key: --key WORD")
+        return
+    if arguments.out is None:
+        raise UsageError("where shall the recording go? Give OUT.csv")
+    if arguments.guess:
+        raise UsageError("--guess is compared with an answer: give --reveal OUT.mystery too")
+    if arguments.mystery and arguments.hidden:
+        raise UsageError("--mystery hides an effect by chance, --hidden one of your own: give one")
+    if arguments.key is not None and not arguments.mystery:
+        raise UsageError("--key belongs to --mystery or --reveal")
+
+
+def _mystery(arguments: Namespace) -> int:
+    from imucal_wizard.mystery import make_exercise
+
+    made = make_exercise(
+        arguments.out,
+        grade=arguments.grade,
+        key=arguments.key,
+        seed=arguments.seed,
+        rate=arguments.rate,
+        poses=arguments.poses or "26+repeats",
+    )
+    print(f"written: {made.recording} (for the class)")
+    print(f"sealed:  {made.answer}")
+    if arguments.key is None:
+        print(f"key:     {made.key}")
+    return 0
+
+
+def _reveal(arguments: Namespace) -> int:
+    from imucal_wizard.mystery import reveal
+    from imucal_wizard.mystery.exercise import in_words
+    from imucal_wizard.mystery.guess import judged, parse_guess
+
+    guess = parse_guess(arguments.guess) if arguments.guess else None
+    truth = reveal(arguments.reveal, arguments.key)
+    if guess is not None:
+        outcome, why = judged(guess, truth)
+        print(f"guess:  {arguments.guess}: {outcome} ({why})")
+    print(f"answer: {in_words(truth)}")
     return 0

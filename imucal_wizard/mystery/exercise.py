@@ -1,0 +1,142 @@
+"""The two files of an exercise: the recording, and the sealed answer beside it."""
+
+import json
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.hidden import TERMS, Hidden
+from imucal_wizard.devices.virtual.simulate import simulate_recording
+from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.mystery.draw import draw, sensor_of
+from imucal_wizard.mystery.seal import Sealed, seal, unseal
+
+SCHEMA = "imucal-wizard/mystery/1"
+NOTE = "sealed against a look, not against an attacker; open it with simulate --reveal"
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """What was written.
+
+    Attributes:
+        recording: for the student.
+        answer: sealed.
+        key: the word that opens it.
+    """
+
+    recording: Path
+    answer: Path
+    key: str
+
+
+def make_exercise(
+    recording: Path,
+    *,
+    grade: str = "consumer",
+    key: str | None = None,
+    seed: int | None = None,
+    rate: float = 100.0,
+    poses: str = "26+repeats",
+) -> Exercise:
+    """Write a recording with one effect that chance chose, and the sealed answer beside it.
+
+    Args:
+        recording: CSV file to write; the answer gets the same name with ``.mystery``.
+        grade: of the sensor.
+        key: the word that opens the answer; one is made when left out.
+        seed: the same exercise again; the system's entropy when left out.
+        rate: samples per second.
+        poses: as ``simulate_recording``.
+
+    Raises:
+        UsageError: no such grade or poses, an empty key, or a recording named ``.mystery``.
+        RecordingError: a file cannot be written.
+    """
+    answer = recording.with_suffix(".mystery")
+    if answer == recording:
+        raise UsageError(f"{recording} is the name of the answer; name the recording .csv")
+    if key is not None and not key.strip():
+        raise UsageError("the key is empty; give a word with --key")
+    word = f"{secrets.token_hex(2)}-{secrets.token_hex(2)}" if key is None else key
+    rng = np.random.default_rng(secrets.randbits(128) if seed is None else [seed % 2**63, 8])
+    truth = draw(rng, grade)
+    hand = int(rng.integers(2**62))
+    simulate_recording(
+        recording, hidden=[truth], seed=hand, rate=rate, poses=poses, model=sensor_of(hand, grade)
+    )
+    _write(answer, _document(recording.name, grade, seal(_canonical(truth), word, _salt())))
+    return Exercise(recording, answer, word)
+
+
+def reveal(answer: Path, key: str) -> Hidden:
+    """What is hidden.
+
+    Raises:
+        RecordingError: the file is missing or is no sealed answer.
+        DataError: the key does not open it.
+    """
+    try:
+        found = json.loads(answer.read_bytes())
+        sealed = Sealed(*(bytes.fromhex(found[name]) for name in ("salt", "digest", "sealed")))
+        known = found["schema"] == SCHEMA
+    except OSError as error:
+        raise RecordingError(f"{answer} cannot be read: {error.strerror or error}") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordingError(f"{answer} is no sealed answer of simulate --mystery") from error
+    if not known:
+        raise RecordingError(f"{answer} is of another version: {found['schema']!r}")
+    return _hidden(json.loads(unseal(sealed, key)))
+
+
+def in_words(truth: Hidden) -> str:
+    """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
+    letters = "".join("xyz"[axis] for axis in truth.axes)
+    prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
+    unit = TERMS[truth.sensor][truth.term].unit
+    times = "× " if unit[:1].isdigit() else ""
+    return f"{prefix}{truth.term} on {letters}, {truth.size:g} {times}{unit}"
+
+
+def _salt() -> bytes:
+    return secrets.token_bytes(16)
+
+
+def _canonical(truth: Hidden) -> str:
+    """The one way of writing an answer, of which the digest is taken."""
+    found = {
+        "axes": list(truth.axes),
+        "sensor": truth.sensor,
+        "size": truth.size,
+        "term": truth.term,
+        "unit": truth.unit,
+    }
+    return json.dumps(found, sort_keys=True, separators=(",", ":"))
+
+
+def _hidden(found: dict[str, Any]) -> Hidden:
+    return Hidden(found["sensor"], found["term"], float(found["size"]), tuple(found["axes"]))
+
+
+def _document(recording: str, grade: str, sealed: Sealed) -> dict[str, str]:
+    return {
+        "schema": SCHEMA,
+        "note": NOTE,
+        "recording": recording,
+        "grade": grade,
+        "salt": sealed.salt.hex(),
+        "digest": sealed.digest.hex(),
+        "sealed": sealed.text.hex(),
+    }
+
+
+def _write(path: Path, document: dict[str, str]) -> None:
+    try:
+        path.write_text(json.dumps(document, indent=1) + "\n")
+    except OSError as error:
+        raise RecordingError(
+            f"{path} cannot be written: {error.strerror or error}; choose another place"
+        ) from error

@@ -1,0 +1,1 @@
+"""The classroom exercise: drawn, sealed, guessed."""
