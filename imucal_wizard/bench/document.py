@@ -67,6 +67,7 @@ def _sensor(said: Statement) -> dict[str, Any]:
                 "terms": [one.first, one.second],
                 "before": number(one.before),
                 "after": number(one.after),
+                "size": number(one.size),
                 "unit": one.unit,
             }
             for one in said.advice.apart

@@ -26,6 +26,12 @@ FOLLOWS = {
     "vibration": "how much it is shaken",
 }
 INPUT = {ACCELEROMETER: "the force along an axis", "gyroscope": "the rate of turn"}
+BEYOND = {
+    "orientation": "forces well over 1 g",
+    "time": "a session in which the temperature rises and falls",
+    "hold": "holds taken in another order and on another support",
+}
+"""What decides where still poses do not."""
 FAMILIES = {
     "even-order": "an error that is the same for a push from either side",
     "odd-order": "an error that grows with the force, to both sides alike",
@@ -168,7 +174,7 @@ def _ambiguous(said: Statement) -> list[str]:
     for term in said.added:
         parts += _named(said, bench, term)
     parts += _fall(said, bench) if said.added or opinion.families else []
-    return parts + _matters(said, bench) + _decides(said)
+    return parts + _matters(said, bench) + _decides(said, bench)
 
 
 def _or(members: tuple[str, ...]) -> str:
@@ -196,23 +202,29 @@ def _matters(said: Statement, bench: Bench) -> list[str]:
     return [f"Whether it is {names} turns up by {_degrees(angle)} rms: it matters at 1 g too."]
 
 
-def _decides(said: Statement) -> list[str]:
+def _decides(said: Statement, bench: Bench) -> list[str]:
     """What would tell the explanations apart."""
-    parts = [_never(one) for one in said.advice.apart if one.never]
-    parts += [
-        f"{one.poses} more poses (listed as the next poses) would tell {one.first} from "
-        f"{one.second} from {amount(one.after, one.unit)} on"
-        + (f", instead of {amount(one.before, one.unit)}." if np.isfinite(one.before) else ".")
+    kinds = {effect.name: effect.kind for effect in bench.catalogue}
+    return [
+        _would_decide(one, BEYOND[kinds[one.first]])
         for one in said.advice.apart
-        if not one.never and one.poses
+        if one.never or one.poses
     ]
-    return parts
 
 
-def _never(one: Apart) -> str:
+def _would_decide(one: Apart, beyond: str) -> str:
+    pair = f"{one.first} from {one.second}"
+    if one.never:
+        return f"No still pose at 1 g tells {pair}, whatever their size; {beyond} would."
+    before = "at no size" if not np.isfinite(one.before) else f"from {amount(one.before, one.unit)}"
+    poses = f"{one.poses} more pose{'s' * (one.poses > 1)}, listed as the next ones,"
+    here = f"it is about {amount(one.size, one.unit)} here"
+    after = amount(one.after, one.unit)
+    if one.enough:
+        return f"These data tell {pair} {before} on; {poses} would from {after} on, and {here}."
     return (
-        f"No still pose at 1 g tells {one.first} from {one.second}, whatever their size; larger "
-        "forces would."
+        f"Still poses at 1 g hardly tell {pair}: these data do {before} on, {poses} from {after} "
+        f"on, and {here}. {_capital(beyond)} would."
     )
 
 

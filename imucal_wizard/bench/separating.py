@@ -28,6 +28,7 @@ class Apart:
         before: size of the first at which these data tell it from the second, in ``unit``;
             infinite when no size would do.
         after: the same with the poses proposed.
+        size: what the first is estimated to be.
         unit: shown unit of the first effect.
         poses: how many are proposed.
     """
@@ -36,8 +37,14 @@ class Apart:
     second: str
     before: float
     after: float
+    size: float
     unit: str
     poses: int
+
+    @property
+    def enough(self) -> bool:
+        """The poses proposed would decide it at the size that it seems to have."""
+        return self.after <= self.size
 
     @property
     def never(self) -> bool:
@@ -100,6 +107,7 @@ def _apart(bench: Bench, a: Explained, b: Explained, plan: Plan) -> Apart:
         b.effect.name,
         plan.before * size,
         plan.after * size,
+        size,
         a.effect.parameters(bench.sensor)[0].unit,
         len(plan.proposals),
     )
