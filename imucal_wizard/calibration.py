@@ -21,6 +21,7 @@ class Value(msgspec.Struct, frozen=True, forbid_unknown_fields=False):
     unit: str
     standard_error: float | None = None
     carried: bool = True
+    standard_error_repeats: float | None = None
 
 
 class Sensor(msgspec.Struct, frozen=True):
@@ -89,7 +90,8 @@ def sensor_record(fit: SensorFit) -> Sensor:
         bias=fit.bias.tolist(),
         bias_unit=fit.bias_unit,
         parameters={
-            p.name: Value(p.value, p.unit, p.standard_error, p.carried) for p in fit.parameters
+            p.name: Value(p.value, p.unit, p.standard_error, p.carried, p.standard_error_repeats)
+            for p in fit.parameters
         },
         unit=fit.unit,
         rms_before=fit.rms_before,

@@ -44,6 +44,8 @@ def _parameter(parameter: Parameter) -> str:
         note = "± not known"
     else:
         note = f"± {parameter.standard_error:.2g}"
+        if parameter.standard_error_repeats:
+            note += f" (repeats ± {parameter.standard_error_repeats:.2g})"
     unit = "" if parameter.unit == "1" else parameter.unit
     return f"{parameter.name:16} {parameter.value:14.7g} {note} {unit}".rstrip()
 

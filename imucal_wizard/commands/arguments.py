@@ -41,6 +41,22 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_methods(parser: argparse.ArgumentParser) -> None:
+    """Which of the solver's methods give the result."""
+    parser.add_argument(
+        "--method",
+        choices=("least_squares", "newton", "six-position"),
+        default="least_squares",
+        help="the accelerometer's method (default least_squares)",
+    )
+    parser.add_argument(
+        "--gyro-method",
+        choices=("vector", "static", "dynamic"),
+        default="vector",
+        help="the gyroscope's method (default vector)",
+    )
+
+
 def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
     """The shared options as the readers of files take them."""
     columns = tuple(name.strip() for name in (arguments.columns or "").split(",") if name.strip())

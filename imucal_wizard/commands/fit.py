@@ -8,6 +8,7 @@ from pathlib import Path
 from imucal_wizard.commands.arguments import (
     Parser,
     add_gravity,
+    add_methods,
     add_recording_options,
     recording_options,
     write_json,
@@ -25,18 +26,7 @@ def parser() -> Parser:
     made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     add_recording_options(made)
     add_gravity(made)
-    made.add_argument(
-        "--method",
-        choices=("least_squares", "newton", "six-position"),
-        default="least_squares",
-        help="the accelerometer's method (default least_squares)",
-    )
-    made.add_argument(
-        "--gyro-method",
-        choices=("vector", "static", "dynamic"),
-        default="vector",
-        help="the gyroscope's method (default vector)",
-    )
+    add_methods(made)
     made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
     made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
     return made

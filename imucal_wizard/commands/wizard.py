@@ -6,6 +6,7 @@ from pathlib import Path
 from imucal_wizard.commands.arguments import (
     Parser,
     add_gravity,
+    add_methods,
     add_recording_options,
     positive,
     recording_options,
@@ -43,6 +44,7 @@ def parser() -> Parser:
     way.add_argument("--mute", action="store_true", help="no sounds")
     add_recording_options(made)
     add_gravity(made)
+    add_methods(made)
     return made
 
 
@@ -80,5 +82,7 @@ def run(argv: Sequence[str]) -> int:
             sessions=arguments.sessions,
             save=arguments.save,
             muted=arguments.mute,
+            method=arguments.method,
+            gyroscope_method=arguments.gyro_method,
         )
     )

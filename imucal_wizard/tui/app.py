@@ -116,11 +116,11 @@ class WizardApp(App[Saved]):
             self.failure = error
             self.action_leave()
 
-    def action_explain(self) -> None:
-        """Explain the step in plain words."""
-        screen = self.screen
-        if isinstance(screen, LiveScreen):
-            self.push_screen(HelpScreen(screen.step, hand=self.hand_keys is not None))
+    def action_explain(self, about: str = "") -> None:
+        """Explain what is in front, or the step, in plain words."""
+        below = self._followed()
+        if below is not None:
+            self.push_screen(HelpScreen(about or below.step, hand=self.hand_keys is not None))
 
     def action_bench(self) -> None:
         """Open the bench on what was fitted."""
@@ -147,10 +147,15 @@ class WizardApp(App[Saved]):
 
     def _uncover(self, snapshot: "Snapshot") -> None:
         """Take away help and questions about a step that is over."""
-        if len(self.screen_stack) > 1 and isinstance(self.screen, HelpScreen | SkipScreen):
-            below = self.screen_stack[-2]
-            if isinstance(below, LiveScreen) and below.step != snapshot.status.step:
-                self.screen.dismiss(None)
+        below = self._followed()
+        over = below is not None and below.step != snapshot.status.step
+        if over and isinstance(self.screen, HelpScreen | SkipScreen):
+            self.screen.dismiss(None)
+
+    def _followed(self) -> LiveScreen | None:
+        """The screen of the step, perhaps below a box."""
+        screens = reversed(self.screen_stack)
+        return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
     def _hear(self, snapshot: "Snapshot") -> None:
         new = snapshot.event_count - self._heard

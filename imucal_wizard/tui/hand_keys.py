@@ -13,11 +13,12 @@ STEP_DEG = 15.0
 _TURNS: dict[str, tuple[str, float]] = {
     "left": ("z", STEP_DEG),
     "right": ("z", -STEP_DEG),
-    "up": ("y", -STEP_DEG),
-    "down": ("y", STEP_DEG),
-    "a": ("x", -STEP_DEG),
-    "d": ("x", STEP_DEG),
+    "up": ("y", STEP_DEG),
+    "down": ("y", -STEP_DEG),
+    "a": ("x", STEP_DEG),
+    "d": ("x", -STEP_DEG),
 }
+"""The first key of each pair turns to the left, the second to the right, as the wizard says it."""
 
 
 class HandKeys:

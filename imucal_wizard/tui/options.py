@@ -31,6 +31,8 @@ class WizardOptions:
         sessions: folder for session files, or None for the user's data folder.
         save: file for the calibration, or None for a name beside the session.
         muted: no sounds.
+        method: the accelerometer's method.
+        gyroscope_method: the gyroscope's method.
     """
 
     port: str | None = None
@@ -51,3 +53,5 @@ class WizardOptions:
     sessions: Path | None = None
     save: Path | None = None
     muted: bool = False
+    method: str = "least_squares"
+    gyroscope_method: str = "vector"

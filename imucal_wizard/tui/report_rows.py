@@ -195,6 +195,9 @@ def _parameter(parameter: Parameter) -> Line:
     value, error = number(parameter.value, 6), ""
     if parameter.standard_error:
         value, error = measured(parameter.value, parameter.standard_error)
+    repeats = parameter.standard_error_repeats
+    if error and repeats:
+        error += f" (repeats ± {fixed(repeats, decimals(parameter.standard_error or 0.0))})"
     value, spread = f"{value:>13}", f"{'± ' + error if error else '':<12}"
     return (
         (f"  {parameter.name:<24}", ""),

@@ -36,7 +36,8 @@ class Workshop(Opening):
         units = {"accelerometer": stream.accelerometer_unit}
         if stream.gyroscope is not None:
             units["gyroscope"] = stream.gyroscope_unit
-        options = FitOptions(self._options.gravity)
+        wanted = self._options
+        options = FitOptions(wanted.gravity, wanted.method, wanted.gyroscope_method)
         return fit_collected(collected, units, stream.rate, options, stream.warnings)
 
     def save(self, report: "FitReport") -> Saved:

@@ -248,7 +248,7 @@ def report(validated: bool = False) -> FitReport:
         "accelerometer", ("bias", "scale", "non-orthogonality"), "least_squares", "own",
         eye * 1.01, np.array([0.1, -0.2, 0.05]), "m/s^2",
         (
-            Parameter("bias_x", 0.1, 0.0004, "m/s^2"),
+            Parameter("bias_x", 0.1, 0.0004, "m/s^2", True, 0.0006),
             Parameter("sensitivity_x", 0.991, 0.00005, ""),
             Parameter("non_orthogonality_xy", 0.012, 0.00007, "rad"),
             Parameter("non_orthogonality_yz", 0.0, None, "rad", carried=False),

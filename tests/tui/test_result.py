@@ -48,9 +48,16 @@ async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -
         await shows(pilot, "31.4 mg")
         await pilot.press("t")
         await shows(
-            pilot, "bias_x", "0.10000 ± 0.00040", "m/s²", "not carried", "M · (reading − b)"
+            pilot,
+            "bias_x",
+            "0.10000 ± 0.00040 (repeats ± 0.00060)",
+            "m/s²",
+            "not carried",
+            "M · (reading − b)",
         )
-        await pilot.press("escape")
+        await pilot.press("question_mark")
+        await shows(pilot, "help: parameters", "bias: the reading when there is nothing")
+        await pilot.press("escape", "escape")
         await until(pilot, lambda: "not carried" not in seen(pilot))
 
 

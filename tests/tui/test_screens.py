@@ -175,6 +175,20 @@ async def test_help_is_in_plain_words_and_closes_again() -> None:
         await until(pilot, lambda: "takes back" not in seen(pilot))
 
 
+async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions")
+        await pilot.press("question_mark")
+        await shows(pilot, "help: poses", "counter-clockwise")
+        source.say(fakes.rotations_status())
+        await shows(pilot, "▸ROTATIONS", "done    3 of 6")
+        assert "fewer directions" not in seen(pilot)
+        assert "counter-clockwise" not in seen(pilot)
+
+
 async def test_quitting_asks_nothing_and_stops_the_source() -> None:
     source = fakes.FakeSource(fakes.poses_status())
     app = app_with(source)
@@ -226,7 +240,7 @@ async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> Non
         await shows(pilot, "7 of 18", "space snap", "T tremble", "H hand does it")
         await pilot.press("left", "d", "space", "T")
         await until(pilot, lambda: hand.trembling)
-        assert hand.told == [("z", 15.0), ("x", 15.0), ("snap", "+x-y")]
+        assert hand.told == [("z", 15.0), ("x", -15.0), ("snap", "+x-y")]
 
 
 async def test_a_recording_that_ends_in_the_middle_goes_to_its_result() -> None:

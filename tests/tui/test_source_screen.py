@@ -43,7 +43,15 @@ async def test_enter_opens_and_enter_again_starts() -> None:
         await shows(pilot, "virtual IMU")
         await pilot.press("enter")
         await shows(
-            pilot, "100.0 Hz", "0 lost", "9.790", "m/s²", "rad/s", "6 decimals", "9.795 m/s²  ✓"
+            pilot,
+            "100.0 Hz",
+            "0 lost",
+            "9.790",
+            "m/s²",
+            "x 0.573",
+            "°/s",
+            "6 decimals",
+            "9.795 m/s²  ✓",
         )
         assert source.commands == []
         await pilot.press("enter")
@@ -67,7 +75,18 @@ async def test_a_wrong_unit_and_too_few_digits_are_pointed_out() -> None:
         await shows(pilot, "▲ at rest it should be near 9.81 m/s²", "2 decimals", "▲ few decimals")
 
 
-async def test_a_typed_url_is_opened_as_a_port() -> None:
+@pytest.mark.parametrize(
+    ("typed", "kind"),
+    [
+        ("socket://h:1", SourceKind.PORT),
+        ("/dev/ttyUSB0", SourceKind.PORT),
+        ("COM3", SourceKind.PORT),
+        ("com12", SourceKind.PORT),
+        ("COM3.csv", SourceKind.FILE),
+        ("dev/run.csv", SourceKind.FILE),
+    ],
+)
+async def test_what_is_typed_is_opened_as_a_port_or_as_a_file(typed: str, kind: SourceKind) -> None:
     chosen: list[SourceChoice] = []
     source = fakes.FakeSource()
 
@@ -78,9 +97,9 @@ async def test_a_typed_url_is_opened_as_a_port() -> None:
     services = replace(fakes.services(source), open_source=note)
     async with WizardApp(services).run_test(size=USUAL) as pilot:
         await shows(pilot, "virtual IMU")
-        await pilot.press("tab", *"socket://h:1", "enter")
+        await pilot.press("tab", *typed, "enter")
         await until(pilot, lambda: source.running)
-    assert (chosen[0].kind, chosen[0].target) == (SourceKind.PORT, "socket://h:1")
+    assert (chosen[0].kind, chosen[0].target) == (kind, typed)
 
 
 async def test_unattended_and_recordings_start_by_themselves() -> None:

@@ -10,6 +10,10 @@ from textual.screen import ModalScreen
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
+_SENSES = (
+    "To the left is counter-clockwise, to the right is clockwise, as you see it when the axis "
+    "that is named points at you."
+)
 _WORDS: dict[str, tuple[str, ...]] = {
     "source": (
         (
@@ -20,6 +24,18 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "The preview shows what arrives. When the device lies still, the size of gravity "
             "should be near 9.81 m/s², 1 g or 1000 mg; then the unit is right. The gyroscope's "
             "unit cannot be seen at rest; if it is not known you are asked for it."
+        ),
+    ),
+    "columns": (
+        (
+            "Say what each number of the newest line is: ax, ay, az are needed, gx, gy, gz for "
+            "the gyroscope; what means nothing here is 'not used'. Turn the device and watch "
+            "which number follows gravity."
+        ),
+        (
+            "Units: at rest the size of the acceleration is 9.81 m/s², 1 g or 1000 mg; whole "
+            "numbers in the hundreds or thousands are counts. The turn rate's unit is in the "
+            "sketch or the data sheet."
         ),
     ),
     "settle": (
@@ -35,6 +51,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "solid until the bar is full; you hear two quick bells. No exact alignment is needed: "
             "20° off is fine. The table shows the first estimate of bias and sensitivity."
         ),
+        _SENSES,
     ),
     "poses": (
         (
@@ -43,6 +60,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "whichever is asked for. Lean it on something: a hand alone is rarely still enough."
         ),
         "● taken   ◎ asked for next   · missing   [brackets] where the device is now",
+        _SENSES,
     ),
     "rotations": (
         (
@@ -50,12 +68,18 @@ _WORDS: dict[str, tuple[str, ...]] = {
             "angle up to 170° will do, and it need not be exact. Turn both ways, at several "
             "speeds, but not so fast that the gyroscope reaches the end of its range."
         ),
+        _SENSES,
     ),
     "result": (
         (
             "Before, after, held out: the error without calibration, with it on the data it was "
             "made from, and with it on directions it had not seen. The last is the honest one. "
             "The plot shows what is left of each hold; the band is what noise alone makes."
+        ),
+        (
+            "|a| is the size of the acceleration at rest, which should be gravity. Closure: the "
+            "gyroscope carries gravity's direction through a turn; the angle by which it misses "
+            "the direction measured afterwards."
         ),
         "v measures a few new orientations, s saves at once, t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
@@ -64,6 +88,17 @@ _WORDS: dict[str, tuple[str, ...]] = {
         (
             "A few new orientations that the fit has not seen. What is left of the error "
             "there is what to expect in use. Hold the device still in each, as before."
+        ),
+    ),
+    "parameters": (
+        (
+            "bias: the reading when there is nothing to measure. sensitivity: reading per input; "
+            "the correction is its reciprocal. theta: how far two axes are from a right angle. "
+            "cross: the part of a turn about the second axis that shows up about the first."
+        ),
+        (
+            "±: one standard error from what is left over by the fit; in brackets from repeated "
+            "poses alone. Not carried: these data say nothing of it; it stays at its nominal value."
         ),
     ),
     "save": (
@@ -80,9 +115,9 @@ _ALWAYS = (
     ("q", "leaves; everything is written down and the session can be taken up again"),
 )
 _HAND = (
-    ("← →", "turn the virtual device about its z axis by 15°"),
-    ("↑ ↓", "about its y axis"),
-    ("a d", "about its x axis"),
+    ("← →", "turn the virtual device about its z axis by 15°: to the left, to the right"),
+    ("↑ ↓", "about its y axis: to the left, to the right"),
+    ("a d", "about its x axis: to the left, to the right"),
     ("space", "bring it into the pose asked for"),
     ("T", "hold it in a trembling hand, or lay it down"),
     ("H", "let the virtual hand do everything, or take over again"),

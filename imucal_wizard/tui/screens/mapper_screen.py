@@ -45,6 +45,7 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss", "cancel"),
+        Binding("question_mark", "app.explain('columns')", "help"),
         Binding("q", "app.leave", "quit"),
     ]
 
@@ -56,7 +57,7 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
         """The newest line, the questions, what is still wrong."""
         with VerticalScroll(classes="box wide") as box:
             box.border_title = "which column is what?"
-            box.border_subtitle = "↑↓ question  ←→ answer  enter use  esc cancel"
+            box.border_subtitle = "↑↓ question  ←→ answer  enter use  esc cancel  ? help"
             yield Lines(id="raw")
             yield Choices(id="columns")
             yield Lines(id="wrong")

@@ -22,6 +22,7 @@ class SkipScreen(ModalScreen[bool]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("s,enter", "dismiss(True)", "skip"),
         Binding("escape,b,u", "dismiss(False)", "stay"),
+        Binding("question_mark", "app.explain", "help"),
         Binding("q", "app.leave", "quit"),
     ]
 
@@ -34,7 +35,7 @@ class SkipScreen(ModalScreen[bool]):
         """A few words."""
         with Vertical(classes="box small") as box:
             box.border_title = f"skip {self._title}?"
-            box.border_subtitle = "s skip it   esc stay"
+            box.border_subtitle = "s skip it   esc stay   ? help"
             yield Lines()
 
     def on_mount(self) -> None:

@@ -1,6 +1,7 @@
 """The first step: where the samples come from, and whether they make sense."""
 
 import asyncio
+import re
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar
@@ -30,6 +31,8 @@ VIRTUAL = SourceChoice(
     title="virtual IMU",
     detail="a sensor made of software: to practise on, no hardware needed",
 )
+_PORT = re.compile(r"\w+://|/dev/|COM\d+$", re.IGNORECASE)
+"""What is typed like this is a port or a URL; anything else is a file."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
@@ -134,8 +137,8 @@ class SourceScreen(LiveScreen):
     def _typed(self, event: Input.Submitted) -> None:
         typed = event.value.strip()
         if typed:
-            kind = SourceKind.PORT if "://" in typed or typed.startswith("/dev/") else None
-            self._open(SourceChoice(kind or SourceKind.FILE, typed, typed))
+            kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
+            self._open(SourceChoice(kind, typed, typed))
 
     @work(exclusive=True, group="open")
     async def _open(self, choice: SourceChoice) -> None:

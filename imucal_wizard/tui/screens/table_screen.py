@@ -1,6 +1,9 @@
 """A table above another screen."""
 
 from collections.abc import Callable
+from typing import ClassVar
+
+from textual.binding import Binding, BindingType
 
 from imucal_wizard.tui.screens.page_screen import PageScreen
 from imucal_wizard.tui.text import Line
@@ -13,5 +16,9 @@ class TableScreen(PageScreen):
         rows: makes the rows for a width.
     """
 
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "app.explain('parameters')", "help"),
+    ]
+
     def __init__(self, rows: Callable[[int], list[Line]]) -> None:
-        super().__init__("parameters ± one standard error", rows, "t")
+        super().__init__("parameters ± one standard error (? says what they are)", rows, "t")
