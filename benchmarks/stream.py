@@ -2,7 +2,7 @@
 
 The device is another process. What is measured is the reading process with the program's own
 thread: port, decoder, clock, checks, blocks, stillness and procedure; then with the session file
-written as in real use; then with a snapshot for the screen fifteen times a second as well.
+written as in real use; then with a snapshot for the screen twenty times a second as well.
 """
 
 import statistics
@@ -20,12 +20,12 @@ from imucal_wizard.live.reader import Reader
 from imucal_wizard.live.resume import begin
 
 RATES = (1666.0, 8000.0)
-WAYS = ("decode + stillness", "+ session file", "+ 15 snapshots/s")
+WAYS = ("decode + stillness", "+ session file", "+ 20 snapshots/s")
 SECONDS = 12.0
 WARM = 2.0
 """Seconds at the beginning that are not measured: the format is being recognised."""
 RUNS = 3
-_LOOK = 1.0 / 15.0
+_LOOK = 1.0 / 20.0
 
 
 @dataclass(frozen=True)

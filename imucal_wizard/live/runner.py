@@ -12,7 +12,7 @@ from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.procedure.state import Collected, Status
 
-FRAME = 0.05
+FRAME = 0.03
 """Snapshots are made at most so often, s, and only when somebody has asked for one."""
 JOIN = 0.1
 """Seconds that ``stop`` waits for the thread."""

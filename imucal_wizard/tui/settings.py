@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-FRAMES_PER_SECOND = 15.0
+FRAMES_PER_SECOND = 20.0
 """How often the screen asks for a snapshot."""
 
 

@@ -19,7 +19,7 @@ SMALLEST = (80, 24)
 
 
 class LiveScreen(Screen[str]):
-    """A header with the steps, a footer with the keys, and a snapshot 15 times a second.
+    """A header with the steps, a footer with the keys, and a snapshot 20 times a second.
 
     Its result is the step of the machine that comes next.
     """

@@ -1,0 +1,123 @@
+"""The whole app at 2,000 samples/s: ``python -m benchmarks.app``.
+
+A device process writes to one pseudo-terminal; the program runs in another, which is drained here
+and read only afterwards. Frames are counted from outside: by the marks with which the program ends
+each, and for the drawing of the device by looking at what the terminal shows after each.
+"""
+
+import statistics
+import tempfile
+from dataclasses import dataclass
+from itertools import pairwise
+
+import pyte
+
+from benchmarks.device import TURNING, Device
+from benchmarks.measure import PYTHON, machine
+from benchmarks.terminal import FRAME_ENDS, Terminal
+
+RATE = 2000.0
+SIZES = ((120, 40), (80, 24))
+PHASES = ("turning all the time", "pose after pose")
+MEASURED = TURNING - 3.0
+"""Seconds of each phase that are measured."""
+SECONDS = 50.0
+RUNS = 3
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One phase of one run.
+
+    Attributes:
+        share: CPU of the app, parts of a core.
+        frames: screen updates per second.
+        drawings: different drawings of the device per second.
+        kilobytes: what is sent to the terminal per second.
+    """
+
+    share: float
+    frames: float
+    drawings: float
+    kilobytes: float
+
+
+def run(columns: int, rows: int) -> list[Outcome]:
+    """Open the app on the device, let it settle, and measure both phases."""
+    with tempfile.TemporaryDirectory() as folder, Device(RATE, SECONDS, "turning") as device:
+        command = [PYTHON, "-m", "imucal_wizard", "--port", device.port, "--sessions", folder]
+        with Terminal(command, columns, rows) as terminal:
+            terminal.wait_for("is this what you expect")
+            terminal.press("\r")
+            terminal.wait_for("▸UP/DOWN")
+            terminal.pump(1.0)
+            first = _measure(terminal, columns, rows)
+            terminal.pump(2.0)
+            return [first, _measure(terminal, columns, rows)]
+
+
+def _measure(terminal: Terminal, columns: int, rows: int) -> Outcome:
+    cpu, before = terminal.cpu, len(terminal.drawn)
+    terminal.pump(MEASURED)
+    share = (terminal.cpu - cpu) / MEASURED
+    pieces = [data for _, data in terminal.drawn]
+    drawn = b"".join(pieces[before:])
+    pictures = _pictures(b"".join(pieces[:before]), drawn, columns, rows)
+    changes = sum(one != other for one, other in pairwise(pictures))
+    return Outcome(
+        share,
+        drawn.count(FRAME_ENDS) / MEASURED,
+        changes / MEASURED,
+        len(drawn) / 1024.0 / MEASURED,
+    )
+
+
+def _pictures(before: bytes, drawn: bytes, columns: int, rows: int) -> list[tuple[str, ...]]:
+    """What the frame titled "now" holds after each update of the screen."""
+    screen = pyte.Screen(columns, rows)
+    stream = pyte.ByteStream(screen)
+    stream.feed(before)
+    place = _place_of(screen)
+    found = []
+    for update in drawn.split(FRAME_ENDS):
+        stream.feed(update)
+        found.append(tuple(row[place[1]] for row in screen.display[place[0]]))
+    return found
+
+
+def _place_of(screen: pyte.Screen) -> tuple[slice, slice]:
+    """Rows and columns inside the frame titled "now"."""
+    top = next(y for y, row in enumerate(screen.display) if "╭─ now" in row)
+    left = screen.display[top].index("╭─ now")
+    right = screen.display[top].index("╮", left)
+    bottom = next(y for y in range(top, screen.lines) if screen.display[y][left] == "╰")
+    return slice(top + 1, bottom), slice(left + 1, right)
+
+
+def main() -> None:
+    """Print CPU share and frames per second."""
+    print(machine())
+    print(
+        f"{'terminal':>9}  {'the device is':22}{'% of a core':>12}{'each run':>16}"
+        f"{'frames/s':>10}{'drawings/s':>12}{'KiB/s':>8}"
+    )
+    for columns, rows in SIZES:
+        runs = [run(columns, rows) for _ in range(RUNS)]
+        for phase, outcomes in zip(PHASES, zip(*runs, strict=True), strict=True):
+            each = " ".join(f"{100.0 * one.share:.0f}" for one in outcomes)
+            print(
+                f"{f'{columns}×{rows}':>9}  {phase:22}"
+                f"{100.0 * statistics.median(one.share for one in outcomes):12.1f}{each:>16}"
+                f"{statistics.median(one.frames for one in outcomes):10.1f}"
+                f"{statistics.median(one.drawings for one in outcomes):12.1f}"
+                f"{statistics.median(one.kilobytes for one in outcomes):8.0f}",
+                flush=True,
+            )
+    print(
+        f"wanted: at {RATE:,.0f} samples/s under 40 % of a core with at least 15 frames/s, "
+        "and at least 10 drawings/s of a device in motion"
+    )
+
+
+if __name__ == "__main__":
+    main()
