@@ -1,4 +1,4 @@
-"""Every measurement, one after the other: ``python -m benchmarks.all`` (about a quarter of an hour)."""
+"""Every measurement, one after the other: ``python -m benchmarks.all`` (a quarter of an hour)."""
 
 import subprocess
 import sys
