@@ -2,6 +2,7 @@
 
 import textwrap
 
+from imucal_wizard.digits import decimals
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 
@@ -38,16 +39,19 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
 
 
 def _parameter(parameter: Parameter) -> str:
+    value = f"{parameter.value:.7g}"
     if not parameter.carried:
         note = "nominal: these data do not carry it"
-    elif parameter.standard_error is None:
+    elif not parameter.standard_error:
         note = "± not known"
     else:
-        note = f"± {parameter.standard_error:.2g}"
+        places = min(12, decimals(parameter.standard_error))
+        value = f"{parameter.value:.{places}f}"
+        note = f"± {parameter.standard_error:.{places}f}"
         if parameter.standard_error_repeats:
-            note += f" (repeats ± {parameter.standard_error_repeats:.2g})"
+            note += f" (repeats ± {parameter.standard_error_repeats:.{places}f})"
     unit = "" if parameter.unit == "1" else parameter.unit
-    return f"{parameter.name:16} {parameter.value:14.7g} {note} {unit}".rstrip()
+    return f"{parameter.name:16} {value:>14} {note} {unit}".rstrip()
 
 
 def _comparison(report: FitReport) -> list[str]:

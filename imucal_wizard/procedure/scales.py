@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.procedure.poses import AXES
 from imucal_wizard.procedure.state import AxisMotion
 from imucal_wizard.procedure.stillness import Limits, Noise, Windows
@@ -109,9 +110,8 @@ def _excess_of(pair: tuple[float, float]) -> float:
 
 def _three(values: FloatArray) -> str:
     """Three values with as many decimals as give the largest of them two digits."""
-    largest = float(np.nanmax(values, initial=0.0))
-    exponent = int(f"{largest:.1e}".partition("e")[2]) if math.isfinite(largest) else 0
-    return " ".join(f"{value:.{min(6, max(0, 1 - exponent))}f}" for value in values)
+    places = min(6, decimals(float(np.nanmax(values, initial=0.0))))
+    return " ".join(fixed(value, places) for value in values.tolist())
 
 
 def moves(motion: AxisMotion) -> str:

@@ -5,13 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.digits import decimals, fixed, measured
 from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
 from imucal_wizard.tui.residual_plot import dot_plot
 from imucal_wizard.tui.text import (
     Line,
     Span,
-    decimals,
-    fixed,
     line,
     number,
     signed,
@@ -132,12 +131,6 @@ def _with_error(value: float | None, error: float | None) -> str:
     if value is None:
         return "–"
     return number(value, 5) if not error else " ±".join(measured(value, error))
-
-
-def measured(value: float, error: float) -> tuple[str, str]:
-    """A value and its standard error, both to the error's second digit."""
-    places = min(decimals(error), 12)
-    return fixed(value, places), fixed(error, places)
 
 
 def hold_rows(report: FitReport) -> list[Line]:

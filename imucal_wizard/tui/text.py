@@ -3,6 +3,8 @@
 import math
 import textwrap
 
+from imucal_wizard.digits import decimals, fixed
+
 Span = tuple[str, str]
 """A piece of text and the name of its style (``""``, ``strong``, ``quiet``, ``good`` …)."""
 Line = tuple[Span, ...]
@@ -50,25 +52,6 @@ def number(value: float, digits: int = 3) -> str:
     if not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}".replace("-", "−")
     return fixed(value, decimals(value, digits))
-
-
-def decimals(value: float, digits: int = 2) -> int:
-    """How many decimals show a value with ``digits`` significant digits; 0 for what is not one.
-
-    Numbers that stand beside one another share them, so that they can be compared at a glance.
-    """
-    if not math.isfinite(value) or value == 0:
-        return 0
-    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])  # of the rounded value
-    return max(0, digits - 1 - exponent)
-
-
-def fixed(value: float, places: int) -> str:
-    """A number with this many decimals, a true minus sign, and none before zero."""
-    if not math.isfinite(value):
-        return "–"
-    text = f"{value:.{places}f}"
-    return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
 
 
 def compact(value: float, places: int) -> str:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from imucal_wizard.digits import measured
 from imucal_wizard.procedure.poses import DIRECTIONS
 from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
 from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
-from imucal_wizard.tui.report_rows import measured
 from imucal_wizard.tui.residual_plot import dot_plot
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapped

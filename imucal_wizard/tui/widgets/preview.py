@@ -3,7 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
-from imucal_wizard.tui.text import Line, decimals, fixed, line, number, unit_sign, wrapped
+from imucal_wizard.digits import decimals, fixed
+from imucal_wizard.tui.text import Line, line, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
 if TYPE_CHECKING:  # numpy waits until after the first paint

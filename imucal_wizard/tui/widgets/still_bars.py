@@ -1,7 +1,8 @@
 """How much each axis moves, against its limit."""
 
+from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.procedure.state import AxisMotion, StillStatus
-from imucal_wizard.tui.text import Line, Span, compact, decimals, fixed, unit_sign
+from imucal_wizard.tui.text import Line, Span, compact, unit_sign
 from imucal_wizard.tui.widgets.lines import Lines
 
 _CELLS = 5

@@ -1,0 +1,28 @@
+"""Numbers for people: how many decimals they need, and a value no finer than it is known."""
+
+import math
+
+
+def decimals(value: float, digits: int = 2) -> int:
+    """How many decimals show a value with ``digits`` significant digits; 0 for what is not one.
+
+    Numbers that stand beside one another share them, so that they can be compared at a glance.
+    """
+    if not math.isfinite(value) or value == 0:
+        return 0
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])  # of the rounded value
+    return max(0, digits - 1 - exponent)
+
+
+def fixed(value: float, places: int) -> str:
+    """A number with this many decimals, a true minus sign, and none before zero."""
+    if not math.isfinite(value):
+        return "–"
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
+
+
+def measured(value: float, error: float) -> tuple[str, str]:
+    """A value and its standard error, both to the error's second digit."""
+    places = min(decimals(error), 12)
+    return fixed(value, places), fixed(error, places)
