@@ -1,14 +1,22 @@
-"""Recordings of the virtual IMU for the bench's tests, made once per run."""
+"""Recordings of the virtual IMU for the bench's tests, made once per run, and what spoils them."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.fitting import fit_readings
-from imucal_wizard.readings import Readings
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.recordings import read
 from imucal_wizard.solver.result import FitReport
+from imucal_wizard.units import ACCELERATION
+
+MG = ACCELERATION["mg"]
 
 
 @cache
@@ -21,3 +29,17 @@ def fitted(
         simulate_recording(path, hidden=hidden, poses=poses, seed=seed, rotations=rotations)
         readings = read([path])
     return fit_readings(readings), readings
+
+
+def moved(report: FitReport, by: Callable[[int, Hold], FloatArray | float]) -> FitReport:
+    """The report with something added to the accelerometer's mean in each hold, m/s²."""
+    holds = tuple(
+        replace(hold, accelerometer=hold.accelerometer + by(number, hold))
+        for number, hold in enumerate(report.holds)
+    )
+    return replace(report, holds=holds)
+
+
+def along(hold: Hold, size: float) -> FloatArray:
+    """A vector of this size along the hold's own reading, m/s²."""
+    return np.asarray(size * hold.accelerometer / np.linalg.norm(hold.accelerometer))

@@ -1,0 +1,132 @@
+"""What is said of each sensor: the word, the sentences, and the order among the sensors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.document import bench_document
+from imucal_wizard.bench.says import says
+from imucal_wizard.bench.statement import Statement, statement
+from imucal_wizard.bench.survey import survey
+from imucal_wizard.bench.text import bench_text
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.errors import UsageError
+from imucal_wizard.procedure.poses import FACES
+from tests.bench.recordings import MG, along, fitted, moved
+
+
+def benches(*hidden: str, poses: str = "18", rotations: int = 0) -> Benches:
+    return Benches(*fitted(*hidden, poses=poses, rotations=rotations))
+
+
+def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> None:
+    said, _ = survey(benches("second-order:5:x"), {}, automatic=True)
+    assert said.added == ("second-order",)
+    text = says(said)
+    for words in ("follows the force", "second-order", "±", "mg/g²", "up wrong by", "falls from"):
+        assert words in text
+
+
+def test_a_complete_model_says_what_would_have_been_seen() -> None:
+    said, _ = survey(benches(), {}, automatic=True)
+    assert said.verdict is Verdict.COMPLETE
+    assert "complete" in says(said)
+    assert "would have shown from" in says(said)
+    assert said.advice.poses == ()
+
+
+def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
+    """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
+    report, _ = fitted(poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
+    spoilt = replace(spoilt, rates={"accelerometer": 100.0})
+    said = survey(Benches(spoilt), {}, automatic=True)[0]
+    assert said.verdict is Verdict.DISTURBED
+    assert said.holds == (9,)
+    assert said.added == ()
+    assert "Hold 9" in says(said)
+    assert "hold 9" in said.advice.poses[0].why
+
+
+def test_directions_that_do_not_carry_the_model_are_insufficient() -> None:
+    """The six faces carry bias and scale; the edges are asked for."""
+    report, readings = fitted()
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    said = statement_of(Benches(replace(report, holds=faces), readings))
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert "theta" in says(said)
+    assert "bias, scale" in says(said)
+    assert said.advice.poses
+
+
+def statement_of(benches: Benches) -> Statement:
+    return statement(benches, benches.accelerometer)
+
+
+def test_a_term_added_by_hand_that_does_not_help_is_regretted() -> None:
+    said = survey(benches(), {"accelerometer": ["cross-product"]}, automatic=False)[0]
+    assert "data held out do not confirm it" in says(said)
+
+
+def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
+    """What tilts its reference would be blamed on it: nothing is added, and the sentence says why.
+
+    Once the accelerometer's term is in, its own effect is named.
+    """
+    both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
+    first, waiting = survey(both, {}, automatic=False)
+    assert first.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    assert waiting.waiting
+    assert waiting.verdict is not Verdict.MISSING
+    assert "accelerometer's own model is not complete" in says(waiting)
+    first, second = survey(both, {}, automatic=True)
+    assert not second.waiting
+    assert second.added == ("g-sensitivity",)
+    sizes = {one.name: one for one in second.bench.fit.fit.parameters} if second.bench else {}
+    found = sizes["g-sensitivity_xy"]
+    assert found.standard_error is not None
+    assert abs(found.value - 0.1) < 4.5 * found.standard_error
+
+
+def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes() -> None:
+    both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
+    assert both.gyroscope is not None
+    both.gyroscope.add("g-sensitivity")
+    before = both.gyroscope
+    both.accelerometer.add("second-order")
+    assert both.gyroscope is not None
+    assert both.gyroscope is not before
+    assert both.gyroscope.fit.model[-1] == "g-sensitivity"
+
+
+def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> None:
+    report, readings = fitted()
+    still = replace(
+        report, rotations=(), sensors={"accelerometer": report.sensors["accelerometer"]}
+    )
+    _, said = survey(Benches(still, readings), {}, automatic=False)
+    assert said.sensor == "gyroscope"
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert {pose.pose for pose in said.advice.poses} == {"+z", "+x"}
+    assert all("turn it about" in pose.why for pose in said.advice.poses)
+
+
+def test_a_term_for_a_gyroscope_that_is_not_there_is_refused() -> None:
+    report, _ = fitted()
+    alone = Benches(replace(report, rates={"accelerometer": 100.0}))
+    with pytest.raises(UsageError, match="no gyroscope"):
+        survey(alone, {"gyroscope": ["g-sensitivity"]}, automatic=False)
+
+
+def test_document_and_text_are_made_of_every_statement() -> None:
+    """Numbers, words and nulls only; no line of text is wider than a terminal."""
+    statements = survey(benches("second-order:5:x"), {}, automatic=True)
+    document = bench_document(statements)
+    assert set(document["sensors"]) == {"accelerometer", "gyroscope"}
+    for one in document["sensors"].values():
+        assert isinstance(one["says"], str)
+        for pose in one["next_poses"]:
+            assert np.linalg.norm(pose["direction"]) == pytest.approx(1.0)
+    assert max(len(line) for line in bench_text(statements).splitlines()) <= 80

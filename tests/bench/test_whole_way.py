@@ -1,0 +1,83 @@
+"""From the hand that moves the device to the name of the effect and the error that falls.
+
+The virtual hand follows the wizard's procedure with an effect hidden in the sensor, as it does
+behind the screens; what the procedure collected goes to the fit and on to the bench.
+"""
+
+from pathlib import Path
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.survey import survey
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.devices.virtual import SensorModel, VirtualHand
+from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.fitting import fit_collected, fit_readings
+from imucal_wizard.mystery import make_exercise, reveal
+from imucal_wizard.mystery.guess import Guess, Outcome, judged
+from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.steps import Machine, standard
+from imucal_wizard.readings import Readings, Series
+from imucal_wizard.recordings import read
+
+LONGEST = 400.0
+
+
+def led(*hidden: str, rotations: int = 1, seed: int = 3) -> Collected:
+    """What the wizard collects from a hand that does what it is asked."""
+    hand = VirtualHand(seed=seed)
+    stream = VirtualStream(hand, SensorModel.drawn(seed), hidden, seed=seed)
+    machine = Machine(standard(rotations_per_axis=rotations), rate=100.0)
+    machine.command("start")
+    while hand.time < LONGEST and machine.status().step is not StepKind.RESULT:
+        samples = stream.take(20)
+        t = samples.time
+        force = Series(t, samples.accelerometer, "m/s^2")
+        rate = Series(t, samples.gyroscope, "rad/s")
+        machine.feed(Readings(force, rate, None, Series(t, samples.temperature[:, None], "degC")))
+        hand.follow(machine.status(), float(t[-1]))
+    assert machine.status().step is StepKind.RESULT
+    return machine.collected()
+
+
+def benches(*hidden: str) -> Benches:
+    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
+    return Benches(fit_collected(led(*hidden), units, 100.0))
+
+
+def test_the_wizards_procedure_finds_a_hidden_second_order_term() -> None:
+    """Named (or its family, with the plainest member added), its size met, the error down."""
+    said = survey(benches("second-order:5:x"), {}, automatic=True)[0]
+    assert said.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    assert said.added == ("second-order",)
+    assert said.bench is not None
+    first, last = said.bench.ladder
+    assert first.rms_held_out is not None
+    assert last.rms_held_out is not None
+    assert last.rms_held_out < 0.3 * first.rms_held_out
+    assert last.rms_held_out < 3.0 * last.floor
+    (found,) = (one for one in said.bench.fit.fit.parameters if one.name == "second-order_x")
+    assert found.standard_error is not None
+    assert abs(found.value - 5.0) < 4.5 * found.standard_error
+
+
+def test_the_wizards_procedure_finds_nothing_where_nothing_is_hidden() -> None:
+    """The accelerometer is complete and nothing is added to it."""
+    said = survey(benches(), {}, automatic=True)[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert said.added == ()
+
+
+def test_an_exercise_that_chance_made_is_solved(tmp_path: Path) -> None:
+    """The bench's answer is at least of the right family, and the error held out falls."""
+    made = make_exercise(tmp_path / "exercise.csv", seed=12)
+    readings = read([made.recording])
+    bench = Benches(fit_readings(readings), readings).accelerometer
+    bench.automatic()
+    first, last = bench.ladder
+    assert first.rms_held_out is not None
+    assert last.rms_held_out is not None
+    assert last.rms_held_out < 0.5 * first.rms_held_out
+    (term,) = bench.fit.terms
+    axis = "xyz"[int(abs(bench.fit.sizes[0]).argmax())]
+    outcome, _ = judged(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
+    assert outcome in (Outcome.RIGHT, Outcome.FAMILY)
