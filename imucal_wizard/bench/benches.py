@@ -90,6 +90,9 @@ class Benches:
         measured = measured_gyroscope(self.report, self.accelerometer.fit, self._readings)
         base = self._base if before is None else before.fit.base
         bench = Bench(GYROSCOPE, measured, base, self._own, self._rounding(GYROSCOPE))
+        for effect in () if before is None else before.catalogue:
+            if effect not in bench.catalogue:
+                bench.offer(effect)
         for term in () if before is None else before.fit.terms:
             bench.add(term.name, term.variant)
         return bench

@@ -2,7 +2,7 @@
 
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,6 +74,8 @@ def run(argv: Sequence[str]) -> int:
 
         sensors = [name for name in SENSORS if getattr(readings, name) is not None]
         return told([nothing_carried(name, str(error)) for name in sensors], readings, arguments)
+    if sys.stdout.isatty() and not (arguments.auto or arguments.json):
+        return _on_screen(benches, added)
     from imucal_wizard.bench.survey import survey
 
     try:
@@ -82,6 +84,20 @@ def run(argv: Sequence[str]) -> int:
         _write_failure(str(error), arguments)
         raise
     return told(statements, readings, arguments, benches.report.warnings)
+
+
+def _on_screen(benches: "Benches", added: Mapping[str, Sequence[str]]) -> int:
+    """The bench's screen, with the terms asked for in the models already."""
+    from imucal_wizard.tui.bench_run import run_bench
+
+    for sensor, names in added.items():
+        bench = benches.bench(sensor) if names else None
+        if bench is not None:
+            for name in names:
+                bench.add(name)
+        elif names:
+            raise UsageError(f"there is no {sensor} in this recording to add a term to")
+    return run_bench(benches)
 
 
 def opened(arguments: Namespace) -> "tuple[Readings, list[Effect]]":

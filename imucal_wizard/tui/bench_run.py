@@ -1,13 +1,12 @@
 """The bench on a recording: the screen alone, without the wizard."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import ClassVar
 
 from textual.app import App
 from textual.binding import Binding, BindingType
 
-from imucal_wizard.bench.session import Bench
-from imucal_wizard.tui.bench.source import Benches, Ready
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.tui.screens.bench_screen import BenchScreen
 
 
@@ -39,16 +38,15 @@ class BenchApp(App[None]):
         self.exit()
 
 
-def run_bench(benches: Mapping[str, Bench] | Benches) -> int:
+def run_bench(benches: Benches) -> int:
     """Open the bench's screen and stay until it is left.
 
     Args:
-        benches: of each sensor, the first one first.
+        benches: of the recording.
 
     Returns:
         Exit status.
     """
-    ready: Benches = Ready(benches) if isinstance(benches, Mapping) else benches
-    app = BenchApp(lambda: ready)
+    app = BenchApp(lambda: benches)
     app.run()
     return app.return_code or 0

@@ -6,9 +6,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from imucal_wizard.tui.bench.source import Benches, benches_of
-
 if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.bench.benches import Benches
     from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
@@ -100,6 +99,12 @@ def _none() -> Sequence[SourceChoice]:
     return ()
 
 
+def _benches(report: "FitReport") -> "Benches":
+    from imucal_wizard.bench.benches import Benches
+
+    return Benches(report)
+
+
 @dataclass(frozen=True)
 class Services:
     """Everything the app cannot do itself, given to it, so that tests give something simpler.
@@ -118,4 +123,4 @@ class Services:
     save: "Callable[[FitReport], Saved]"
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
-    benches: "Callable[[FitReport], Benches]" = benches_of
+    benches: "Callable[[FitReport], Benches]" = _benches

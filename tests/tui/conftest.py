@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.fitting import fit_readings
 from imucal_wizard.recordings import read
-from imucal_wizard.solver.extended.fit import measured_accelerometer, measured_gyroscope
 from imucal_wizard.solver.result import FitReport
 
 
@@ -32,13 +32,18 @@ def sagging(tmp_path_factory: pytest.TempPathFactory) -> FitReport:
 
 
 @pytest.fixture
-def bench(bent: FitReport) -> Bench:
+def benches(bent: FitReport) -> Benches:
     """The accelerometer that bends, with the base model."""
-    return Bench("accelerometer", measured_accelerometer(bent))
+    return Benches(bent)
 
 
 @pytest.fixture
-def turned(sagging: FitReport) -> Bench:
-    """The gyroscope that feels gravity, with the base model."""
-    accelerometer = Bench("accelerometer", measured_accelerometer(sagging))
-    return Bench("gyroscope", measured_gyroscope(sagging, accelerometer.fit))
+def bench(benches: Benches) -> Bench:
+    """Its bench."""
+    return benches.accelerometer
+
+
+@pytest.fixture
+def sagged(sagging: FitReport) -> Benches:
+    """The gyroscope that feels gravity, beside its accelerometer."""
+    return Benches(sagging)

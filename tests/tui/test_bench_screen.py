@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.bench.source import Ready
 from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.text import number
@@ -27,33 +27,33 @@ def held_out(bench: Bench) -> str:
     return number((bench.fit.rms_held_out or 0.0) * 1000.0 / STANDARD_GRAVITY)
 
 
-def app_with(*benches: Bench) -> BenchApp:
-    ready = Ready({bench.sensor: bench for bench in benches})
-    return BenchApp(lambda: ready)
+def app_with(benches: Benches) -> BenchApp:
+    return BenchApp(lambda: benches)
 
 
 @SIZES
 async def test_the_suspects_stand_beside_what_is_left_and_what_is_to_be_said(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench, size: tuple[int, int]
 ) -> None:
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(
-            pilot, "▸SUSPECTS", "▸ second-order", "asymmetry", held_out(bench), "<0.003", "x −5.0",
-            "mg/g²", "▼", "looks", "Something is missing", "force along x, g", "┈ noise ±0.052",
+            pilot, "▸SUSPECTS", "▸ second-order", "asymmetry", held_out(bench), "<0.003", "x 5.0",
+            "mg/g²", "▼", "looks", "second-order (second-order non-linearity)", "force along x, g",
+            "┈ noise ±0.052",
         )  # fmt: skip
 
 
 @SIZES
 async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it_back(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench, size: tuple[int, int]
 ) -> None:
     before = held_out(bench)
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("enter", "3")
         await shows(pilot, "▸LADDER", "+ second-order", "noise alone", "█", before)
         await shows(pilot, held_out(bench))
-        await shows(pilot, "Nothing is missing that these data could show")
+        await shows(pilot, "model is complete")
         await pilot.press("u")
         await until(pilot, lambda: "+ second-order" not in seen(pilot))
         assert bench.fit.model == ("bias", "scale", "non-orthogonality")
@@ -61,9 +61,9 @@ async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it
 
 @SIZES
 async def test_a_part_of_the_base_is_taken_out_and_put_back(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench, size: tuple[int, int]
 ) -> None:
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("2", "down")
         await shows(pilot, "▸MODEL", "▸ ✓ scale", "f = T·s·(y − b)", "true force = matrix")
@@ -76,8 +76,8 @@ async def test_a_part_of_the_base_is_taken_out_and_put_back(
         await shows(pilot, "− scale", "+ scale")
 
 
-async def test_with_the_base_out_its_parts_are_the_first_suspects(bench: Bench) -> None:
-    async with app_with(bench).run_test(size=USUAL) as pilot:
+async def test_with_the_base_out_its_parts_are_the_first_suspects(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("r")
         await shows(pilot, "▸ non-orthogonality", "every sensor")
@@ -87,9 +87,9 @@ async def test_with_the_base_out_its_parts_are_the_first_suspects(bench: Bench) 
 
 @SIZES
 async def test_the_lesson_tells_what_happens_and_draws_the_signature(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, size: tuple[int, int]
 ) -> None:
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("l")
         await shows(pilot, "SECOND-ORDER NON-LINEARITY", "proof mass", "ε_i = K₂ᵢ x_i²")
@@ -101,61 +101,61 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
         await until(pilot, lambda: "proof mass" not in seen(pilot))
 
 
-async def test_tab_turns_what_the_residuals_are_plotted_against(bench: Bench) -> None:
-    async with app_with(bench).run_test(size=USUAL) as pilot:
+async def test_tab_turns_what_the_residuals_are_plotted_against(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         for label in ("force along x", "force along y", "force along z", "number of the pose",
                       "time, min", "temperature", "along x in the pose before"):  # fmt: skip
             await shows(pilot, label)
             await pilot.press("tab")
 
 
-async def test_a_point_says_which_pose_it_is_and_what_was_read(bench: Bench) -> None:
-    async with app_with(bench).run_test(size=USUAL) as pilot:
+async def test_a_point_says_which_pose_it_is_and_what_was_read(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         await shows(pilot, "force along x, g")
         await pilot.press("right")
         await shows(pilot, "◆ pose 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
 
 
-async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(bench: Bench) -> None:
-    async with app_with(bench).run_test(size=LARGE) as pilot:
+async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=LARGE) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("v")
-        await shows(pilot, "does second-order x explain it? −5.0")
+        await shows(pilot, "does second-order x explain it? 5.0")
         await pilot.press("down")
         await shows(pilot, "does asymmetry x explain it?")
 
 
 @SIZES
 async def test_in_lesson_mode_nothing_is_told_before_the_guess(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench, size: tuple[int, int]
 ) -> None:
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "<0.003")
         await pilot.press("p")
         text = await shows(pilot, "Predict first", "▸ asymmetry")
         assert "<0.003" not in text
-        assert "Something is missing" not in text
+        assert "second-order (" not in text
         await pilot.press("enter")
         await shows(pilot, "predict: asymmetry", "largest on", "its sign")
-        await pilot.press("right", "down", "right", "right", "enter")
-        await shows(pilot, "≈ you: asymmetry", "✓ you: x", "✓ you: −")
+        await pilot.press("right", "down", "right", "enter")
+        await shows(pilot, "≈ you: asymmetry", "✓ you: x", "✓ you: +")
         await pilot.press("d")
-        await shows(pilot, "Nothing is missing")
+        await shows(pilot, "model is complete")
         assert bench.fit.model[-1] == "second-order"
 
 
 @SIZES
 async def test_the_next_poses_come_with_what_they_bring(
-    bench: Bench, size: tuple[int, int]
+    benches: Benches, size: tuple[int, int]
 ) -> None:
-    async with app_with(bench).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("n")
-        await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With these", "times", " UP")
+        await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With 6 more poses", "mg/g²", " UP")
 
 
-async def test_a_typed_formula_becomes_a_suspect(bench: Bench) -> None:
-    async with app_with(bench).run_test(size=LARGE) as pilot:
+async def test_a_typed_formula_becomes_a_suspect(benches: Benches, bench: Bench) -> None:
+    async with app_with(benches).run_test(size=LARGE) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("e", *"k*b", "enter")
         await shows(pilot, "▲ formula 'k*b'")
@@ -165,10 +165,10 @@ async def test_a_typed_formula_becomes_a_suspect(bench: Bench) -> None:
 
 
 async def test_the_gyroscope_is_one_key_away_and_shows_turns_and_rest(
-    bench: Bench, turned: Bench
+    sagged: Benches,
 ) -> None:
-    async with app_with(bench, turned).run_test(size=LARGE) as pilot:
-        await shows(pilot, "▸ second-order")
+    async with app_with(sagged).run_test(size=LARGE) as pilot:
+        await shows(pilot, "BENCH  accelerometer", "g gyroscope", "is complete")
         await pilot.press("g")
         await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity", "turns:", "does not close")
         await pilot.press("a")

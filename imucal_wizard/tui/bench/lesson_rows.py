@@ -6,6 +6,7 @@ from imucal_wizard.effects.effect import Effect
 from imucal_wizard.effects.lesson import lesson
 from imucal_wizard.effects.signature import picture
 from imucal_wizard.tui.bench.scatter import scatter
+from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.views import View
 from imucal_wizard.tui.text import Line, line, wrapped
 
@@ -22,6 +23,14 @@ _BASE = {
     "come to rest. No effect of the sensor fits it and all the others. Never delete it because it "
     "is inconvenient: measure that pose again, and you will know.",
 }
+
+
+def rows_for(sight: Sight, term: str, width: int) -> list[Line]:
+    """The lesson of an effect, of a part of the base, or of a disturbed hold."""
+    known = {effect.name: effect for effect in sight.catalogue}
+    if term in known:
+        return lesson_rows(known[term], sight.sensor, width)
+    return plain_rows(term, width)
 
 
 def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:

@@ -1,7 +1,6 @@
 """The model: an equation in words and symbols, and the stack of its terms with their sizes."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,9 +15,9 @@ from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.tui.text import Line, line, number, unit_sign, wrapped
 
 _WORDS = {
-    "bias": ("b", "what it reads when it should read 0"),
-    "scale": ("s", "how much it reads per unit"),
-    "non-orthogonality": ("T", "axes that are not at right angles"),
+    "bias": ("b", "its reading when there is nothing"),
+    "scale": ("s", "its reading per unit"),
+    "non-orthogonality": ("T", "axes not at right angles"),
 }
 _FIRST = {"bias": ("bias",), "scale": ("sensitivity",), "non-orthogonality": ("theta", "cross")}
 _TRUE = {"accelerometer": ("f", "true force"), "gyroscope": ("w", "true rate")}
@@ -84,23 +83,22 @@ def parts_of_model(sight: Sight) -> list[Part]:
     return parts
 
 
-def stack_rows(sight: Sight, width: int, chosen: int | None) -> list[Line]:
-    """The stack of terms, two rows each: name and meaning, sizes."""
-    rows: list[Line] = []
+def stack_rows(sight: Sight, width: int, chosen: int | None) -> list[list[Line]]:
+    """The stack of terms, each with name, meaning and sizes."""
+    groups: list[list[Line]] = []
     for k, part in enumerate(parts_of_model(sight)):
         here = k == chosen
         sign = "✓" if part.there else "·"
-        rows.append(
-            (
-                ("▸" if here else " ", "accent"),
-                (f" {sign} ", "good" if part.there else "quiet"),
-                (f"{part.term:<18}", "strong" if here or part.there else "quiet"),
-                (f" {part.symbol:<2} ", "key"),
-                (f" {part.words}"[: max(0, width - 27)], "quiet"),
-            )
+        name: Line = (
+            ("▸" if here else " ", "accent"),
+            (f" {sign} ", "good" if part.there else "quiet"),
+            (f"{part.term:<18}", "strong" if here or part.there else "quiet"),
+            (f" {part.symbol:<2} ", "key"),
+            (f"{part.words}"[: max(0, width - 26)], "quiet"),
         )
-        rows.append(line(f"     {part.sizes}"[:width], "" if part.there else "quiet"))
-    return rows
+        sizes = wrapped(f"   {part.sizes}", width, "" if part.there else "quiet", "   ")
+        groups.append([name, *sizes])
+    return groups
 
 
 def effect_sizes(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
@@ -151,11 +149,10 @@ def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:
     return axis, value * factor, None if error is None else error * factor, shown
 
 
-def rows_of_model(sight: Sight, width: int, chosen: int | None) -> list[Line]:
-    """Equation and stack."""
-    return [*equation_rows(sight, width), *stack_rows(sight, width, chosen)]
-
-
-def terms_in_order(parts: Sequence[Part]) -> tuple[str, ...]:
-    """Names of the parts."""
-    return tuple(part.term for part in parts)
+def model_rows(sight: Sight, width: int, height: int, chosen: int | None = None) -> list[Line]:
+    """Equation and stack; the stack is moved up so that the chosen term is seen."""
+    head = equation_rows(sight, width)
+    groups = stack_rows(sight, width, chosen)
+    upto = [row for group in groups[: (chosen or 0) + 1] for row in group]
+    first = max(0, len(head) + len(upto) - height) if chosen is not None else 0
+    return [*head, *[row for group in groups for row in group][first:]]

@@ -1,169 +1,141 @@
-"""The poses that would tell two explanations apart, and what they bring."""
-
-from dataclasses import dataclass
+"""The verdict in full, the poses to measure next, and what they bring."""
 
 import numpy as np
 
-from imucal_wizard.bench.next_poses import Explained, Plan, separating_poses
-from imucal_wizard.bench.verdict import Verdict
-from imucal_wizard.effects.effect import ACCELEROMETER, Effect
-from imucal_wizard.solver.extended.fit import Measured
+from imucal_wizard.bench.next_poses import Explained, separating_poses
+from imucal_wizard.bench.pose import NextPose
+from imucal_wizard.bench.separating import Apart, explained
+from imucal_wizard.effects.effect import Effect
+from imucal_wizard.tui.bench.model_rows import unit_words
 from imucal_wizard.tui.bench.sight import Sight
-from imucal_wizard.tui.bench.words import hold_words, pose_at
+from imucal_wizard.tui.bench.words import says
 from imucal_wizard.tui.text import Line, line, number, signed, wrapped
 
+FEW = 6
+"""So many poses are proposed where nothing has to be decided."""
 _HOW = (
     "Hold each of these for as long as you like, the longer the better (in the wizard b goes back "
     "to the poses), then look again."
 )
+_NOTHING = (
+    "No two explanations have to be told apart. More data show smaller effects: the 8 corners, the "
+    "first poses once more at the end (a drift shows only there), a warm device."
+)
+_NEVER = (
+    "No pose at 1 g tells them apart: the difference shows only in stronger forces. For use at 1 g "
+    "it does not matter."
+)
 
 
-@dataclass(frozen=True, eq=False)
-class Rivals:
-    """Two explanations that look alike, and the poses that would tell them apart."""
+def next_rows(sight: Sight, width: int) -> list[Line]:
+    """The whole verdict, then what to measure next."""
+    rows = [*wrapped(says(sight)[1], width), line("")]
+    advice = sight.said.advice
+    if advice.poses:
+        apart = advice.apart[-1] if advice.apart else None
+        return [*rows, *_plan_rows(sight, advice.poses, apart, width)]
+    poses, apart = to_be_surer(sight)
+    if apart is None:
+        return [*rows, *wrapped(_NOTHING, width)]
+    return [*rows, *_plan_rows(sight, poses, apart, width)]
 
-    first: str
-    second: str
-    plan: Plan
 
+def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
+    """The likeliest explanation against the one most like it, where the verdict needs no poses.
 
-def rivals_of(sight: Sight) -> Rivals | None:
-    """The likeliest explanation against the one most like it; None where there are no two.
-
-    With effects in the model already, the newest of them against others of its family.
+    With effects in the model, the newest of them against another of its family.
     """
-    if sight.sensor != ACCELEROMETER:
-        return None
-    if sight.findings.opinion.verdict is Verdict.COMPLETE:
-        pair = _from_model(sight)
-    else:
-        pair = _from_opinion(sight) or _from_suspects(sight)
-    if pair is None:
-        return None
+    pair = _from_model(sight) if sight.fit.terms else _from_suspects(sight)
+    if pair is None or sight.missing_base or sight.sensor != "accelerometer":
+        return (), None
     first, second = pair
-    known, linear = sight.measured.circumstances, sight.fit.linear
-    plan = separating_poses(first, second, known, linear.floor)
-    return Rivals(first.effect.name, second.effect.name, plan)
-
-
-def _effect(sight: Sight, name: str) -> Effect | None:
-    return next((effect for effect in sight.catalogue if effect.name == name), None)
-
-
-def _explained(sight: Sight, name: str) -> Explained | None:
-    """A suspect as an explanation, with the size it would have."""
-    entry = next((entry for entry in sight.entries if entry.term == name), None)
-    if (
-        entry is None
-        or entry.effect is None
-        or entry.suspect is None
-        or entry.suspect.trial is None
-    ):
-        return None
-    variant = None if entry.suspect.candidate is None else entry.suspect.candidate.variant
-    return Explained(entry.effect, variant, entry.suspect.trial.size)
-
-
-def _from_opinion(sight: Sight) -> tuple[Explained, Explained] | None:
-    opinion = sight.findings.opinion
-    several = [members for members in opinion.terms if len(members) > 1]
-    single = [terms[0] for terms in opinion.explanations if len(terms) == 1]
-    names = several[0] if several else single if not opinion.terms else ()
-    found = [one for one in (_explained(sight, name) for name in names[:2]) if one is not None]
-    return (found[0], found[1]) if len(found) == 2 else None
+    plan = separating_poses(
+        first, second, sight.measured.circumstances, sight.fit.linear.floor, FEW, sight.sensor
+    )
+    size = float(np.abs(first.size).max())
+    unit = first.effect.parameters(sight.sensor)[0].unit
+    apart = Apart(
+        first.effect.name, second.effect.name, plan.before * size, plan.after * size, unit,
+        len(plan.proposals),
+    )  # fmt: skip
+    poses = tuple(NextPose(p.direction, p.why, p.pose, p.warm) for p in plan.proposals)
+    return poses, apart
 
 
 def _from_model(sight: Sight) -> tuple[Explained, Explained] | None:
-    if not sight.fit.terms:
-        return None
     term, size = sight.fit.terms[-1], sight.fit.sizes[-1]
+    c, family = sight.measured.circumstances, term.effect.family
     for other in sight.catalogue:
-        alike = other.family is not None and other.family == term.effect.family
-        if alike and other.name not in sight.fit.model and _seen(other, sight.measured):
-            columns = len(other.parameters(sight.sensor))
-            return Explained(term.effect, term.variant, size), Explained(
-                other, other.variants(sight.measured.circumstances)[0], np.ones(columns)
-            )
+        if family is None or other.family != family or other.name in sight.fit.model:
+            continue
+        if other.lacking(sight.sensor, c) is None:
+            return Explained(term.effect, term.variant, size), _any_size(sight, other)
     return None
 
 
-def _seen(effect: Effect, measured: Measured) -> bool:
-    return effect.lacking(ACCELEROMETER, measured.circumstances) is None
+def _any_size(sight: Sight, effect: Effect) -> Explained:
+    """An effect of which only the pattern counts."""
+    variant = effect.variants(sight.measured.circumstances)[0]
+    return Explained(effect, variant, np.ones(len(effect.parameters(sight.sensor))))
 
 
 def _from_suspects(sight: Sight) -> tuple[Explained, Explained] | None:
-    for entry in sight.entries:
-        if entry.suspect is not None and entry.suspect.p < 0.05 and entry.suspect.like:
-            first = _explained(sight, entry.term)
-            second = _explained(sight, entry.suspect.like[0])
-            if first is not None and second is not None:
+    bench = sight.said.bench
+    for entry in sight.entries if bench is not None else ():
+        if bench is not None and entry.suspect is not None and entry.suspect.like:
+            first = explained(bench, sight.findings, entry.term)
+            second = explained(bench, sight.findings, entry.suspect.like[0])
+            if entry.suspect.p < 0.05 and first is not None and second is not None:
                 return first, second
     return None
 
 
-def next_rows(sight: Sight, width: int) -> list[Line]:
-    """What to measure next, in words and numbers."""
-    opinion = sight.findings.opinion
-    if opinion.holds:
-        rows = [line("MEASURE AGAIN", "accent"), line("")]
-        for hold in opinion.holds:
-            text = f"{hold_words(sight, hold)}: it alone does not fit the others."
-            rows += wrapped(text, width)
-        return rows
-    rivals = rivals_of(sight)
-    if rivals is None:
-        return _general(sight, width)
-    head = f"{rivals.first} OR {rivals.second}?".upper()
-    rows = [line(head, "accent"), line("")]
-    rows += gain_rows(rivals, width)
-    rows.append(line(""))
-    for k, proposal in enumerate(rivals.plan.proposals):
-        warm = "device warmed up by 15 °C" if proposal.warm else ""
-        rows.append(
-            (
-                (f"  {k + 1}  ", "key"),
-                (f"{signed(proposal.pose).upper() + ' UP':<14}", "strong"),
-                (f"{_told(proposal.why):<54} ", ""),
-                (warm, "warn"),
-            )
-        )
-    if rivals.plan.proposals:
-        rows += [line(""), *wrapped(_HOW, width, "quiet")]
-    return rows
+def _plan_rows(
+    sight: Sight, poses: tuple[NextPose, ...], apart: Apart | None, width: int
+) -> list[Line]:
+    rows: list[Line] = []
+    if apart is not None:
+        head = f"{apart.first} OR {apart.second}?".upper()
+        rows = [
+            line(head, "accent"),
+            *gain_rows(apart, found_size(sight, apart.first), width),
+            line(""),
+        ]
+    else:
+        rows = [line("MEASURE NEXT", "accent")]
+    for k, pose in enumerate(poses):
+        rows += pose_rows(k + 1, pose, width, short=apart is not None)
+    return [*rows, line(""), *wrapped(_HOW, width, "quiet")] if poses else rows
 
 
-def gain_rows(rivals: Rivals, width: int) -> list[Line]:
-    """Before and after, in shares of the size that was found."""
-    plan = rivals.plan
-    before = _times(plan.before)
-    rows = wrapped(f"To tell them apart with the data there are, {rivals.first} would have to be "
-                   f"{before} what was found.", width)  # fmt: skip
-    if not plan.proposals:
-        return rows + wrapped("No pose at 1 g changes that: the difference shows only in stronger "
-                              "forces (shaking, a centrifuge). For use at 1 g it does not matter.",
-                              width, "warn")  # fmt: skip
-    enough = "that is enough" if plan.after <= 1.0 else "better, but not enough yet: take more"
-    count = len(plan.proposals)
-    return rows + wrapped(
-        f"With these {count} poses besides, {_times(plan.after)}: {enough}.", width, "strong"
-    )
+def found_size(sight: Sight, term: str) -> float | None:
+    """The largest size of a term, in the model or as it would come out; shown unit."""
+    for one, sizes in zip(sight.fit.terms, sight.fit.sizes, strict=True):
+        if one.name == term:
+            return float(np.abs(sizes).max())
+    for entry in sight.entries:
+        if entry.term == term and entry.suspect is not None and entry.suspect.trial is not None:
+            return float(np.abs(entry.suspect.trial.size).max())
+    return None
 
 
-def _times(share: float) -> str:
-    return f"{number(share, 2)} times" if np.isfinite(share) else "any number of times"
+def gain_rows(apart: Apart, found: float | None, width: int) -> list[Line]:
+    """From which size on these two are told apart, now and with the poses."""
+    unit = unit_words(apart.unit)
+    before = f"{number(apart.before, 2)} {unit}" if np.isfinite(apart.before) else "no size at all"
+    here = "" if found is None else f" Here it is about {number(found, 2)}."
+    now = f"These data tell {apart.first} from {apart.second} from {before} on.{here}"
+    if apart.never or not apart.poses:
+        return [*wrapped(now, width), *wrapped(_NEVER, width, "warn")]
+    then = f"With {apart.poses} more poses: from {number(apart.after, 2)} {unit} on."
+    return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
 
-def _told(why: str) -> str:
-    return why.partition(":")[0].partition(", the device")[0]
-
-
-def _general(sight: Sight, width: int) -> list[Line]:
-    """Nothing to choose between: what reveals more in general."""
-    rest = {row.index for row in sight.fit.linear.rows if row.kind != "rotation"}
-    poses = len({pose_at(sight, index) for index in rest})
-    text = (
-        "There are no two explanations to tell apart here. More data show smaller effects: "
-        "the 8 corners, the first poses once more at the end (a drift shows only there), a warm "
-        f"device. There are {poses} different poses so far."
-    )
-    return [line("NOTHING TO TELL APART", "accent"), line(""), *wrapped(text, width)]
+def pose_rows(place: int, pose: NextPose, width: int, *, short: bool) -> list[Line]:
+    """A pose with its number, its name and what it is good for."""
+    name = f"{signed(pose.pose).upper()} UP" if pose.pose else "NO NAME"
+    # what all poses are for together has been said above them
+    text = pose.why.rpartition(": tells ")[0] or pose.why if short else pose.why
+    why = wrapped(text, max(30, width - 20))
+    rows: list[Line] = [((f"{place:>3}  ", "key"), (f"{name:<14} ", "strong"), *why[0])]
+    return rows + [((" " * 20, ""), *more) for more in why[1:]]

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.ladder import Rung, confirmed
 from imucal_wizard.bench.session import Bench, Findings
+from imucal_wizard.bench.statement import Statement, statement
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.hold_data import BASE
@@ -20,7 +22,8 @@ class Sight:
         sensor: ``accelerometer`` or ``gyroscope``.
         measured: what is known of it.
         fit: the present fit.
-        findings: suspects and verdict.
+        findings: suspects and opinion.
+        said: the verdict, and what to measure next.
         ladder: every model so far.
         entries: what may be missing, the likeliest first.
         views: pictures of what is left.
@@ -31,6 +34,7 @@ class Sight:
     measured: Measured
     fit: Extended
     findings: Findings
+    said: Statement
     ladder: tuple[Rung, ...]
     entries: tuple[Entry, ...]
     views: tuple[View, ...]
@@ -56,7 +60,7 @@ class Sight:
         return not confirmed(below, above, of_time) and above.rms_held_out is not None
 
 
-def look(bench: Bench) -> Sight:
+def look(benches: Benches, bench: Bench) -> Sight:
     """Look at a bench as it is now."""
     findings = bench.look()
     return Sight(
@@ -64,6 +68,7 @@ def look(bench: Bench) -> Sight:
         measured=bench.measured,
         fit=bench.fit,
         findings=findings,
+        said=statement(benches, bench, findings),
         ladder=tuple(bench.ladder),
         entries=entries_of(bench, findings),
         views=views_of(bench.fit, bench.measured),

@@ -1,0 +1,115 @@
+"""What is chosen on the bench: panel, suspect, term, picture, point. It knows no screen."""
+
+from imucal_wizard.tui.bench.added import added_view
+from imucal_wizard.tui.bench.entries import Entry
+from imucal_wizard.tui.bench.model_rows import Part, parts_of_model
+from imucal_wizard.tui.bench.sight import Sight
+from imucal_wizard.tui.bench.suspect_rows import order
+from imucal_wizard.tui.bench.views import View
+
+PANELS = ("suspects", "model", "ladder")
+
+
+class Desk:
+    """One sensor's sight with a place in each list.
+
+    Attributes:
+        sight: what was looked up; None before the first look.
+        panel: where up and down choose.
+        hidden: lesson mode: nothing is told before a guess.
+        added: the picture is that of the chosen suspect.
+        cursor: place of the point picked, or None.
+    """
+
+    def __init__(self) -> None:
+        self.sight: Sight | None = None
+        self.panel = PANELS[0]
+        self.hidden = False
+        self.added = False
+        self.cursor: int | None = None
+        self._suspect = self._term = self._view = 0
+        self._part = ""
+
+    def show(self, sight: Sight) -> None:
+        """Another model, or another sensor; pictures stay what they are where they can."""
+        self.sight = sight
+        self.added, self.cursor, self._suspect = False, None, 0
+        self._term = min(self._term, len(self.parts()) - 1)
+        if self._part not in sight.parts:
+            self._part, self._view = sight.parts[0], 0
+
+    def entries(self) -> tuple[Entry, ...]:
+        """The suspects in the order shown."""
+        return () if self.sight is None else order(self.sight, hidden=self.hidden)
+
+    @property
+    def place(self) -> int | None:
+        """Place of the chosen suspect."""
+        count = len(self.entries())
+        return min(self._suspect, count - 1) if count else None
+
+    @property
+    def entry(self) -> Entry | None:
+        """The chosen suspect."""
+        return None if self.place is None else self.entries()[self.place]
+
+    def parts(self) -> list[Part]:
+        """The terms of the model, those left out among them."""
+        return [] if self.sight is None else parts_of_model(self.sight)
+
+    @property
+    def term_place(self) -> int | None:
+        """Place of the chosen term; None while another panel has the arrows."""
+        return self._term if self.panel == "model" and self.parts() else None
+
+    @property
+    def part(self) -> Part | None:
+        """The chosen term; None while another panel has the arrows."""
+        return None if self.term_place is None else self.parts()[self.term_place]
+
+    def view(self) -> View | None:
+        """The picture: the chosen suspect's, or what is left against something."""
+        if self.sight is None:
+            return None
+        if self.added and self.entry is not None and not self.hidden:
+            explained = added_view(self.sight.findings.misfit, self.entry)
+            if explained is not None:
+                return explained
+        views = [view for view in self.sight.views if view.part == self._part]
+        return views[self._view % len(views)] if views else None
+
+    def choose(self, by: int) -> None:
+        """Another suspect, or another term of the model."""
+        if self.panel == "model":
+            self._term = (self._term + by) % max(1, len(self.parts()))
+        else:
+            self._suspect = ((self.place or 0) + by) % max(1, len(self.entries()))
+            self.cursor = None if self.added else self.cursor
+
+    def point(self, by: int) -> None:
+        """Another point of the picture."""
+        view = self.view()
+        if view is not None:
+            first = 0 if by > 0 else -1
+            self.cursor = (first if self.cursor is None else self.cursor + by) % len(view.x)
+
+    def turn(self, by: int) -> None:
+        """What is left against something else; from a suspect's picture back to the one before."""
+        self._view += 0 if self.added else by
+        self.added, self.cursor = False, None
+
+    def explain(self) -> None:
+        """The chosen suspect's picture, and back."""
+        self.added, self.cursor = not self.added and not self.hidden, None
+
+    def other_part(self) -> None:
+        """Another part of the data: turns, or an axis at rest."""
+        if self.sight is not None:
+            parts = self.sight.parts
+            self._part = parts[(parts.index(self._part) + 1) % len(parts)]
+            self.added, self.cursor = False, None
+
+    def predict(self) -> None:
+        """Hide the answer, or show it again."""
+        self.hidden = not self.hidden
+        self.panel, self.added, self._suspect = PANELS[0], False, 0
