@@ -164,7 +164,7 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     bench.add("second-order")
     rows = " ".join(plain(next_rows(look(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
-    assert "Here it is about 5.0" in rows
+    assert "Here it is about 5." in rows
 
 
 @pytest.mark.parametrize("width", [60, 76, 104])

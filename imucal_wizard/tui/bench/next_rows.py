@@ -33,11 +33,11 @@ def next_rows(sight: Sight, width: int) -> list[Line]:
     advice = sight.said.advice
     if advice.poses:
         apart = advice.apart[-1] if advice.apart else None
-        return [*rows, *_plan_rows(sight, advice.poses, apart, width)]
+        return [*rows, *_plan_rows(advice.poses, apart, width)]
     poses, apart = to_be_surer(sight)
     if apart is None:
         return [*rows, *wrapped(_NOTHING, width)]
-    return [*rows, *_plan_rows(sight, poses, apart, width)]
+    return [*rows, *_plan_rows(poses, apart, width)]
 
 
 def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
@@ -55,8 +55,8 @@ def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
     size = float(np.abs(first.size).max())
     unit = first.effect.parameters(sight.sensor)[0].unit
     apart = Apart(
-        first.effect.name, second.effect.name, plan.before * size, plan.after * size, unit,
-        len(plan.proposals),
+        first.effect.name, second.effect.name, plan.before * size, plan.after * size, size,
+        unit, len(plan.proposals),
     )  # fmt: skip
     poses = tuple(NextPose(p.direction, p.why, p.pose, p.warm) for p in plan.proposals)
     return poses, apart
@@ -90,17 +90,11 @@ def _from_suspects(sight: Sight) -> tuple[Explained, Explained] | None:
     return None
 
 
-def _plan_rows(
-    sight: Sight, poses: tuple[NextPose, ...], apart: Apart | None, width: int
-) -> list[Line]:
+def _plan_rows(poses: tuple[NextPose, ...], apart: Apart | None, width: int) -> list[Line]:
     rows: list[Line] = []
     if apart is not None:
         head = f"{apart.first} OR {apart.second}?".upper()
-        rows = [
-            line(head, "accent"),
-            *gain_rows(apart, found_size(sight, apart.first), width),
-            line(""),
-        ]
+        rows = [line(head, "accent"), *gain_rows(apart, width), line("")]
     else:
         rows = [line("MEASURE NEXT", "accent")]
     for k, pose in enumerate(poses):
@@ -108,26 +102,18 @@ def _plan_rows(
     return [*rows, line(""), *wrapped(_HOW, width, "quiet")] if poses else rows
 
 
-def found_size(sight: Sight, term: str) -> float | None:
-    """The largest size of a term, in the model or as it would come out; shown unit."""
-    for one, sizes in zip(sight.fit.terms, sight.fit.sizes, strict=True):
-        if one.name == term:
-            return float(np.abs(sizes).max())
-    for entry in sight.entries:
-        if entry.term == term and entry.suspect is not None and entry.suspect.trial is not None:
-            return float(np.abs(entry.suspect.trial.size).max())
-    return None
-
-
-def gain_rows(apart: Apart, found: float | None, width: int) -> list[Line]:
+def gain_rows(apart: Apart, width: int) -> list[Line]:
     """From which size on these two are told apart, now and with the poses."""
     unit = unit_words(apart.unit)
     before = f"{number(apart.before, 2)} {unit}" if np.isfinite(apart.before) else "no size at all"
-    here = "" if found is None else f" Here it is about {number(found, 2)}."
-    now = f"These data tell {apart.first} from {apart.second} from {before} on.{here}"
+    now = (
+        f"These data tell {apart.first} from {apart.second} from {before} on. Here it is about "
+        f"{number(apart.size, 2)}."
+    )
     if apart.never or not apart.poses:
         return [*wrapped(now, width), *wrapped(_NEVER, width, "warn")]
-    then = f"With {apart.poses} more poses: from {number(apart.after, 2)} {unit} on."
+    worth = "that decides it" if apart.enough else "that does not decide it yet"
+    then = f"With {apart.poses} more poses: from {number(apart.after, 2)} {unit} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
 
