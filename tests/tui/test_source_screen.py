@@ -130,6 +130,9 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
         await shows(
             pilot, "which column is what?", "[red]0.03", "acc_x", "turn rate unit", "▲ choose"
         )
+        source.stream = replace(source.stream, line="0.1,9.7,0.2", values=(0.1, 9.7, 0.2, 1, 2, -3))
+        source.say(source.status)
+        await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
         await pilot.press("enter")
         await shows(pilot, "choose the turn rate unit")
         await pilot.press("right", "right", "right", "enter")
@@ -156,7 +159,9 @@ async def test_nothing_is_asked_while_a_header_may_still_come() -> None:
     columns = tuple(Column(f"g{axis}", "") for axis in "xyz")
     source.stream = replace(fakes.STREAM, needs=("gyroscope unit",), columns=columns)
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
-        assert "which column" not in await shows(pilot, "not known: gyroscope unit", "c: choose")
+        text = await shows(pilot, "not known: gyroscope unit", "c columns and units")
+        assert "which column" not in text
+        assert "start calibrating" not in text
 
 
 async def test_columns_without_names_are_mapped_by_hand() -> None:

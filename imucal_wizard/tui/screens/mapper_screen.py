@@ -10,8 +10,9 @@ from textual.screen import ModalScreen
 
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.devices.setup import AUTO, StreamSetup
+from imucal_wizard.digits import fixed
 from imucal_wizard.live.snapshot import StreamStatus
-from imucal_wizard.tui.text import line, number, unit_sign, wrapped
+from imucal_wizard.tui.text import line, unit_sign, wrapped
 from imucal_wizard.tui.widgets.choices import Choice, Choices
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.units import ACCELERATION, COUNT, RATE, TIME
@@ -34,6 +35,8 @@ _HINTS = {
     "g": "see the sketch or data sheet",
     "t": "",
 }
+_LARGE = 1000.0
+"""Numbers from here on are shown without decimals."""
 
 
 class MapperScreen(ModalScreen[StreamSetup | None]):
@@ -64,24 +67,35 @@ class MapperScreen(ModalScreen[StreamSetup | None]):
 
     def on_mount(self) -> None:
         """Ask, beginning with what is not known."""
-        width = max(40, self.app.size.width - 10)
-        raw = wrapped(f"newest line: {self._stream.line}"[: 2 * width], width, "quiet")
-        self.query_one("#raw", Lines).show([*raw, line("")])
+        self._show(self._stream.line)
         choices = questions(self._stream)
         unknown = [i for i, choice in enumerate(choices) if choice.answer not in choice.options]
         place = self.query_one(Choices)
         first = unknown[0] if unknown and "columns" not in self._stream.needs else 0
         place.ask(choices, first)
         place.focus()
-        self.set_interval(_LOOK, self._answered)
+        self.set_interval(_LOOK, self._look)
 
-    def _answered(self) -> None:
-        """Go away when the stream has said by itself what was asked: its header has come."""
+    def _look(self) -> None:
+        """Show what arrives: turning the device tells which column is which.
+
+        Go away when the stream has said by itself what was asked: its header has come.
+        """
         source = cast("WizardApp", self.app).source
-        if self._stream.needs and self.is_current and source is not None:
-            now = source.snapshot().stream
-            if now.samples and not now.needs:
-                self.dismiss(None)
+        if source is None:
+            return
+        stream = source.snapshot().stream
+        if self._stream.needs and self.is_current and stream.samples and not stream.needs:
+            self.dismiss(None)
+        elif len(stream.columns) == len(self._stream.columns):
+            self._show(stream.line)
+            notes = [newest(stream, place) for place in range(len(stream.columns))]
+            self.query_one(Choices).note(notes)
+
+    def _show(self, text: str) -> None:
+        width = max(40, self.app.size.width - 10)
+        raw = wrapped(f"newest line: {text}"[: 2 * width], width, "quiet")
+        self.query_one("#raw", Lines).show([*raw, line("")])
 
     @on(Choices.Done)
     def _use(self) -> None:
@@ -98,11 +112,16 @@ def questions(stream: StreamStatus) -> list[Choice]:
     """One question per column, then one per unit."""
     choices = []
     for i, column in enumerate(stream.columns):
-        value = stream.values[i] if i < len(stream.values) else float("nan")
         label = column.name or f"column {i + 1}"
         answer = column.channel or SKIP
-        choices.append(Choice(label, (*CHANNELS, SKIP), answer, f"now {number(value, 5)}"))
+        choices.append(Choice(label, (*CHANNELS, SKIP), answer, newest(stream, i)))
     return choices + [_unit_question(stream, letter) for letter in ("a", "g", "t")]
+
+
+def newest(stream: StreamStatus, place: int) -> str:
+    """What stands in a column of the newest line."""
+    value = stream.values[place] if place < len(stream.values) else float("nan")
+    return f"now {fixed(value, 3 if abs(value) < _LARGE else 0)}"
 
 
 def _unit_question(stream: StreamStatus, letter: str) -> Choice:

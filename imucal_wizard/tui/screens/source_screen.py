@@ -66,6 +66,13 @@ class SourceScreen(LiveScreen):
         ("q", "quit"),
     )
 
+    asking_keys: ClassVar[Keys] = (
+        ("c", "columns and units"),
+        ("esc", "other source"),
+        ("?", "help"),
+        ("q", "quit"),
+    )
+
     def __init__(self) -> None:
         super().__init__()
         self.seen = asyncio.Event()
@@ -158,8 +165,11 @@ class SourceScreen(LiveScreen):
         self.footer()
 
     def footer(self) -> None:
-        """The keys of choosing, or those of looking at a stream."""
-        self.query_one(KeyFooter).offer(self.open_keys if self.wizard.source else self.keys)
+        """The keys of choosing, or those of looking at a stream, where a start may not do yet."""
+        snapshot = self.wizard.snapshot if self.wizard.source else None
+        known = snapshot is None or not snapshot.stream.needs
+        looking = self.open_keys if known else self.asking_keys
+        self.query_one(KeyFooter).offer(looking if self.wizard.source else self.keys)
 
     def action_other(self) -> None:
         """Close this source and choose another."""
@@ -196,6 +206,7 @@ class SourceScreen(LiveScreen):
         super().take(snapshot)
         self.query_one(Preview).tell(snapshot.stream)
         stream = snapshot.stream
+        self.footer()
         self._ask(stream)
         alone = self.wizard.settings.auto or (
             self._chosen is not None and self._chosen.kind in _RECORDED

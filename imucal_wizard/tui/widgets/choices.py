@@ -61,6 +61,12 @@ class Choices(Lines):
         self._here = here
         self._draw()
 
+    def note(self, notes: Sequence[str]) -> None:
+        """Other notes beside the first questions."""
+        noted = [replace(c, note=n) for c, n in zip(self.choices, notes, strict=False)]
+        self.choices = noted + self.choices[len(noted) :]
+        self._draw()
+
     def action_move(self, by: int) -> None:
         """To another question."""
         self._here = (self._here + by) % max(1, len(self.choices))
