@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard import __version__
 from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.output import harmless
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import FitReport, SensorFit
 
@@ -117,7 +118,7 @@ def from_report(report: FitReport, source: str, created: str) -> Calibration:
         schema=SCHEMA,
         program=__version__,
         created=created,
-        source=source,
+        source=harmless(source),
         gravity=Value(report.gravity, "m/s^2"),
         temperature=(min(known), max(known)) if known else None,
         holds=len(report.holds),

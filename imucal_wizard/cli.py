@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from imucal_wizard.errors import ImucalError
+from imucal_wizard.faults import watch
+from imucal_wizard.output import harmless, never_fail_to_encode, note
 
 COMMANDS = ("fit", "bench", "simulate", "ports", "wizard")
 
@@ -27,10 +29,13 @@ Options of each: imucal-wizard COMMAND --help; of the wizard: imucal-wizard wiza
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program; the exit status is 0 done, 1 the data do not carry it, 2 wrong usage."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        never_fail_to_encode()
+        watch()
     try:
         return _dispatch(arguments)
     except ImucalError as error:
-        print(f"imucal-wizard: {_one_line(str(error))}", file=sys.stderr)
+        note(f"imucal-wizard: {_one_line(str(error))}")
         return error.exit_status
     except KeyboardInterrupt:
         print("imucal-wizard: stopped", file=sys.stderr)
@@ -59,7 +64,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 def _one_line(text: str) -> str:
     """The message on one line, without control characters a device or file may have put in."""
-    return "".join(c if c.isprintable() else " " for c in " ".join(text.split()))
+    return harmless(" ".join(text.split()))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.errors import SessionError
+from imucal_wizard.live.resume import begin, resume
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.state import Collected, Event, EventKind
@@ -220,6 +221,39 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
     assert (new.path.name, new.finished) == ("new.imucal", True)
     assert (old.source, old.step, old.seconds, old.holds) == ("IMU", "poses", 15.0, 1)
     assert not old.finished
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "UPDATE raw SET arrival = 'x'",
+        "UPDATE raw SET data = 'text'",
+        "UPDATE meta SET value = '\"x\"' WHERE key = 'created'",
+        "UPDATE meta SET value = '[]' WHERE key = 'asked'",
+    ],
+)
+def test_values_of_another_kind_are_damage_and_spoil_no_list(tmp_path: Path, sql: str) -> None:
+    path = tmp_path / "a.imucal"
+    begin(path).close()
+    with Session.open(path) as session:
+        session.write_raw(0.5, b"1,2,3\n")
+        session.write_raw(1.0, b"1,2,3\n")
+    with sqlite3.connect(path) as connection:
+        connection.execute(sql)
+    assert len(list_sessions(tmp_path)) == 1
+    with pytest.raises(SessionError):
+        _taken_up(path)
+
+
+def _taken_up(path: Path) -> None:
+    again = resume(path)
+    again.prepare(again.engine)
+
+
+def test_a_time_that_is_none_spoils_no_list(tmp_path: Path) -> None:
+    Session.create(tmp_path / "a.imucal", {"created": 1e300}).close()
+    (info,) = list_sessions(tmp_path)
+    assert "is damaged" in info.problem
 
 
 def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:

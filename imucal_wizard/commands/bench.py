@@ -1,6 +1,5 @@
 """``imucal-wizard bench``: compare, rank what is missing, add it, without a screen."""
 
-import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from imucal_wizard.commands.arguments import (
     write_json,
 )
 from imucal_wizard.errors import DataError, UsageError
+from imucal_wizard.output import note, say
 
 if TYPE_CHECKING:  # numpy waits until the options are known to be right
     from imucal_wizard.bench.benches import Benches
@@ -170,11 +170,11 @@ def told(
     if arguments.json != "-":
         from imucal_wizard.bench.text import bench_text
 
-        print(bench_text(statements))
-    for note in notes:
-        print(f"warning: {note}", file=sys.stderr)
+        say(bench_text(statements))
+    for warning in notes:
+        note(f"warning: {warning}")
     for one in short:
-        print(f"imucal-wizard: {one.sensor}: {one.lacking}", file=sys.stderr)
+        note(f"imucal-wizard: {one.sensor}: {one.lacking}")
     return 1 if short else 0
 
 

@@ -1,6 +1,5 @@
 """``imucal-wizard fit``: a recording in, a calibration out, without a screen."""
 
-import sys
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -14,6 +13,7 @@ from imucal_wizard.commands.arguments import (
     write_json,
 )
 from imucal_wizard.errors import DataError
+from imucal_wizard.output import note, say
 
 
 def parser() -> Parser:
@@ -47,6 +47,8 @@ def run(argv: Sequence[str]) -> int:
             from imucal_wizard.document import failure_document
 
             write_json(failure_document(str(error), readings.warnings), arguments.json)
+        for warning in readings.warnings:
+            note(f"warning: {warning}")
         raise
     if arguments.save:
         from imucal_wizard.calibration import from_report, save
@@ -61,10 +63,10 @@ def run(argv: Sequence[str]) -> int:
     if arguments.json != "-":
         from imucal_wizard.summary import summary
 
-        print(summary(report))
+        say(summary(report))
         if arguments.save:
-            print(f"saved: {arguments.save}")
+            say(f"saved: {arguments.save}")
     else:
         for warning in report.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            note(f"warning: {warning}")
     return 0

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from imucal_wizard.commands.arguments import Parser
+from imucal_wizard.output import say
 
 
 def run(argv: Sequence[str]) -> int:
@@ -14,5 +15,5 @@ def run(argv: Sequence[str]) -> int:
     made.parse_args(argv)
     from imucal_wizard.devices.ports import ports_report
 
-    print(ports_report())
+    say(ports_report())
     return 0

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
 from imucal_wizard.errors import UsageError
+from imucal_wizard.output import say
 
 
 def parser() -> Parser:
@@ -61,7 +62,7 @@ def run(argv: Sequence[str]) -> int:
         rate=arguments.rate,
         poses=arguments.poses or "18",
     )
-    print(f"written: {arguments.out}")
+    say(f"written: {arguments.out}")
     return 0
 
 
@@ -93,10 +94,10 @@ def _mystery(arguments: Namespace) -> int:
         rate=arguments.rate,
         poses=arguments.poses or "26+repeats",
     )
-    print(f"written: {made.recording} (for the class)")
-    print(f"sealed:  {made.answer}")
+    say(f"written: {made.recording} (for the class)")
+    say(f"sealed:  {made.answer}")
     if arguments.key is None:
-        print(f"key:     {made.key}")
+        say(f"key:     {made.key}")
     return 0
 
 
@@ -109,6 +110,6 @@ def _reveal(arguments: Namespace) -> int:
     truth = reveal(arguments.reveal, arguments.key)
     if guess is not None:
         outcome, why = judged(guess, truth)
-        print(f"guess:  {arguments.guess}: {outcome} ({why})")
-    print(f"answer: {in_words(truth)}")
+        say(f"guess:  {arguments.guess}: {outcome} ({why})")
+    say(f"answer: {in_words(truth)}")
     return 0

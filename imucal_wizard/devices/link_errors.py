@@ -34,6 +34,8 @@ def cannot_open(port: str, error: BaseException, known: list[str]) -> str:
             f"{port} is in use by {_user_of(port)}. Close that program (serial monitor, another "
             f"imucal-wizard, ModemManager) and try again."
         )
+    if code == errno.EISDIR:
+        return f"{port} is a folder, not a serial port. Give a port such as /dev/ttyACM0."
     if code in (errno.ENOTTY, errno.EINVAL):
         return f"{port} is not a serial port. To read a file, give it with --replay."
     return f"{port} cannot be opened: {error}. Check the cable and the name of the port."
@@ -50,7 +52,7 @@ def lost(port: str, error: BaseException | None) -> str:
 
 def _cannot_open_url(url: str, error: BaseException) -> str:
     text = str(error)
-    if isinstance(error, ValueError) or "not known" in text:
+    if isinstance(error, ValueError):
         return (
             f"{url} is not an address that can be read. Use socket://HOST:PORT or "
             f"rfc2217://HOST:PORT."
@@ -65,21 +67,36 @@ def _cannot_open_url(url: str, error: BaseException) -> str:
 def _denied(port: str) -> str:
     if sys.platform == "win32":
         return f"{port} is in use by another program. Close that program and try again."
-    group = _group_of(port)
+    return forbidden(port, *_group_of(port))
+
+
+def forbidden(port: str, group: str, may: bool) -> str:
+    """One sentence for a port that this user may not open.
+
+    Args:
+        port: the device node.
+        group: the group that owns it.
+        may: whether that group may read and write it.
+    """
+    says = f"No permission to open {port}: it belongs to the group {group}"
+    if may and group != "root":  # nobody should join that one for a serial port
+        join = f"'sudo usermod -a -G {group} {_me()}'"
+        return f"{says}. Run {join}, log in again, and try again."
     return (
-        f"No permission to open {port}: it belongs to the group {group}. Run "
-        f"'sudo usermod -a -G {group} {_me()}', log in again, and try again."
+        f"{says}, which is of no use to join. Run 'sudo chmod a+rw {port}' and try again; that "
+        f"lasts until it is unplugged."
     )
 
 
-def _group_of(port: str) -> str:
-    """The group that owns the device node; the usual one where it has no name."""
+def _group_of(port: str) -> tuple[str, bool]:
+    """The group that owns the device node, and whether it may read and write."""
     import grp
 
     try:
-        return grp.getgrgid(Path(port).stat().st_gid).gr_name
+        status = Path(port).stat()
+        return grp.getgrgid(status.st_gid).gr_name, status.st_mode & 0o060 == 0o060
     except (OSError, KeyError):
-        return "dialout"
+        return "dialout", True
 
 
 def _me() -> str:

@@ -55,11 +55,13 @@ class Resumed:
         engine: in its first state; ``prepare`` brings it to where the session ended.
         about: all settings of the session.
         session: the file, open for writing.
+        created: when it was begun, seconds since 1970.
     """
 
     engine: Engine
     about: dict[str, Any]
     session: Session
+    created: float
 
     def prepare(self, engine: Engine, now: Callable[[], float] = time.time) -> float:
         """Run everything through the engine again, and let it go on writing.
@@ -74,7 +76,7 @@ class Resumed:
         replay(self.session, engine)
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
-        passed = now() - float(self.about.get("created", now()))
+        passed = now() - self.created
         return passed if last is None else max(last + _PAUSE, passed)
 
 
@@ -89,11 +91,12 @@ def resume(path: Path) -> Resumed:
         about = session.meta()
         setup = StreamSetup.from_json(about["asked"])
         settings = Settings.from_json(about["settings"])
-    except (KeyError, AttributeError, UsageError) as error:
+        created = float(about["created"])
+    except (KeyError, AttributeError, TypeError, ValueError, UsageError) as error:
         session.close()
         raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
     engine = Engine(setup, settings, source=str(about.get("source", "")))
-    return Resumed(engine, about, session)
+    return Resumed(engine, about, session, created)
 
 
 def replay(session: Session, engine: Engine) -> None:
@@ -114,6 +117,20 @@ def _obey(engine: Engine, command: Command) -> None:
             "this version of the program reads the session differently: look at what is kept",
         )
     if command.name == SETUP:
-        engine.set_setup(StreamSetup.from_json(msgspec.json.decode(command.argument)))
+        engine.set_setup(_setup_of(command.argument))
     else:
         engine.command(command.name, command.argument)
+
+
+def _setup_of(text: str) -> StreamSetup:
+    """The setup that was written down with a command.
+
+    Raises:
+        SessionError: it is none.
+    """
+    try:
+        return StreamSetup.from_json(msgspec.json.decode(text))
+    except (msgspec.MsgspecError, AttributeError, UsageError) as error:
+        raise SessionError(
+            f"how the stream was read cannot be told ({error}); begin a new session"
+        ) from error

@@ -88,9 +88,10 @@ class Conductor:
             if asking:
                 scene.emit(EventKind.MOVED, "Moving.")
         elif asking and not run.used:
+            what = "Moved" if moment.full else "Interrupted"
             scene.emit(
                 EventKind.HOLD_BROKEN,
-                f"Moved after {self.holding.seconds:.1f} s: {self._why(moment)}. Hold it again.",
+                f"{what} after {self.holding.seconds:.1f} s: {self._why(moment)}. Hold it again.",
             )
         self.holding.fresh()
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.output import harmless
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings.checks import check
 from imucal_wizard.recordings.columns import Samples
@@ -91,7 +92,7 @@ def _merge(
     source: dict[str, Path] = {}
     warnings: list[str] = []
     for path, one in zip(paths, samples, strict=False):
-        prefix = f"{path.name}: " if len(paths) > 1 else ""
+        prefix = f"{harmless(path.name)}: " if len(paths) > 1 else ""
         warnings += [prefix + text for text in one.warnings]
         for sensor, found in one.series.items():
             if sensor == "temperature" and sensor in series:

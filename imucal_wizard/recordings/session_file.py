@@ -81,7 +81,7 @@ def explained(path: Path, error: sqlite3.Error) -> SessionError:
     if isinstance(error, sqlite3.OperationalError) and "readonly" in str(error):
         return SessionError(f"{path} cannot be written; check who owns the file and its folder")
     return SessionError(
-        f"{path} is damaged ({error}); save what can be read with"
+        f"{path} is damaged ({str(error)[:80]}); save what can be read with"
         f" sqlite3 {shlex.quote(str(path))} .recover, or measure again"
     )
 
@@ -99,6 +99,20 @@ def explaining(path: Path) -> Iterator[None]:
         raise explained(path, error) from error
 
 
+@contextmanager
+def understanding(path: Path) -> Iterator[None]:
+    """The same while values are taken from it: one of another kind than was written is damage.
+
+    Raises:
+        SessionError: the file is damaged.
+    """
+    try:
+        with explaining(path):
+            yield
+    except (TypeError, ValueError, OverflowError, AttributeError) as error:
+        raise explained(path, sqlite3.DatabaseError(str(error))) from error
+
+
 def meta(connection: sqlite3.Connection) -> dict[str, Any]:
     """All settings by name."""
     rows = connection.execute("SELECT key, value FROM meta")
@@ -110,7 +124,12 @@ def meta(connection: sqlite3.Connection) -> dict[str, Any]:
 
 def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
     """Number, arrival time in seconds and bytes of each piece, in order."""
-    yield from connection.execute("SELECT id, arrival, data FROM raw ORDER BY id")
+    for number, arrival, data in connection.execute(
+        "SELECT id, arrival, data FROM raw ORDER BY id"
+    ):
+        if not (isinstance(arrival, float) and isinstance(data, bytes)):
+            raise sqlite3.DatabaseError(f"piece {number} of what was received is garbled")
+        yield number, arrival, data
 
 
 def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
@@ -119,6 +138,6 @@ def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
     Raises:
         SessionError: the file cannot be read.
     """
-    with explaining(path), closing(connect(path)) as connection:
+    with understanding(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
         return meta(connection), [(arrival, data) for _, arrival, data in raw(connection)]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from imucal_wizard.errors import SessionError
 from imucal_wizard.recordings import session_file
-from imucal_wizard.recordings.session_file import SUFFIX, explaining
+from imucal_wizard.recordings.session_file import SUFFIX, understanding
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,17 @@ def list_sessions(directory: Path) -> list[SessionInfo]:
 
 def _info(path: Path) -> SessionInfo:
     try:
-        with explaining(path), closing(session_file.connect(path)) as connection:
+        with understanding(path), closing(session_file.connect(path)) as connection:
             return _read(path, connection)
     except SessionError as error:
-        return SessionInfo(path, created=path.stat().st_mtime, problem=str(error))
+        return SessionInfo(path, created=_changed(path), problem=str(error))
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # taken away since the folder was looked at
+        return 0.0
 
 
 def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
@@ -76,9 +83,11 @@ def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
     first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
     holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
     rotations = connection.execute("SELECT count(*) FROM rotation").fetchone()[0]
+    created = float(about.get("created", 0.0))
+    dt.datetime.fromtimestamp(created, dt.UTC)  # a time that is none is damage like any other
     return SessionInfo(
         path,
-        float(about.get("created", 0.0)),
+        created,
         str(about.get("source", "")),
         str(about.get("step", "")),
         0.0 if first is None else last - first,

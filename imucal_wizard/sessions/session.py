@@ -79,7 +79,8 @@ class Session:
             connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
         except (OSError, sqlite3.Error) as error:
             raise SessionError(
-                f"{path} cannot be written ({error}); give another folder with --session"
+                f"{path} cannot be written ({getattr(error, 'strerror', None) or error}); give"
+                " another folder with --sessions"
             ) from error
         session = cls(path, connection, clock)
         with session._explaining():

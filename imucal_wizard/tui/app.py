@@ -1,12 +1,15 @@
 """The app: it holds the source, asks it for a snapshot and gives that to the screen in front."""
 
+import sys
 import time
 from typing import TYPE_CHECKING, ClassVar
 
+from rich.text import Text
 from textual.app import App
 from textual.binding import Binding, BindingType
 
 from imucal_wizard.errors import DataError, ImucalError
+from imucal_wizard.faults import kept, told
 from imucal_wizard.tui.hand_keys import HandKeys
 from imucal_wizard.tui.screens.help_screen import HelpScreen
 from imucal_wizard.tui.screens.live_screen import LiveScreen
@@ -115,6 +118,15 @@ class WizardApp(App[Saved]):
         if always or self.settings.quit_after:
             self.failure = error
             self.action_leave()
+
+    def _fatal_error(self) -> None:
+        """An unforeseen fault: its traceback goes to a file, one line to the user.
+
+        Textual calls this; without it, it would print the traceback with all values in it.
+        """
+        error = self._exception or sys.exception() or RuntimeError("unknown")
+        error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
+        self.panic(Text(told(error, kept(error))))
 
     def action_explain(self, about: str = "") -> None:
         """Explain what is in front, or the step, in plain words."""

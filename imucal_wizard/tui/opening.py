@@ -86,7 +86,9 @@ class Opening:
         self.session = new_path(self.directory(), datetime.now().astimezone())
         settings = self._settings()
         settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
-        return begin(self.session, self._setup(), settings, source=self.title, about=about)
+        return begin(
+            self.session, stream_setup(self._options), settings, source=self.title, about=about
+        )
 
     def _resumed(self, path: Path) -> Source:
         from imucal_wizard.devices.link import Transport
@@ -100,14 +102,18 @@ class Opening:
         taken_up, options = resume(path), self._options
         self.session = path
         about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
+        try:
+            seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
+            baud = int(about.get("baud", options.baud))
+        except (TypeError, ValueError) as error:
+            taken_up.session.close()
+            raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
         if about.get("kind") == "virtual":
-            seed, hidden = int(about.get("seed", 0)), tuple(about.get("hidden", ()))
             imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden)
             return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
         port = options.port or str(about.get("port", ""))
         if not port:
             raise SessionError(f"{path} does not say which port it was; add --port PORT")
-        baud = int(about.get("baud", options.baud))
         return Reader(Transport(port, baud), engine, prepare=prepare)
 
     def _player(self, paths: Sequence[Path]) -> Source:
@@ -136,15 +142,21 @@ class Opening:
             None if limit is None else math.radians(limit),
         )
 
-    def _setup(self) -> "StreamSetup":
-        from imucal_wizard.devices.setup import StreamSetup, named_columns
 
-        known = self._options.recording
-        return StreamSetup(
-            format=self._options.format,
-            columns=named_columns(",".join(known.columns)) if known.columns else (),
-            rate=known.rate,
-            accelerometer_unit=known.accelerometer_unit or "",
-            gyroscope_unit=known.gyroscope_unit or "",
-            magnetometer_unit=known.magnetometer_unit or "",
-        )
+def stream_setup(options: WizardOptions) -> "StreamSetup":
+    """What the options say of a stream.
+
+    Raises:
+        UsageError: a column or a unit does not exist.
+    """
+    from imucal_wizard.devices.setup import StreamSetup, named_columns
+
+    known = options.recording
+    return StreamSetup(
+        format=options.format,
+        columns=named_columns(",".join(known.columns)) if known.columns else (),
+        rate=known.rate,
+        accelerometer_unit=known.accelerometer_unit or "",
+        gyroscope_unit=known.gyroscope_unit or "",
+        magnetometer_unit=known.magnetometer_unit or "",
+    )

@@ -1,10 +1,13 @@
 """The way from the command line's options into the app and out again."""
 
+import shlex
 import sys
 from dataclasses import replace
 
 from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.output import say
 from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.opening import stream_setup
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import SourceChoice, SourceKind
@@ -38,10 +41,10 @@ def run_wizard(options: WizardOptions) -> int:
     if app.failure is not None:
         raise app.failure
     if saved is not None:
-        print("\n".join(saved.says))
+        say("\n".join(saved.says))
     elif workshop.session is not None and workshop.session.exists():
-        print(f"kept: {workshop.session}")
-        print(f"go on with: imucal-wizard --resume {workshop.session}")
+        say(f"kept: {workshop.session}")
+        say(f"go on with: imucal-wizard --resume {shlex.quote(str(workshop.session))}")
     return app.return_code or 0
 
 
@@ -70,8 +73,25 @@ def _check(options: WizardOptions) -> None:
             raise RecordingError(f"there is no file {path}; check the path")
     if options.resume is not None and not options.resume.is_file():
         raise SessionError(f"there is no session {options.resume}; check the path")
+    if not 0 < options.baud <= 20_000_000:
+        raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
+    _check_stream(options)
     if options.hidden:
         from imucal_wizard.devices.virtual import parse_hidden
 
         for text in options.hidden:
             parse_hidden(text)
+
+
+def _check_stream(options: WizardOptions) -> None:
+    """What is said of the stream must be something that exists; numpy loads only if it is said."""
+    known = options.recording
+    units = (known.accelerometer_unit, known.gyroscope_unit, known.magnetometer_unit)
+    if options.format == "auto" and not known.columns and not any(units):
+        return
+    from imucal_wizard.devices.formats import decoder_for
+    from imucal_wizard.devices.setup import AUTO
+
+    setup = stream_setup(options)
+    if setup.format != AUTO:
+        decoder_for(setup.format, setup.columns)

@@ -69,7 +69,24 @@ def test_a_forbidden_port_names_the_group_that_owns_the_node(tmp_path: Path) -> 
     group = grp.getgrgid(node.stat().st_gid).gr_name
     text = link_errors.cannot_open(str(node), PermissionError(13, "Permission denied"), [])
     assert f"group {group}" in text
-    assert f"usermod -a -G {group}" in text
+
+
+def test_joining_a_group_is_advised_where_it_helps_and_never_for_root() -> None:
+    assert "usermod -a -G dialout" in link_errors.forbidden("/dev/ttyACM0", "dialout", True)
+    for group, may in (("root", True), ("dialout", False)):
+        text = link_errors.forbidden("/dev/ttyACM0", group, may)
+        assert "usermod" not in text
+        assert "chmod a+rw /dev/ttyACM0" in text
+
+
+def test_a_folder_is_no_port(tmp_path: Path) -> None:
+    with pytest.raises(LinkError, match=r"is a folder, not a serial port"):
+        Transport(str(tmp_path)).open()
+
+
+def test_a_host_that_is_not_known_is_told_from_a_bad_address() -> None:
+    with pytest.raises(LinkError, match=r"cannot be reached. Check the host"):
+        Transport("socket://no.such.host.invalid:9").open()
 
 
 def test_a_file_is_no_port_and_the_message_points_to_replay(tmp_path: Path) -> None:

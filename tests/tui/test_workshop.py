@@ -11,8 +11,9 @@ import pytest
 
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual import simulate_recording
-from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.errors import InputError, RecordingError, SessionError, UsageError
 from imucal_wizard.live.snapshot import Snapshot
+from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice, run_wizard
@@ -157,6 +158,24 @@ def test_without_a_terminal_the_wizard_says_what_to_use_instead(
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     with pytest.raises(UsageError, match="imucal-wizard fit"):
         run_wizard(WizardOptions())
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (WizardOptions(baud=0), "--baud 0 is no speed"),
+        (WizardOptions(format="nope"), "no format 'nope'"),
+        (WizardOptions(recording=RecordingOptions(("ax", "foo"))), "'foo' is no column"),
+        (WizardOptions(recording=RecordingOptions(gyroscope_unit="foo")), "is not a unit"),
+    ],
+)
+def test_wrong_usage_is_said_before_the_screen_is_taken_over(
+    monkeypatch: pytest.MonkeyPatch, options: WizardOptions, says: str
+) -> None:
+    for stream in ("stdin", "stdout"):
+        monkeypatch.setattr(f"sys.{stream}.isatty", lambda: True, raising=False)
+    with pytest.raises(InputError, match=says):
+        run_wizard(options)
 
 
 def test_what_is_not_there_is_said_in_a_sentence(tmp_path: Path) -> None:

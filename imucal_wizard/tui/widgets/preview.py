@@ -14,6 +14,7 @@ _GRAVITY = 9.80665
 _NEAR = 0.15
 """A gravity within 15 % of what it should be is a matter of calibration, not of units."""
 _FEW_DIGITS = 3
+_LINE_ROWS = 3
 _WELCOME = (
     (
         "This program leads you through the calibration of an accelerometer and gyroscope. Gravity "
@@ -47,7 +48,11 @@ class Preview(Lines):
     def tell(self, stream: "StreamStatus") -> None:
         """Show the newest values."""
         width = max(30, self.size.width)
-        rows = [line(stream.source or "source", "strong"), self._state(stream), line("")]
+        rows = [line(stream.source or "source", "strong"), self._state(stream)]
+        if stream.line and not stream.samples:
+            newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
+            rows += [line(""), *newest[:_LINE_ROWS]]
+        rows.append(line(""))
         rows += self._values("acceleration", stream.accelerometer, stream.accelerometer_unit)
         rows += self._values("turn rate", *_readable(stream.gyroscope, stream.gyroscope_unit))
         if stream.temperature is not None:

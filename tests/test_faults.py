@@ -1,0 +1,76 @@
+"""What nobody foresaw, and what a terminal must not be told."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from textual.worker import WorkerFailed
+
+from imucal_wizard.commands import fit
+from imucal_wizard.devices.virtual.simulate import simulate_recording
+from imucal_wizard.output import harmless
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from tests.tui import fakes
+from tests.tui.waiting import until
+
+
+def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
+    code = "from imucal_wizard.faults import watch; watch(); {}['never there']"
+    home = {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **home},
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "has a fault (KeyError" in done.stderr
+    (report,) = tmp_path.rglob("fault-*.txt")
+    assert "never there" in report.read_text()
+
+
+async def test_a_fault_in_the_app_shows_no_traceback(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(choice: SourceChoice) -> fakes.FakeSource:
+        raise KeyError(choice.target)
+
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    services = fakes.services(fakes.FakeSource())
+    services = type(services)(broken, services.fit, services.save)
+    app = WizardApp(services, None, SourceChoice(SourceKind.PORT, "COM3", "COM3"))
+    with pytest.raises(WorkerFailed):  # the test's pilot raises it again
+        async with app.run_test() as pilot:
+            await until(pilot, lambda: app.return_code == 1)
+    shown = capsys.readouterr().err
+    assert "has a fault (KeyError" in shown
+    assert "Traceback" not in shown
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("plain µ °\n", "plain µ °\n"),
+        ("\x1b[2Jx\x07\x9b31m", "\ufffd[2Jx\ufffd\ufffd31m"),
+        ("a\u202eb\udcff", "a\ufffdb\ufffd"),
+    ],
+)
+def test_nothing_that_is_printed_steers_the_terminal(text: str, shown: str) -> None:
+    assert harmless(text) == shown
+
+
+def test_a_name_that_is_no_text_is_fitted_and_saved(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"\xff\x1b[2J.csv")
+    try:
+        simulate_recording(path, poses="6", rotations=0)
+    except OSError:
+        pytest.skip("this file system takes no such name")
+    assert fit.run([str(path), "--save", str(tmp_path / "out.json")]) == 0
+    assert (tmp_path / "out.json").is_file()
