@@ -95,9 +95,10 @@ def test_a_device_that_goes_away_in_a_hold_loses_nothing_and_is_found_again(
     tmp_path: Path, pty: Pty, run: Run
 ) -> None:
     name = tmp_path / "device"
-    reader = run(Reader(Transport(link(name, pty.path)), Engine(settings=settings())))
+    engine = Engine(settings=settings())
+    engine.command("start")
+    reader = run(Reader(Transport(link(name, pty.path)), engine))
     wait_for(lambda: reader.snapshot().stream.connected)
-    reader.command("start")
     _print(pty, 1200)
     wait_for(lambda: reader.snapshot().stream.samples == 1200)
     assert reader.snapshot().status.step is StepKind.UP_DOWN
