@@ -1,5 +1,6 @@
 """``imucal-wizard bench``: compare, rank what is missing, add it, without a screen."""
 
+import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
