@@ -10,6 +10,7 @@ from imucal_wizard.devices.formats import decoder_for, format_note
 from imucal_wizard.devices.formats.base import Column, Decoder
 from imucal_wizard.devices.garbage import Garbage
 from imucal_wizard.devices.health import Health
+from imucal_wizard.devices.kept import Kept
 from imucal_wizard.devices.plain import plain
 from imucal_wizard.devices.search import Found, Search
 from imucal_wizard.devices.setup import AUTO, StreamSetup
@@ -51,7 +52,7 @@ class Intake:
         self._asked = setup or StreamSetup()
         self._compare_arrivals = compare_arrivals
         self._search = Search(self._asked)
-        self._held: list[tuple[bytes, float]] = []
+        self._held = Kept()
         self._found: Found | None = None
         self._decoder: Decoder | None = None
         self._assembler: Assembler | None = None
@@ -166,7 +167,7 @@ class Intake:
             self._line = data
         if self._decoder is not None and self._assembler is not None:
             return self._run(self._decoder, self._assembler, data, arrival)
-        self._held.append((data, arrival))
+        self._held.add(data, arrival)
         for piece in data.splitlines(keepends=True):
             found = self._search.feed(piece, arrival)
             if found is not None:
@@ -191,8 +192,7 @@ class Intake:
         decoder = self._decoder = decoder_for(found.format, found.columns)
         assembler = self._assembler = Assembler(found.columns, found.first, self._asked.rate)
         self._health = Health(assembler, self._compare_arrivals)
-        held, self._held = self._held, []
-        return _joined(self._run(decoder, assembler, *chunk) for chunk in held)
+        return _joined(self._run(decoder, assembler, *chunk) for chunk in self._held.taken())
 
     def _run(
         self, decoder: Decoder, assembler: Assembler, data: bytes, arrival: float

@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.devices.detect import Detector
 from imucal_wizard.devices.formats import decoder_for
 from imucal_wizard.devices.formats.base import Column, Decoder
+from imucal_wizard.devices.kept import Kept
 from imucal_wizard.devices.resolve import FIRST_ROWS, first_stretch, resolve
 from imucal_wizard.devices.setup import AUTO, StreamSetup
 from imucal_wizard.readings import FloatArray
@@ -47,7 +48,7 @@ class Search:
         self._decoder: Decoder | None = None
         if setup.format != AUTO:
             self._decoder = decoder_for(setup.format, setup.columns)
-        self._undecoded: list[tuple[bytes, float]] = []
+        self._undecoded = Kept()
         self._values: list[FloatArray] = []
         self._arrivals: list[float] = []
         self._columns: tuple[Column, ...] = ()
@@ -94,13 +95,12 @@ class Search:
         self._lines += piece.endswith((b"\n", b"\r"))
         if self._decoder is not None:
             return self._decode(self._decoder, piece, arrival)
-        self._undecoded.append((piece, arrival))
+        self._undecoded.add(piece, arrival)
         name = self._detector.feed(piece)
         if not name:
             return None
         self._decoder = decoder_for(name, self._setup.columns)
-        waiting, self._undecoded = self._undecoded, []
-        answers = [self._decode(self._decoder, *chunk) for chunk in waiting]
+        answers = [self._decode(self._decoder, *chunk) for chunk in self._undecoded.taken()]
         return next((found for found in answers if found is not None), None)
 
     def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> Found | None:

@@ -41,8 +41,6 @@ FACE_TOLERANCE_DEG = 40.0
 """With the six faces alone the nearest other face is 90° away."""
 POSE_TOLERANCE_DEG = 20.0
 """Faces and edges are 45° apart; 20° leaves a gap in which a pose is nobody's."""
-SAME_DIRECTION_DEG = 12.0
-"""Holds closer than this are repeats of one direction."""
 
 
 def angle_between(a: FloatArray, b: FloatArray) -> float:
