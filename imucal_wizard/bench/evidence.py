@@ -1,102 +1,125 @@
-"""How well each explanation predicts what is left: marginal likelihood, noise size unknown.
-
-With patterns U and strengths λ the whitened residual r (m numbers, base parameters projected out)
-is Gaussian with covariance ``σ²I + U diag(λ) Uᵀ``, whose logarithm needs q numbers only:
-
-    −2 log p = Σ log(1 + λ/σ²) + m log σ² + (|r|² − Σ (uᵀr)² λ/(λ + σ²)) / σ²
-
-σ is the true noise in units of the noise measured within the holds. Within-hold noise is nearly the
-whole truth for a white sensor and a half or a third of it for a coloured one, so σ is averaged over
-a grid with a prior that allows both; it is the repeats in r itself that decide.
-"""
+"""All explanations of one design against each other: the probability of each, given a residual."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.bench.hypotheses import Hypothesis
+from imucal_wizard.bench.hypotheses import Hypothesis, disturbed, effects, nothing
+from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.noise import SIGMAS, SQUARES, Frame, frame_of, sigma_prior
+from imucal_wizard.bench.pairs import Pairs, all_pairs
+from imucal_wizard.bench.spectrum import spectrum
+from imucal_wizard.bench.unknown import unknown
 from imucal_wizard.readings import FloatArray
 
-SIGMAS = np.exp(np.linspace(np.log(0.6), np.log(8.0), 18))
 
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """Every explanation's share of the probability.
 
-def sigma_prior(share_white: float = 0.6) -> FloatArray:
-    """Logarithm of the prior of each σ: a peak at one, and a broad shoulder above it."""
-    x = np.log(SIGMAS)
-    peak = np.exp(-0.5 * ((x - 0.03) / 0.12) ** 2) / 0.12
-    broad = np.exp(-0.5 * ((x - 0.7) / 0.6) ** 2) / 0.6
-    prior = share_white * peak + (1.0 - share_white) * broad
-    return np.asarray(np.log(prior / prior.sum()))
+    Attributes:
+        evidence: logarithm of the marginal likelihood of each single explanation, shape (h,).
+        single: probability of each single explanation, shape (h,).
+        paired: probability of each pair, shape (p,).
+        sigma: expected noise under each single explanation, shape (h,).
+        sigma_paired: the same under each pair, shape (p,).
+        noise: probability of each wander and σ over all explanations, shape (wanders, sigmas).
+        wander: expected wander of the noise, over all explanations.
+    """
+
+    evidence: FloatArray
+    single: FloatArray
+    paired: FloatArray
+    sigma: FloatArray
+    sigma_paired: FloatArray
+    noise: FloatArray
+    wander: float
+
+    @property
+    def wandering(self) -> float:
+        """Probability that the noise wanders at all."""
+        return float(self.noise[1:].sum())
 
 
 class Jury:
     """All explanations of one design, ready to judge any residual of it.
 
     Args:
-        across: complement of the base, shape (n, m).
-        hypotheses: the explanations.
+        frame: the coordinates.
+        hypotheses: the single explanations; the first is noise alone.
+        pairs: the pairs, or None.
     """
 
-    def __init__(self, across: FloatArray, hypotheses: Sequence[Hypothesis]) -> None:
-        self.across = across
-        self.hypotheses = list(hypotheses)
-        self.log_prior = np.array([h.log_prior for h in self.hypotheses])
-        self._sigma_prior = sigma_prior()
-        self._basis = np.concatenate([h.basis for h in self.hypotheses], axis=1)
-        counts = [len(h.strength) for h in self.hypotheses]
-        self._starts = np.concatenate([[0], np.cumsum(counts)])[:-1]
-        strength = np.concatenate([h.strength for h in self.hypotheses])
-        squares = SIGMAS**2
-        self._gain = strength[:, None] / (strength[:, None] + squares) / squares
-        logs = np.log1p(strength[:, None] / squares)
-        self._log_det = self._summed(logs) + across.shape[1] * np.log(squares)
+    def __init__(
+        self, frame: Frame, hypotheses: Sequence[Hypothesis], pairs: Pairs | None = None
+    ) -> None:
+        self.frame = frame
+        self.hypotheses = tuple(hypotheses)
+        self.pairs = pairs
+        self.log_prior = np.array([one.log_prior for one in hypotheses])
+        self.weights = [frame.weights(wander) for wander in frame.wanders]
+        self.spectra = [spectrum(self.hypotheses[1:], weights) for weights in self.weights]
+        spread = -np.array([np.log(weights).sum() for weights in self.weights])
+        volume = frame.across.shape[1] * np.log(SQUARES) + spread[:, None]
+        self._log_volume = frame.log_prior[:, None] + sigma_prior() - 0.5 * volume
 
-    def _summed(self, rows: FloatArray) -> FloatArray:
-        """Sum of rows (patterns, …) within each hypothesis, shape (hypotheses, …)."""
-        totals = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
-        ends = np.append(self._starts[1:], len(rows))
-        return np.asarray(totals[ends] - totals[self._starts])
+    def log_noise(self, coordinates: FloatArray) -> FloatArray:
+        """Likelihood and prior of noise alone, shape (…, wanders, sigmas).
 
-    def log_likelihood(self, residual: FloatArray) -> FloatArray:
-        """Logarithm of the marginal likelihood per hypothesis and σ, shape (h, sigmas).
+        Args:
+            coordinates: of residuals, shape (…, m).
+        """
+        squares = coordinates**2
+        totals = np.stack([squares @ weights for weights in self.weights], axis=-1)
+        return np.asarray(self._log_volume - 0.5 * totals[..., None] / SQUARES)
+
+    def weigh(self, residual: FloatArray) -> Weighed:
+        """Weigh all explanations.
 
         Args:
             residual: whitened, shape (n,).
         """
-        projected = self.across.T @ residual
-        squares = (self._basis.T @ projected) ** 2
-        explained = self._summed(squares[:, None] * self._gain)
-        left = float(projected @ projected) / SIGMAS**2 - explained
-        return np.asarray(-0.5 * (self._log_det + left))
-
-    def log_evidence(self, residual: FloatArray) -> FloatArray:
-        """The same averaged over σ, shape (h,)."""
-        return np.asarray(
-            np.logaddexp.reduce(self.log_likelihood(residual) + self._sigma_prior, axis=1)
+        coordinates = self.frame.across.T @ residual
+        alone = self.log_noise(coordinates)
+        single = self._single(coordinates, alone)
+        paired = self._paired(coordinates, alone)
+        evidence = np.logaddexp.reduce(single, axis=(1, 2))
+        joint = np.concatenate([single + self.log_prior[:, None, None], paired])
+        weight = np.exp(joint - joint.max())
+        weight /= weight.sum()
+        share = weight.sum(axis=(1, 2))
+        by_sigma = weight.sum(axis=1)
+        sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
+        noise = weight.sum(axis=0)
+        count = len(self.hypotheses)
+        return Weighed(
+            evidence,
+            share[:count],
+            share[count:],
+            sigma[:count],
+            sigma[count:],
+            noise,
+            float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def posterior(self, residual: FloatArray) -> FloatArray:
-        """Probability of each explanation, shape (h,)."""
-        weight = self.log_evidence(residual) + self.log_prior
-        return np.asarray(np.exp(weight - np.logaddexp.reduce(weight)))
+    def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
+        """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
+        gains = np.stack([one.gains(coordinates) for one in self.spectra], axis=1)
+        averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
+        return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
-    def sigma(self, residual: FloatArray, hypothesis: int) -> float:
-        """Expected σ under one explanation."""
-        weight = self.log_likelihood(residual)[hypothesis] + self._sigma_prior
-        return float((np.exp(weight - np.logaddexp.reduce(weight)) * SIGMAS).sum())
+    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
+        """Likelihood and prior, shape (p, wanders, sigmas)."""
+        if self.pairs is None:
+            return np.zeros((0, *alone.shape))
+        gains = [self.pairs.gains(coordinates, weights) for weights in self.weights]
+        return np.asarray(alone + np.stack(gains, axis=1) + self.pairs.log_prior[:, None, None])
 
-    def log_evidences(self, residuals: FloatArray) -> FloatArray:
-        """``log_evidence`` of many residuals, shape (k, n) -> (k, h), without a loop over them."""
-        projected = residuals @ self.across
-        squares = (projected @ self._basis) ** 2
-        totals = (projected**2).sum(axis=1)
-        best = np.full((len(residuals), len(self.hypotheses)), -np.inf)
-        ends = np.append(self._starts[1:], squares.shape[1])
-        for place, sigma in enumerate(SIGMAS):
-            sums = np.cumsum(squares * self._gain[:, place], axis=1)
-            sums = np.concatenate([np.zeros((len(residuals), 1)), sums], axis=1)
-            explained = sums[:, ends] - sums[:, self._starts]
-            left = totals[:, None] / sigma**2 - explained
-            value = -0.5 * (self._log_det[:, place] + left) + self._sigma_prior[place]
-            best = np.logaddexp(best, value)
-        return best
+
+def make_jury(misfit: Misfit, pairs: bool = True) -> Jury:
+    """Everything that may explain a misfit of this design."""
+    frame = frame_of(misfit)
+    made = [nothing(frame), *effects(misfit, frame), *disturbed(misfit, frame)]
+    made += unknown(misfit, frame)
+    return Jury(frame, made, all_pairs(made) if pairs else None)

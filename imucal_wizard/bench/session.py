@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from imucal_wizard.bench.evidence import Jury
+from imucal_wizard.bench.evidence import make_jury
 from imucal_wizard.bench.floors import Rounding
 from imucal_wizard.bench.from_fit import misfit_of
-from imucal_wizard.bench.hypotheses import all_hypotheses
 from imucal_wizard.bench.ladder import Rung, confirmed, rung
 from imucal_wizard.bench.misfit import Misfit
-from imucal_wizard.bench.suspects import Suspect, best_by_chance, rank
+from imucal_wizard.bench.suspects import Suspect, rank
 from imucal_wizard.bench.verdict import Opinion, Verdict, judge
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import Effect
@@ -82,11 +81,12 @@ class Bench:
             missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
             shown = [effect for effect in missing if self.lacking(effect) is None]
             misfit = misfit_of(self.fit.linear, self.sensor, self.measured.circumstances, shown)
-            across, hypotheses = all_hypotheses(misfit)
-            jury = Jury(across, hypotheses)
-            suspects = rank(misfit, jury, best_by_chance(jury))
+            jury = make_jury(misfit)
+            weighed = jury.weigh(misfit.residual)
+            suspects = rank(misfit, jury, weighed)
             p = min((suspect.p for suspect in suspects), default=1.0)
-            self._findings = Findings(self.fit, misfit, suspects, judge(misfit, jury, p))
+            opinion = judge(misfit, jury, weighed, p)
+            self._findings = Findings(self.fit, misfit, suspects, opinion)
         return self._findings
 
     def lacking(self, effect: Effect) -> str | None:

@@ -6,32 +6,37 @@ misfit than chance or an unknown effect's shadow does, and when noise alone does
 misfit more than once in a hundred designs.
 """
 
-from collections import defaultdict
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeVar
 
 import numpy as np
 
-from imucal_wizard.bench.evidence import Jury
-from imucal_wizard.bench.hypotheses import DISTURBED, NOTHING, UNKNOWN, WANDER
+from imucal_wizard.bench.evidence import Jury, Weighed
+from imucal_wizard.bench.hypotheses import DISTURBED, NOTHING, UNKNOWN
+from imucal_wizard.bench.labels import Shares, Terms, ordered, shares_of
 from imucal_wizard.bench.misfit import Misfit
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.bench.strength import Best
 
 NAMED = 0.75
 """Share of the probability that explanations with a family must hold for it to be named."""
-STRONG = 60.0
-"""Misfit, in squares of the noise, that a named explanation takes away. An effect at twice the size
-that these data detect takes away about 120; an unknown effect that merely resembles it, less."""
-RARE = 0.01
-"""Noise alone may make a claim once in a hundred recordings."""
+STRONG = 70.0
+"""Misfit, in squares of the noise, that a named family takes away beside all others. An effect at
+twice the size that these data detect takes away about 120; an unknown effect that merely resembles
+it, less."""
+HEAVY = 36.0
+"""The same for a disturbed hold."""
+STRANGE = 0.12
+"""Probability of unknown structure above which nothing is named."""
+NOISE = 0.2
+"""Probability of noise alone above which nothing is claimed."""
+LOUD = 3.0
+"""Noise, in units of that within the holds, that is believed only when poses were repeated."""
+REPEATS = 6
+"""Repeats that show how large the noise is."""
 LISTED = 0.02
 """Explanations below this share of the probability are not listed."""
 MEMBER = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
-
-
-_Key = TypeVar("_Key")
 
 
 class Verdict(StrEnum):
@@ -57,120 +62,95 @@ class Opinion:
         holds: indices of disturbed holds or rotations.
         p: chance that noise alone makes anything look as good.
         noise: the noise in units of what was measured within the holds.
+        wandering: probability that the bias wanders between holds, which is noise and no drift.
     """
 
     verdict: Verdict
     families: tuple[str, ...]
-    terms: tuple[tuple[str, ...], ...]
-    explanations: tuple[tuple[str, ...], ...]
+    terms: tuple[Terms, ...]
+    explanations: tuple[Terms, ...]
     holds: tuple[int, ...]
     p: float
     noise: float
+    wandering: float
 
 
-def judge(misfit: Misfit, jury: Jury, p: float) -> Opinion:
+def judge(misfit: Misfit, jury: Jury, weighed: Weighed, p: float) -> Opinion:
     """Weigh all explanations of a misfit.
 
     Args:
         misfit: what is left.
         jury: the explanations of this design.
+        weighed: their probabilities.
         p: chance that noise alone makes any suspect look as good as the best one here.
     """
-    posterior = jury.posterior(misfit.residual)
-    best = int(np.argmax(posterior))
-    noise = jury.sigma(misfit.residual, best)
-    present = _present(jury, posterior)
-    explanations = _explanations(jury, posterior)
-    if p > RARE or max(present[NOTHING], present[WANDER]) > 1.0 - NAMED:
-        return Opinion(Verdict.COMPLETE, (), (), explanations, (), p, noise)
-    if present[DISTURBED] > NAMED:
-        holds = _disturbed(jury, posterior)
-        return Opinion(Verdict.DISTURBED, (), (), explanations, holds, p, noise)
+    shares = shares_of(jury, weighed)
+    best = Best(misfit, jury, weighed)
+    verdict, families = decide(evidence_of(misfit, shares, best))
+    holds: tuple[int, ...] = ()
+    if DISTURBED in families:
+        families = tuple(one for one in families if one != DISTURBED)
+        holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
+    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
+    terms = tuple(_within(shares, family_of, family) for family in families)
+    if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
+        verdict = Verdict.AMBIGUOUS
+    listed = shares.explanations(LISTED)
+    noise, wandering = best.noise, weighed.wandering
+    return Opinion(verdict, families, terms, listed, holds, p, noise, wandering)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the decision is made from.
+
+    Attributes:
+        present: probability that each family takes part.
+        taken: squares of the noise that each likely family takes away beside the others.
+        strongest: the same for the likeliest effects together.
+        noise: in units of that within the holds.
+        repeats: holds beyond the first of their direction: they show how large the noise is.
+    """
+
+    present: dict[str, float]
+    taken: dict[str, float]
+    strongest: float
+    noise: float
+    repeats: int
+
+
+def evidence_of(misfit: Misfit, shares: Shares, best: Best) -> Evidence:
+    """Everything that the decision is made from."""
+    present = shares.present()
+    likely = sorted(set(present) - {NOTHING, UNKNOWN})
+    taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
+    repeats = len(misfit) - len(np.unique(misfit.group))
+    return Evidence(present, taken, best.strongest(), best.noise, repeats)
+
+
+def decide(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict, and the families named; a disturbed hold counts as one."""
+    present, taken = evidence.present, evidence.taken
+    if present[NOTHING] > NOISE:
+        loud = evidence.noise > LOUD and evidence.repeats < REPEATS
+        return (Verdict.UNEXPLAINED if loud else Verdict.COMPLETE), ()
     named = tuple(
-        sorted(
-            family
-            for family, share in present.items()
-            if share > NAMED and family not in (NOTHING, WANDER, DISTURBED, UNKNOWN)
-        )
+        family
+        for family, squares in taken.items()
+        if present[family] > NAMED and squares > (HEAVY if family == DISTURBED else STRONG)
     )
-    if named and _taken_away(misfit, jury, posterior, named) >= STRONG:
-        terms = tuple(_within(jury, posterior, family) for family in named)
-        sure = all(len(members) == 1 for members in terms)
-        verdict = Verdict.MISSING if sure else Verdict.AMBIGUOUS
-        return Opinion(verdict, named, terms, explanations, (), p, noise)
-    if present[UNKNOWN] < 1.0 - NAMED and _strongest(misfit, jury, posterior) >= STRONG:
-        return Opinion(Verdict.AMBIGUOUS, (), (), explanations, (), p, noise)
-    return Opinion(Verdict.UNEXPLAINED, (), (), explanations, (), p, noise)
+    if present.get(UNKNOWN, 0.0) > STRANGE:
+        return Verdict.UNEXPLAINED, ()
+    if named:
+        return (Verdict.DISTURBED if named == (DISTURBED,) else Verdict.MISSING), named
+    if evidence.strongest > STRONG:
+        return Verdict.AMBIGUOUS, ()
+    return Verdict.UNEXPLAINED, ()
 
 
-def _sorted(shares: dict[_Key, float]) -> list[tuple[_Key, float]]:
-    return sorted(shares.items(), key=lambda item: -item[1])
-
-
-def _present(jury: Jury, posterior: FloatArray) -> dict[str, float]:
-    """Probability that each family takes part; kinds without terms under their own names."""
-    present: dict[str, float] = defaultdict(float)
-    for hypothesis, share in zip(jury.hypotheses, posterior, strict=True):
-        for family in hypothesis.families or (hypothesis.kind,):
-            present[family] += float(share)
-    return present
-
-
-def _explanations(jury: Jury, posterior: FloatArray) -> tuple[tuple[str, ...], ...]:
-    """Sets of terms by their probability, those that are not listed left out."""
-    shares: dict[tuple[str, ...], float] = defaultdict(float)
-    for hypothesis, share in zip(jury.hypotheses, posterior, strict=True):
-        if hypothesis.terms:
-            shares[tuple(sorted(hypothesis.terms))] += float(share)
-    return tuple(terms for terms, share in _sorted(shares) if share > LISTED)
-
-
-def _within(jury: Jury, posterior: FloatArray, family: str) -> tuple[str, ...]:
+def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     """Members of a family by probability, until one has nearly all of it."""
-    shares: dict[str, float] = defaultdict(float)
-    for hypothesis, share in zip(jury.hypotheses, posterior, strict=True):
-        if family in hypothesis.families:
-            for term in hypothesis.terms:
-                if len(hypothesis.terms) == 1 or _belongs(jury, term, family):
-                    shares[term] += float(share)
-    total = sum(shares.values())
-    order = [term for term, share in _sorted(shares) if share > LISTED * total]
-    return tuple(order[:1] if shares[order[0]] > MEMBER * total else order)
-
-
-def _belongs(jury: Jury, term: str, family: str) -> bool:
-    return any(h.terms == (term,) and h.families == (family,) for h in jury.hypotheses)
-
-
-def _disturbed(jury: Jury, posterior: FloatArray) -> tuple[int, ...]:
-    """The hold or rotation that is accused."""
-    shares: dict[int, float] = defaultdict(float)
-    for hypothesis, share in zip(jury.hypotheses, posterior, strict=True):
-        if hypothesis.kind == DISTURBED and hypothesis.which[0] is not None:
-            shares[int(hypothesis.which[0])] += float(share)
-    return tuple(hold for hold, _ in _sorted(shares)[:1])
-
-
-def _taken_away(
-    misfit: Misfit, jury: Jury, posterior: FloatArray, families: tuple[str, ...]
-) -> float:
-    """Squares of the noise that the likeliest explanation with these families takes away."""
-    places = [i for i, h in enumerate(jury.hypotheses) if set(families) <= set(h.families)]
-    if not places:
-        return 0.0
-    return _explained(misfit, jury, max(places, key=lambda place: posterior[place]))
-
-
-def _strongest(misfit: Misfit, jury: Jury, posterior: FloatArray) -> float:
-    """The same for the likeliest explanation by effects."""
-    places = [i for i, h in enumerate(jury.hypotheses) if h.terms]
-    if not places:
-        return 0.0
-    return _explained(misfit, jury, max(places, key=lambda place: posterior[place]))
-
-
-def _explained(misfit: Misfit, jury: Jury, place: int) -> float:
-    hypothesis = jury.hypotheses[place]
-    noise = jury.sigma(misfit.residual, place)
-    projected = hypothesis.basis.T @ (jury.across.T @ misfit.residual)
-    return float((projected**2).sum() / noise**2)
+    members = shares.members(family_of, family)
+    if members[0][1] > MEMBER:
+        return (members[0][0],)
+    return tuple(term for term, share in members if share > LISTED)

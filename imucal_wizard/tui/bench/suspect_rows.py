@@ -2,6 +2,7 @@
 
 import math
 
+from imucal_wizard.bench.amounts import detectable
 from imucal_wizard.tui.bench.entries import Entry, by_name
 from imucal_wizard.tui.bench.model_rows import pair, unit_words
 from imucal_wizard.tui.bench.sight import Sight
@@ -154,10 +155,10 @@ def _strong(entry: Entry) -> bool:
 def _seen_from(entry: Entry) -> str:
     if entry.suspect is None or entry.suspect.candidate is None:
         return ""
-    if not math.isfinite(entry.suspect.detectable):
+    size = detectable(entry.suspect)
+    if not math.isfinite(size):
         return "no size"
-    unit = unit_words(entry.suspect.candidate.unit)
-    return f"{number(entry.suspect.detectable, 2)} {unit}"
+    return f"{number(size, 2)} {unit_words(entry.suspect.candidate.unit)}"
 
 
 def _like(entry: Entry) -> tuple[str, ...]:

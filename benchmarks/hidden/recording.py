@@ -1,0 +1,115 @@
+"""One simulated session of a virtual accelerometer, as far as the program would see it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.hidden.designs import BATCHES, Plan, Schedule, drawn_schedule
+from benchmarks.hidden.noise import MILLI_G, Colour, averaged_rounding, batch_noise
+from imucal_wizard.devices.virtual import forward
+from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.devices.virtual.sensor import SensorModel
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import STANDARD_GRAVITY
+
+RATE = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """What the program gets.
+
+    Attributes:
+        holds: the holds, n of them.
+        vibration: mean square in each as measured, (m/s²)², shape (n,).
+        schedule: what truly happened.
+    """
+
+    holds: tuple[Hold, ...]
+    vibration: FloatArray
+    schedule: Schedule
+
+
+def record(
+    plan: Plan,
+    colour: Colour,
+    hidden: Sequence[Hidden],
+    rng: np.random.Generator,
+    extra: "Extra | None" = None,
+) -> Recorded:
+    """One session.
+
+    Args:
+        plan: what the session is drawn from.
+        colour: the noise.
+        hidden: the effects.
+        rng: chance.
+        extra: what is no effect of the catalogue.
+    """
+    schedule = drawn_schedule(plan, rng)
+    sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
+    noise = batch_noise(colour, schedule, rng) * MILLI_G
+    step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
+    c = circumstances(schedule, (schedule.start[0] + step) / 60.0)
+    error = np.zeros((len(schedule.up), 3))
+    for one in hidden:
+        error += one.error(c)
+    if extra is not None:
+        error += extra.error(schedule, rng) * MILLI_G
+    felt = STANDARD_GRAVITY * schedule.up + error
+    vibration = schedule.vibration * STANDARD_GRAVITY**2
+    dither = np.sqrt((colour.density * MILLI_G) ** 2 * RATE / 2.0 + vibration / 3.0)[:, None]
+    means = (felt[:, None, :] + noise) @ sensor.sensitivity.T + sensor.bias
+    rounded = np.stack(
+        [averaged_rounding(means[:, k], sensor.step, dither) for k in range(BATCHES)], axis=1
+    )
+    measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * RATE / 2.0
+    measured = measured * (1.0 + 0.03 * rng.standard_normal(len(measured)))
+    return Recorded(_holds(schedule, rounded), measured, schedule)
+
+
+def circumstances(schedule: Schedule, step: float) -> forward.Circumstances:
+    """What the forward equations need, one row per hold; ``step`` in minutes."""
+    n = len(schedule.up)
+    return forward.Circumstances(
+        force=schedule.up,
+        rate=np.zeros((n, 3)),
+        temperature=schedule.temperature,
+        minutes=schedule.middle / 60.0,
+        previous=schedule.previous,
+        vibration=np.sqrt(schedule.vibration / 3.0)[:, None] * np.ones(3),
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
+        sensed=schedule.up,
+        step=step,
+    )
+
+
+def _holds(schedule: Schedule, batches: FloatArray) -> tuple[Hold, ...]:
+    temperature = np.round(schedule.temperature * 16.0) / 16.0
+    centred = batches - batches.mean(axis=1, keepdims=True)
+    scatter = np.einsum("nbi,nbj->nij", centred, centred) / (BATCHES * (BATCHES - 1))
+    return tuple(
+        Hold(
+            start=float(start),
+            end=float(end),
+            accelerometer=batch.mean(axis=0),
+            accelerometer_covariance=covariance,
+            gyroscope=None,
+            gyroscope_covariance=None,
+            samples=int((end - start) * RATE),
+            temperature=float(warm),
+        )
+        for start, end, batch, covariance, warm in zip(
+            schedule.start, schedule.end, batches, scatter, temperature, strict=True
+        )
+    )
+
+
+class Extra:
+    """Something that no effect of the catalogue makes."""
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """Error of the input, mg, shape (n, 3)."""
+        raise NotImplementedError
