@@ -75,7 +75,8 @@ def run(argv: Sequence[str]) -> int:
 
         sensors = [name for name in SENSORS if getattr(readings, name) is not None]
         return told([nothing_carried(name, str(error)) for name in sensors], readings, arguments)
-    if sys.stdout.isatty() and not (arguments.auto or arguments.json):
+    asked = sys.stdin.isatty() and sys.stdout.isatty()
+    if asked and not (arguments.auto or arguments.json):
         return _on_screen(benches, added)
     from imucal_wizard.bench.survey import survey
 

@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.document import bench_document
 from imucal_wizard.bench.says import says
-from imucal_wizard.bench.statement import Statement, statement
+from imucal_wizard.bench.statement import Statement, nothing_carried, statement
 from imucal_wizard.bench.survey import survey
 from imucal_wizard.bench.text import bench_text
 from imucal_wizard.bench.verdict import Verdict
@@ -17,12 +17,20 @@ from imucal_wizard.procedure.poses import FACES
 from tests.bench.recordings import MG, along, fitted, moved
 
 
-def benches(*hidden: str, poses: str = "18", rotations: int = 0) -> Benches:
-    return Benches(*fitted(*hidden, poses=poses, rotations=rotations))
+def benches(*hidden: str, rotations: int = 0) -> Benches:
+    """Of a recording with 18 poses; without rotations, as if there were no gyroscope."""
+    report, readings = fitted(*hidden, rotations=rotations)
+    if not rotations:
+        report = replace(
+            report,
+            rates={"accelerometer": 100.0},
+            sensors={"accelerometer": report.sensors["accelerometer"]},
+        )
+    return Benches(report, readings)
 
 
 def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> None:
-    said, _ = survey(benches("second-order:5:x"), {}, automatic=True)
+    (said,) = survey(benches("second-order:5:x"), {}, automatic=True)
     assert said.added == ("second-order",)
     text = says(said)
     for words in ("follows the force", "second-order", "±", "mg/g²", "up wrong by", "falls from"):
@@ -30,7 +38,7 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
 
 
 def test_a_complete_model_says_what_would_have_been_seen() -> None:
-    said, _ = survey(benches(), {}, automatic=True)
+    (said,) = survey(benches(), {}, automatic=True)
     assert said.verdict is Verdict.COMPLETE
     assert "complete" in says(said)
     assert "would have shown from" in says(said)
@@ -41,7 +49,7 @@ def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
     report, _ = fitted(poses="26+repeats", seed=5)
     spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
-    spoilt = replace(spoilt, rates={"accelerometer": 100.0})
+    spoilt = replace(spoilt, rates={"accelerometer": 100.0})  # the gyroscope is not asked
     said = survey(Benches(spoilt), {}, automatic=True)[0]
     assert said.verdict is Verdict.DISTURBED
     assert said.holds == (9,)
@@ -114,15 +122,16 @@ def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> No
 
 
 def test_a_term_for_a_gyroscope_that_is_not_there_is_refused() -> None:
-    report, _ = fitted()
-    alone = Benches(replace(report, rates={"accelerometer": 100.0}))
     with pytest.raises(UsageError, match="no gyroscope"):
-        survey(alone, {"gyroscope": ["g-sensitivity"]}, automatic=False)
+        survey(benches(), {"gyroscope": ["g-sensitivity"]}, automatic=False)
 
 
 def test_document_and_text_are_made_of_every_statement() -> None:
     """Numbers, words and nulls only; no line of text is wider than a terminal."""
-    statements = survey(benches("second-order:5:x"), {}, automatic=True)
+    statements = (
+        *survey(benches("second-order:5:x"), {}, automatic=True),
+        nothing_carried("gyroscope", "it never turned"),
+    )
     document = bench_document(statements)
     assert set(document["sensors"]) == {"accelerometer", "gyroscope"}
     for one in document["sensors"].values():

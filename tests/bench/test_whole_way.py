@@ -40,7 +40,7 @@ def led(*hidden: str, rotations: int = 1, seed: int = 3) -> Collected:
 
 
 def benches(*hidden: str) -> Benches:
-    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
+    units = {"accelerometer": "m/s^2"}
     return Benches(fit_collected(led(*hidden), units, 100.0))
 
 
