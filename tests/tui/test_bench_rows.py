@@ -9,7 +9,7 @@ from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.tui.bench.added import added_view, freed
 from imucal_wizard.tui.bench.desk import Desk
-from imucal_wizard.tui.bench.entries import Entry
+from imucal_wizard.tui.bench.entries import NOTHING, Entry
 from imucal_wizard.tui.bench.guess import STAYS, Guess, reveal_rows
 from imucal_wizard.tui.bench.ladder_rows import blocks, ladder_rows
 from imucal_wizard.tui.bench.lesson_rows import rows_for
@@ -154,8 +154,19 @@ def test_a_guess_is_judged_line_by_line(sight: Sight) -> None:
     assert "✗" not in right
     wrong = "\n".join(plain(reveal_rows(sight, Guess("hysteresis", "y", "−", STAYS), 70)))
     assert "✗ you: hysteresis" in wrong
+    nothing = "\n".join(plain(reveal_rows(sight, Guess(NOTHING), 70)))
+    assert "✗ you: nothing is missing" in nothing
     alike = "\n".join(plain(reveal_rows(sight, Guess("asymmetry"), 70)))
     assert "≈ you: asymmetry" in alike
+
+
+def test_where_noise_explains_all_the_right_guess_is_that_nothing_is_missing(
+    bench: Bench, benches: Benches
+) -> None:
+    bench.add("second-order")
+    sight = look(benches, bench)
+    assert "✓ you: nothing" in "\n".join(plain(reveal_rows(sight, Guess(NOTHING), 70)))
+    assert "✗ you: asymmetry" in "\n".join(plain(reveal_rows(sight, Guess("asymmetry"), 70)))
 
 
 def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(

@@ -85,6 +85,21 @@ async def test_with_the_base_out_its_parts_are_the_first_suspects(benches: Bench
         await shows(pilot, "▸ second-order")
 
 
+async def test_the_base_can_be_taken_down_to_nothing_and_climbed_again(
+    benches: Benches, bench: Bench
+) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ second-order")
+        for removed in ("non-orthogonality", "scale", "bias"):
+            await pilot.press("r")
+            await shows(pilot, f"▸ {removed}", "of the base model")
+        assert not bench.fit.model
+        for missing in ("scale", "non-orthogonality", "second-order"):
+            await pilot.press("enter")
+            await shows(pilot, f"▸ {missing}")
+        assert bench.fit.model == ("bias", "scale", "non-orthogonality")
+
+
 @SIZES
 async def test_the_lesson_tells_what_happens_and_draws_the_signature(
     benches: Benches, size: tuple[int, int]
@@ -120,7 +135,7 @@ async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches
     async with app_with(benches).run_test(size=LARGE) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("v")
-        await shows(pilot, "does second-order x explain it? 5.0")
+        await shows(pilot, "does second-order x explain it? It would be 5.0")
         await pilot.press("down")
         await shows(pilot, "does asymmetry x explain it?")
 

@@ -10,6 +10,7 @@ import numpy as np
 from imucal_wizard.bench.misfit import Misfit, RowKind, complement
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.tui.bench.entries import Entry
+from imucal_wizard.tui.bench.model_rows import unit_words
 from imucal_wizard.tui.bench.views import HOLDS, STILL, TURNS, View
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.tui.text import number
@@ -39,9 +40,10 @@ def added_view(misfit: Misfit, entry: Entry) -> View | None:
     factor, shown = SHOWN[unit]
     x, y = (values[rows] * misfit.sigma[rows] * factor for values in (pattern, residual))
     order = np.argsort(x, kind="stable")
+    size = f"{number(slope)} {unit_words(candidate.unit)}"
     return View(
         part=part,
-        title=f"does {entry.term} {name} explain it? {number(slope)} {candidate.unit} would",
+        title=f"does {entry.term} {name} explain it? It would be {size}",
         x_label=f"what 1 {candidate.unit} of {entry.term} {name} would leave here, {shown}",
         unit=shown,
         x=x[order],

@@ -13,6 +13,9 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.fit import fit_with
 from imucal_wizard.solver.extended.hold_data import BASE
 
+NOTHING = "nothing is missing"
+"""What one may guess, too."""
+
 
 @dataclass(frozen=True, eq=False)
 class Entry:
@@ -37,7 +40,7 @@ class Entry:
     @property
     def addable(self) -> bool:
         """Whether it can be added to the model."""
-        return not self.lacking and self.term != "disturbed"
+        return not self.lacking and self.term not in ("disturbed", NOTHING)
 
     @property
     def largest(self) -> int:
@@ -65,8 +68,8 @@ def entries_of(bench: Bench, findings: Findings) -> tuple[Entry, ...]:
 
 
 def by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """In an order that tells nothing."""
-    return tuple(sorted(entries, key=lambda entry: entry.term))
+    """In an order that tells nothing, and that nothing may be missing."""
+    return (*sorted(entries, key=lambda entry: entry.term), Entry(NOTHING))
 
 
 def _entry(suspect: Suspect, known: dict[str, Effect]) -> Entry:

@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass
 
-from imucal_wizard.tui.bench.entries import Entry
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.tui.bench.entries import NOTHING, Entry
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.suspect_rows import size_text, title_of
 from imucal_wizard.tui.report_rows import shown
 from imucal_wizard.tui.text import Line, line, wrapped
 
 _WHY = {
-    "✓": "That is the likeliest.",
+    "✓": "That is what the data say.",
     "≈": "Yours looks nearly the same in these data, so this counts as right.",
     "✗": "Look at both lessons (l): where do their pictures differ?",
 }
@@ -42,17 +43,13 @@ def parameters_of(sight: Sight, entry: Entry) -> tuple[str, ...]:
 
 
 def entry_of(sight: Sight, term: str) -> Entry:
-    """The entry of a term.
-
-    Raises:
-        StopIteration: there is none.
-    """
-    return next(entry for entry in sight.entries if entry.term == term)
+    """The entry of a term; one that says nothing for what is no suspect."""
+    return next((entry for entry in sight.entries if entry.term == term), Entry(term))
 
 
 def reveal_rows(sight: Sight, guess: Guess, width: int) -> list[Line]:
     """The guess beside what the data say, line by line with ✓ and ✗."""
-    guessed, best = entry_of(sight, guess.term), sight.entries[0]
+    guessed, best = entry_of(sight, guess.term), best_of(sight)
     sign = _sign(sight, guessed, best)
     rows = [
         _judged(sign, f"you: {guess.term}", f"the data: {title_of(best)}"),
@@ -79,6 +76,12 @@ def reveal_rows(sight: Sight, guess: Guess, width: int) -> list[Line]:
     if guessed.lacking:
         rows += wrapped(f"{guess.term} cannot be seen here: {guessed.lacking}.", width, "warn")
     return rows
+
+
+def best_of(sight: Sight) -> Entry:
+    """What the data say: the likeliest suspect, or that nothing is missing."""
+    complete = sight.said.verdict is Verdict.COMPLETE and not sight.missing_base
+    return Entry(NOTHING) if complete or not sight.entries else sight.entries[0]
 
 
 def _sign(sight: Sight, guessed: Entry, best: Entry) -> str:

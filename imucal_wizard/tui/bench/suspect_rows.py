@@ -11,6 +11,7 @@ from imucal_wizard.tui.text import Line, Span, line, number, wrapped
 
 STRONG = 0.01
 """Noise alone makes such a suspect once in a hundred recordings."""
+BLIND = "no size"
 WIDE = 100
 """Columns from which what looks the same stands in the table."""
 _FALLS = 0.97
@@ -124,7 +125,11 @@ def about_rows(sight: Sight, entry: Entry, width: int, *, hidden: bool = False) 
         words.append("a part of the base model that every sensor needs")
     elif entry.term == "disturbed":
         words.append("one hold that is simply wrong: somebody touched it. Measure it again")
-    if not entry.lacking and _seen_from(entry):
+    if entry.lacking:
+        words.append(f"cannot be seen here: {entry.lacking}")
+    elif _seen_from(entry) == BLIND:
+        words.append("these data cannot show it, whatever its size")
+    elif _seen_from(entry):
         words.append(f"these data show it from {_seen_from(entry)}")
     if _like(entry):
         words.append(f"looks the same here as {', '.join(_like(entry))}")
@@ -157,7 +162,7 @@ def _seen_from(entry: Entry) -> str:
         return ""
     size = detectable(entry.suspect)
     if not math.isfinite(size):
-        return "no size"
+        return BLIND
     return f"{number(size, 2)} {unit_words(entry.suspect.candidate.unit)}"
 
 

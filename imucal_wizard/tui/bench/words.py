@@ -16,7 +16,8 @@ def says(sight: Sight) -> tuple[str, str]:
     """
     gone = sight.missing_base
     if gone:
-        names, verb = " and ".join(gone), "is" if len(gone) == 1 else "are"
+        names = " and ".join([", ".join(gone[:-1]), gone[-1]] if gone[1:] else gone)
+        verb = "is" if len(gone) == 1 else "are"
         return "warn", (
             f"{names[0].upper()}{names[1:]} of the base model {verb} left out, and every sensor "
             "needs it: what is left comes from that first. Put it back (enter) before you believe "

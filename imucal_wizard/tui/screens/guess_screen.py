@@ -7,13 +7,13 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import ModalScreen
 
-from imucal_wizard.tui.bench.entries import Entry
+from imucal_wizard.tui.bench.entries import NOTHING, Entry
 from imucal_wizard.tui.bench.guess import (
     ANY,
     FALLS,
     STAYS,
     Guess,
-    entry_of,
+    best_of,
     parameters_of,
     reveal_rows,
 )
@@ -58,7 +58,10 @@ class GuessScreen(ModalScreen[str | None]):
         """Ask."""
         words = "Commit before you look. ↑↓ question, ←→ answer, enter commits, esc goes back."
         self.query_one("#asked", Lines).show([*wrapped(words, 70, "quiet"), line("")])
-        questions = [Choice("will the error", (FALLS, STAYS), FALLS, "on poses not seen")]
+        when = "on poses not seen, when it is added"
+        questions = [Choice("will the error", (FALLS, STAYS), FALLS, when)]
+        if self._entry.term == NOTHING:
+            questions = [Choice("sure?", ("yes", "no"), "yes")]
         if self._entry.effect is not None:
             names = parameters_of(self._sight, self._entry)
             questions.insert(0, Choice("largest on", names, ANY))
@@ -74,11 +77,11 @@ class GuessScreen(ModalScreen[str | None]):
             self._entry.term,
             answers.get("largest on", ANY),
             answers.get("its sign", ANY),
-            answers["will the error"],
+            answers.get("will the error", FALLS),
         )
         self.query_one("#guess", Choices).display = False
         rows = reveal_rows(self._sight, self._guess, 70)
-        best = self._sight.entries[0]
+        best = best_of(self._sight)
         keys = [("enter", f"adds {self._entry.term}")] if self._entry.addable else []
         if best.term != self._entry.term and best.addable:
             keys.append(("d", f"adds what the data say, {best.term}"))
@@ -91,8 +94,8 @@ class GuessScreen(ModalScreen[str | None]):
 
     def action_add(self, mine: bool) -> None:
         """Add the guess, or what the data say."""
-        entry = self._entry if mine else self._sight.entries[0]
-        if self._guess is not None and entry_of(self._sight, entry.term).addable:
+        entry = self._entry if mine else best_of(self._sight)
+        if self._guess is not None and entry.addable:
             self.dismiss(entry.term)
 
     def action_leave(self) -> None:
