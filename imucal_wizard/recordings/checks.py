@@ -1,4 +1,4 @@
-"""What the values of a recording betray: too few digits, repeats, dead axes."""
+"""What the values of a recording betray: too few digits, repeats, dead or clipped axes."""
 
 import itertools
 from collections.abc import Iterator
@@ -12,6 +12,11 @@ from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 _REPEATS = 0.2
 _COARSE_STEP = 0.0095
 """m/s²: steps of 1 mg and more make more error than the noise of any sensor worth calibrating."""
+_RUN = 4
+"""So many equal extremes in a row are no chance ..."""
+_RUN_ELSEWHERE = 3.0
+"""... where they are so many times longer than any other run: coarse readings stand still too."""
+_ZEROS = 0.3
 _LOOKED_AT = 5000
 _ENOUGH = 50
 """Fewer samples betray nothing."""
@@ -21,7 +26,13 @@ def check(readings: Readings) -> tuple[str, ...]:
     """Warnings about the values, each a sentence that says what to do."""
     if len(readings) < _ENOUGH:
         return (f"there are only {len(readings)} samples",)
-    return (*_digits(readings), *_repeats(readings), *_dead(readings))
+    return (
+        *_digits(readings),
+        *_repeats(readings),
+        *_dead(readings),
+        *_clipped(readings),
+        *_zeroed(readings),
+    )
 
 
 def _digits(readings: Readings) -> Iterator[str]:
@@ -92,3 +103,43 @@ def _dead(readings: Readings) -> Iterator[str]:
                     f"{one} and {other} are the same in every sample: one column was given twice;"
                     " look at the sketch or at --columns"
                 )
+
+
+def _clipped(readings: Readings) -> Iterator[str]:
+    """Axes that stand at their largest or smallest value while they never stand elsewhere."""
+    for sensor in ("accelerometer", "gyroscope"):
+        series = getattr(readings, sensor)
+        if series is None or len(series) < _ENOUGH:
+            continue
+        for name, values in zip(SENSOR_CHANNELS[sensor], series.values.T, strict=True):
+            ends = [end for end in (values.min(), values.max()) if _stands_at(values, float(end))]
+            if ends and np.ptp(values) > 0.0:
+                at = " and ".join(f"{end:.5g} {series.unit}" for end in ends)
+                yield (
+                    f"{name} stands still at {at}, the end of its range: set a wider range in the"
+                    " device, or turn more slowly; what was measured there is wrong"
+                )
+
+
+def _stands_at(values: FloatArray, end: float) -> bool:
+    """Whether runs of this extreme are long, and longer than those of all other values."""
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
+    lengths = np.diff(np.append(starts, len(values)))
+    here = values[starts] == end
+    # the middle one of the long runs elsewhere: a sensor that hangs once is no rule
+    elsewhere = lengths[~here]
+    usual = float(np.quantile(elsewhere, 0.999)) if len(elsewhere) else np.inf
+    return bool(lengths[here].max() >= max(_RUN, _RUN_ELSEWHERE * usual))
+
+
+def _zeroed(readings: Readings) -> Iterator[str]:
+    """A gyroscope that reads exactly nothing at rest takes its own bias out."""
+    gyroscope = readings.gyroscope
+    if gyroscope is None or len(gyroscope) < _ENOUGH or not gyroscope.values.any():
+        return
+    if float((gyroscope.values == 0.0).all(axis=1).mean()) > _ZEROS:
+        yield (
+            "the gyroscope reads exactly zero at rest: the device takes its own bias out (BNO055 in"
+            " a fusion mode, WitMotion with automatic calibration) or prints too few digits; record"
+            " its raw data, or its bias cannot be found"
+        )

@@ -52,6 +52,9 @@ def to_samples(
             warnings += _lacking(sensor, [c for c in channels if c not in places])
             continue
         own = [columns[place] for place in present]
+        if why := _numberless(sensor, values[:, present], own):
+            warnings.append(why)
+            continue
         series[sensor], says = _series(sensor, values[:, present], own, times, options)
         warnings += says
     return Samples(series, tuple(warnings))
@@ -94,6 +97,25 @@ def _lacking(sensor: str, channels: list[str]) -> list[str]:
     return [f"{says} and was left out"]
 
 
+def _numberless(sensor: str, values: FloatArray, columns: list[Column]) -> str:
+    """Why a sensor has no whole sample and is left out, or ""; the accelerometer is needed.
+
+    Raises:
+        RecordingError: it is the accelerometer.
+    """
+    there = np.isfinite(values)
+    if there.all(axis=1).any():
+        return ""
+    names = np.array([one.name or one.channel for one in columns])
+    empty = names[~there.any(axis=0)].tolist()
+    what = f"{' and '.join(empty)} hold no number" if empty else "no row has all of its axes"
+    if sensor == "accelerometer":
+        raise RecordingError(
+            f"{what}: the {sensor} sends nothing; look at its wiring and record again"
+        )
+    return f"{what}: the {sensor} was left out; look at its wiring and at the sketch"
+
+
 def _series(
     sensor: str,
     values: FloatArray,
@@ -112,7 +134,7 @@ def _series(
         )
         values, time = values[good], time[good]
     if not len(values):
-        raise RecordingError(f"the columns of the {sensor} hold no numbers")
+        raise RecordingError(f"no sample of the {sensor} has a time; look at the time column")
     return Series(time, values * factors, si_unit(sensor, units[0])), warnings
 
 

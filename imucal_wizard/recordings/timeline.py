@@ -17,6 +17,10 @@ _PLAUSIBLE_RATES = (5.0, 20_000.0)
 _UNITS_TRIED = ("s", "ms", "us", "ns")
 _GAP_STEPS = 1.75
 """A step longer than this many usual ones has lost a sample."""
+_BACK = 0.2
+"""More steps back than this share make a column that is no time."""
+_JUMP = 3600.0
+"""Seconds from which a step is a clock that was set, not samples that are missing."""
 _JITTER = 0.05
 """More gaps than this share of the steps are jitter of the clock and no loss."""
 
@@ -59,9 +63,15 @@ def from_column(ticks: FloatArray, unit: str, rate: float | None) -> Timeline:
         rate: samples per second if the user gave it; the unit is chosen by it.
 
     Raises:
-        RecordingError: no unit gives a plausible rate.
+        RecordingError: no unit gives a plausible rate, or the column is no time and no rate is
+            given.
     """
     rows = np.flatnonzero(np.isfinite(ticks))
+    if says := _no_time(ticks[rows]):
+        if rate is None:
+            raise RecordingError(f"{says}; leave it out with --columns (- in its place) and --rate")
+        line = from_rate(len(ticks), rate)
+        return replace(line, warnings=(f"{says} and was not used; times are from --rate",))
     ticks = ticks[rows]
     guessed: tuple[str, ...] = ()
     if not unit:
@@ -72,6 +82,17 @@ def from_column(ticks: FloatArray, unit: str, rate: float | None) -> Timeline:
     time, even = spread(time)
     timeline = Timeline(time, rows[kept], guessed + wrapped + mended + even)
     return _rate_told(_gaps_told(timeline), rate)
+
+
+def _no_time(ticks: FloatArray) -> str:
+    """Why a column is no time, or ""."""
+    steps = np.diff(ticks)
+    if not len(steps):
+        return ""
+    if not (steps != 0).any():
+        return f"the time column stands still at {ticks[0]:.6g}"
+    back = float((steps < 0).mean())
+    return f"the time column goes back in {back:.0%} of its steps" if back > _BACK else ""
 
 
 def guess_unit(ticks: FloatArray, rate: float | None) -> tuple[str, tuple[str, ...]]:
@@ -103,7 +124,11 @@ def _gaps_told(timeline: Timeline) -> Timeline:
     """The same, with a warning about what is missing."""
     steps = np.diff(timeline.time)
     usual = float(np.median(steps)) if len(steps) else 0.0
-    gaps = np.flatnonzero(steps > _GAP_STEPS * usual) if usual > 0 else np.zeros(0, np.intp)
+    jumps = np.flatnonzero(steps > _JUMP)
+    if len(jumps):
+        timeline = replace(timeline, warnings=(*timeline.warnings, _jumped(timeline, jumps)))
+    long = (steps > _GAP_STEPS * usual) & (steps <= _JUMP)
+    gaps = np.flatnonzero(long) if usual > 0 else np.zeros(0, np.intp)
     if not len(gaps):
         return timeline
     longest = gaps[np.argmax(steps[gaps])]
@@ -120,6 +145,16 @@ def _gaps_told(timeline: Timeline) -> Timeline:
             " are not used"
         )
     return replace(timeline, warnings=(*timeline.warnings, says))
+
+
+def _jumped(timeline: Timeline, jumps: NDArray[np.intp]) -> str:
+    """What to say of steps of hours."""
+    first = int(jumps[0])
+    step = timeline.time[first + 1] - timeline.time[first]
+    return (
+        f"the time jumps by {step:.3g} s after {timeline.time[first]:.6g} s (a clock that was set,"
+        " or a garbled line); nothing is measured across it"
+    )
 
 
 def _rate_told(timeline: Timeline, rate: float | None) -> Timeline:

@@ -113,3 +113,28 @@ def test_samples_without_a_time_are_left_out(tmp_path: Path) -> None:
     values = samples()
     values[10, 0] = np.nan
     assert len(read([write(tmp_path / "a.csv", values)])) == 399
+
+
+@pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        (np.zeros(200), "stands still at 0"),
+        (np.arange(200)[::-1] / 100.0, "goes back in 100% of its steps"),
+        (np.random.default_rng(1).permutation(200) / 100.0, "goes back in"),
+    ],
+)
+def test_a_column_that_is_no_time_is_refused_or_replaced_by_the_rate(
+    time: FloatArray, says: str
+) -> None:
+    with pytest.raises(RecordingError, match=says):
+        from_column(time, "s", None)
+    line = from_column(time, "s", 100.0)
+    np.testing.assert_allclose(np.diff(line.time), 0.01)
+    assert says in line.warnings[0]
+
+
+def test_a_clock_that_was_set_has_not_lost_a_thousand_million_samples() -> None:
+    time = np.arange(200) / 100.0
+    time[100:] += 1e7
+    (warning,) = from_column(time, "s", None).warnings
+    assert "jumps by 1e+07 s after 0.99 s" in warning
