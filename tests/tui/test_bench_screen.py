@@ -196,7 +196,7 @@ async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> 
     source = fakes.FakeSource(Status(step=StepKind.RESULT, elapsed=600.0, holds=24))
     services = replace(fakes.services(source), fit=lambda _collected, _snapshot: bent)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find what is missing")
+        await shows(pilot, "f find missing")
         await pilot.press("f")
         await shows(pilot, "BENCH  accelerometer", "▸ second-order")
         await pilot.press("escape")

@@ -15,6 +15,7 @@ from imucal_wizard.tui.residual_plot import dot_plot
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
+from imucal_wizard.tui.widgets.key_footer import footer_row
 from imucal_wizard.tui.widgets.still_bars import compact_row
 from imucal_wizard.tui.widgets.traces import trace
 
@@ -159,3 +160,11 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
     now[0] = 60.0
     sounds.hear([Event(EventKind.STILL, 60.0, "still")])
     assert rung == [0.0, 60.0]
+
+
+def test_help_and_quit_stay_in_the_footer_when_there_is_no_room_for_all_keys() -> None:
+    keys = (("a", "a" * 30), ("b", "b" * 30), ("c", "c" * 30), ("?", "help"), ("q", "quit"))
+    row = "".join(text for text, _ in footer_row(keys, 80))
+    assert row.rstrip() == f" a {'a' * 30}  ? help  q quit"
+    row = "".join(text for text, _ in footer_row(keys, 83))
+    assert row.rstrip() == f" a {'a' * 30}  b {'b' * 30}  ? help  q quit"

@@ -35,8 +35,8 @@ class ResultScreen(LiveScreen):
     keys: ClassVar[Keys] = (
         ("v", "validate"),
         ("s", "save"),
-        ("f", "find what is missing"),
-        ("t", "parameters"),
+        ("f", "find missing"),
+        ("t", "table"),
         ("↑↓", "scroll"),
         ("b", "back"),
         ("?", "help"),
