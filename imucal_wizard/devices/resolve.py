@@ -14,6 +14,8 @@ from imucal_wizard.readings import FloatArray
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
 _FIRST_SECONDS = 0.5
+_RATES = (0.2, 50_000.0)
+"""Slowest and fastest sampling that can be, Hz."""
 _SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
 
@@ -123,15 +125,27 @@ def _timed(
         note = "The time column does not run: the rate is measured from arrival instead."
         dropped = (replace(columns[place], channel="", unit=""),)
         return columns[:place] + dropped + columns[place + 1 :], (note,)
-    if columns[place].unit:
+    doubt = _doubtful(ticks, columns[place].unit)
+    if columns[place].unit and not doubt:
         return columns, ()
     found = guess.time_unit(ticks, arrivals)
     if not found.unit:
         dropped = (replace(columns[place], channel="", unit=""),)
         return columns[:place] + dropped + columns[place + 1 :], (
-            f"{found.why} It is not used; the rate is measured from arrival instead.",
+            f"{doubt}{found.why} It is not used; the rate is measured from arrival instead.",
         )
-    return _set_unit(columns, [place], found.unit), (found.why,)
+    return _set_unit(columns, [place], found.unit), (doubt + found.why,)
+
+
+def _doubtful(ticks: FloatArray, unit: str) -> str:
+    """What to say of a unit of time that gives a rate at which no IMU samples, or ""."""
+    if not unit:
+        return ""
+    steps = np.diff(ticks)
+    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.factor("time", unit))
+    if _RATES[0] <= rate <= _RATES[1]:
+        return ""
+    return f"The time column in {unit} would mean {rate:.3g} samples/s. "
 
 
 def first_stretch(

@@ -14,6 +14,7 @@ from imucal_wizard.recordings.clockwork import in_order, spread, unwrapped
 from imucal_wizard.units import TIME
 
 _PLAUSIBLE_RATES = (5.0, 20_000.0)
+_POSSIBLE_RATES = (0.05, 200_000.0)
 _UNITS_TRIED = ("s", "ms", "us", "ns")
 _GAP_STEPS = 1.75
 """A step longer than this many usual ones has lost a sample."""
@@ -76,6 +77,7 @@ def from_column(ticks: FloatArray, unit: str, rate: float | None) -> Timeline:
     guessed: tuple[str, ...] = ()
     if not unit:
         unit, guessed = guess_unit(ticks, rate)
+    _possible(ticks, unit)
     ticks, wrapped = (ticks, ()) if unit == "s" else unwrapped(ticks, "device's clock")
     time = ticks * TIME[unit]
     time, kept, mended = in_order(time, near=5.0 * usual_step(time), gap=1.0, what="time")
@@ -93,6 +95,20 @@ def _no_time(ticks: FloatArray) -> str:
         return f"the time column stands still at {ticks[0]:.6g}"
     back = float((steps < 0).mean())
     return f"the time column goes back in {back:.0%} of its steps" if back > _BACK else ""
+
+
+def _possible(ticks: FloatArray, unit: str) -> None:
+    """A unit in which no IMU can have sampled is refused.
+
+    Raises:
+        RecordingError: the unit is wrong.
+    """
+    step = usual_step(ticks) * TIME[unit]
+    if step > 0.0 and not _POSSIBLE_RATES[0] <= 1.0 / step <= _POSSIBLE_RATES[1]:
+        raise RecordingError(
+            f"the times in {unit} would mean {1.0 / step:.3g} samples per second; give their unit"
+            " with --columns, for example t[ms]"
+        )
 
 
 def guess_unit(ticks: FloatArray, rate: float | None) -> tuple[str, tuple[str, ...]]:

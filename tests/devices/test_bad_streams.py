@@ -211,7 +211,9 @@ def test_time_in_milliseconds_under_a_header_of_seconds_is_noticed() -> None:
     values[:, 0] *= 1000
     for i, row in enumerate(values):
         intake.feed((HEADER if i == 0 else b"") + printed(row[None]), i / 100)
-    assert any("probably in ms" in text for text in intake.warnings)
+    assert intake.rate == pytest.approx(100.0, rel=0.01)
+    assert "The time column in s would mean 0.1 samples/s" in intake.warnings[0]
+    assert "so it is in ms" in intake.warnings[0]
 
 
 def test_the_wrong_speed_names_the_speeds_to_try() -> None:
@@ -272,3 +274,13 @@ def test_control_characters_of_a_device_are_not_shown() -> None:
     intake, _ = read(contract(60) + b"\x1b[2J\x1b]0;owned\x07\r\n")
     assert "\x1b" not in intake.preview.line
     assert "\x07" not in intake.preview.line
+
+
+def test_a_unit_of_time_that_cannot_be_is_replaced_by_what_the_arrivals_say() -> None:
+    intake = Intake()
+    header = HEADER.replace(b"t[s]", b"t[ns]")
+    values = at_rest(400)
+    for i, row in enumerate(values):
+        intake.feed((header if i == 0 else b"") + printed(row[None]), i / 100)
+    assert intake.rate == pytest.approx(100.0, rel=0.01)
+    assert "The time column in ns would mean 1e+11 samples/s" in intake.warnings[0]

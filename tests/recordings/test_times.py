@@ -138,3 +138,9 @@ def test_a_clock_that_was_set_has_not_lost_a_thousand_million_samples() -> None:
     time[100:] += 1e7
     (warning,) = from_column(time, "s", None).warnings
     assert "jumps by 1e+07 s after 0.99 s" in warning
+
+
+@pytest.mark.parametrize(("unit", "step"), [("us", 0.01), ("s", 100.0)])
+def test_a_unit_of_time_that_cannot_be_is_refused(unit: str, step: float) -> None:
+    with pytest.raises(RecordingError, match=f"the times in {unit} would mean"):
+        from_column(_ticks(step=step), unit, None)
