@@ -5,6 +5,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterable
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
@@ -98,7 +99,8 @@ class VirtualImu:
         if self._thread is None:
             return
         self._stopping.set()
-        self._wake.send(b"x")
+        with suppress(OSError):  # the thread may have seen it already and be gone
+            self._wake.send(b"x")
         self._thread.join()
         self._wake.close()
         self._thread = None
