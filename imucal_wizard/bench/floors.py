@@ -108,7 +108,7 @@ def floors_of(extended: Extended, rounding: Rounding | None = None) -> Floors:
         dithered=rounding is None or rounding.dithered,
         repeats=None if share is None else within * float(np.sqrt(share)),
         freedom=freedom,
-        p=None if share is None else _chance(share, freedom, WITHIN_FREEDOM * len(residual)),
+        p=None if share is None else chance(share, freedom, WITHIN_FREEDOM * len(residual)),
         steady=None if steady is None else within * float(np.sqrt(steady)),
         unit=extended.fit.unit.replace("rad", "rad/s"),
     )
@@ -133,11 +133,17 @@ def _pure(residual: FloatArray, group: IntArray, columns: FloatArray) -> tuple[f
     return (float(rest @ rest) / freedom if freedom > 0 else None), max(freedom, 0)
 
 
-def _chance(ratio: float, freedom: int, within: float) -> float:
-    """Chance of an F ratio as large as this."""
-    from scipy.stats import f  # waits until a bench is looked at: it takes a second to load
+def chance(ratio: float, freedom: int, within: float) -> float:
+    """Chance of an F ratio as large as this.
 
-    return float(f.sf(ratio, freedom, within))
+    Args:
+        ratio: of the variances.
+        freedom: degrees of freedom of the upper one.
+        within: degrees of freedom of the lower one.
+    """
+    from scipy.special import fdtrc  # waits until there is a bench
+
+    return float(fdtrc(freedom, within, ratio))
 
 
 def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Rounding | None:

@@ -33,8 +33,8 @@ BEYOND = {
 }
 """What decides where still poses do not."""
 FAMILIES = {
-    "even-order": "an error that is the same for a push from either side",
-    "odd-order": "an error that grows with the force, to both sides alike",
+    "even-order": "an error that is the same to either side",
+    "odd-order": "an error that grows to both sides alike",
     "slow-bias": "a bias that changes slowly",
 }
 
@@ -158,6 +158,9 @@ def _ambiguous(said: Statement) -> list[str]:
     if bench is None or findings is None:
         return []
     opinion = findings.opinion
+    if said.waiting:
+        seen = " with ".join(_or(members) for members in opinion.terms)
+        return [f"What is left looks like {seen}."] if seen else []
     if opinion.families:
         kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
         first = f"The {said.sensor} shows {kinds}"

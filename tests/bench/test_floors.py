@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.floors import Floors, rounding_of
+from imucal_wizard.bench.floors import Floors, chance, rounding_of
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import Series
 from imucal_wizard.solver.result import FitReport
@@ -84,3 +84,9 @@ def test_without_repeats_nothing_is_said_of_them() -> None:
     assert found.repeats is None
     assert found.repeatable is None
     assert found.floor == found.within
+
+
+def test_the_chance_of_an_f_ratio_is_that_of_the_tables() -> None:
+    """Upper 1 % points of F (Biometrika tables): F(4, 20) = 4.43, F(12, 120) = 2.34."""
+    assert chance(4.43, 4, 20.0) == pytest.approx(0.01, rel=0.01)
+    assert chance(2.34, 12, 120.0) == pytest.approx(0.01, rel=0.02)
