@@ -60,6 +60,8 @@ def _complete(said: Statement) -> list[str]:
     bench = said.bench
     if bench is None:
         return []
+    if said.waiting:
+        return [f"For now its error is {_stands(bench)}."]
     return [f"The {said.sensor}'s model is complete: {_stands(bench)}.", *_would_show(said, bench)]
 
 

@@ -163,12 +163,15 @@ class Bench:
     def automatic(self) -> Findings:
         """Add what the evidence carries and data held out confirm; stop by itself.
 
+        Parts of the base that were left out come first: what they leave looks like any effect.
+
         Returns:
             The findings that led to the last step: those of the model before it where something was
             added and nothing is left to say, so that the verdict names what was missing.
         """
+        self._complete_base()
         said = self.look()
-        for _ in range(MOST_ADDED):
+        for _ in range(MOST_ADDED if self.fit.base == BASE else 0):
             found = self.look()
             named = found.opinion.terms
             if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
@@ -178,6 +181,14 @@ class Bench:
             said = found
         last = self.look()
         return said if last.opinion.verdict is Verdict.COMPLETE else last
+
+    def _complete_base(self) -> None:
+        """Put back what was left out of the base, where data held out are for it."""
+        for name in BASE:
+            if name not in self.fit.base:
+                self.add(name)
+                if not self.confirmed():
+                    self.undo()
 
     def _try(self, families: tuple[tuple[str, ...], ...]) -> bool:
         """Add the plainest likely member of each family; take all back when it is not confirmed."""

@@ -66,7 +66,7 @@ def statement(benches: Benches, bench: Bench, findings: Findings | None = None) 
     return Statement(
         sensor=bench.sensor,
         verdict=verdict,
-        advice=advice(bench, findings, verdict),
+        advice=advice(bench, findings, verdict) if bench.fit.base == BASE else Advice(),
         bench=bench,
         findings=findings,
         added=tuple(term for term in bench.fit.model if term not in before),
@@ -79,10 +79,16 @@ def statement(benches: Benches, bench: Bench, findings: Findings | None = None) 
 
 
 def _verdict(findings: Findings, lacking: str, waiting: bool) -> Verdict:
-    """The word; while the accelerometer has not passed no effect is the gyroscope's for sure."""
+    """The word.
+
+    While a part of the base is left out nothing is named: what it leaves looks like any effect.
+    While the accelerometer has not passed no effect is the gyroscope's for sure.
+    """
     if lacking:
         return Verdict.INSUFFICIENT
     verdict = findings.opinion.verdict
+    if findings.fit.base != BASE and verdict is not Verdict.COMPLETE:
+        return Verdict.UNEXPLAINED
     return Verdict.AMBIGUOUS if waiting and verdict is Verdict.MISSING else verdict
 
 

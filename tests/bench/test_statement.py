@@ -69,6 +69,21 @@ def test_directions_that_do_not_carry_the_model_are_insufficient() -> None:
     assert said.advice.poses
 
 
+def test_while_a_part_of_the_base_is_left_out_no_effect_is_named() -> None:
+    """What it leaves looks like any effect: the sentence asks for it, and automatic adds it."""
+    report, readings = fitted()
+    alone = replace(report, rates={"accelerometer": 100.0})
+    (said,) = survey(Benches(alone, readings, ("bias",)), {}, automatic=False)
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert "Put back scale and non-orthogonality" in says(said)
+    assert said.advice.poses == ()
+    climbed = Benches(alone, readings, ("bias",))
+    (said,) = survey(climbed, {}, automatic=True)
+    assert said.verdict is Verdict.COMPLETE
+    added = [rung.added for rung in climbed.accelerometer.ladder]
+    assert added == [None, "scale", "non-orthogonality"]
+
+
 def statement_of(benches: Benches) -> Statement:
     return statement(benches, benches.accelerometer)
 
