@@ -1,0 +1,63 @@
+"""What is counted over many recordings of one kind, and how it is printed."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.hidden.scenarios import FAMILY, Scenario
+from benchmarks.hidden.trialled import Trialled
+from imucal_wizard.bench.verdict import Verdict
+
+COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "complete", "WRONG")
+"""``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
+among them. ``part``: one of two. ``listed``: no name, but the truth among the explanations.
+``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden."""
+
+
+def outcome(one: Trialled) -> str:
+    """The column that a recording belongs to; ``named`` counts for ``family`` too."""
+    said = one.opinion
+    if set(said.families) - set(one.families):
+        return "WRONG"
+    if said.families and said.families == one.families:
+        terms = {hidden.term for hidden in one.hidden}
+        return "named" if {t for own in said.terms for t in own} == terms else "family"
+    if said.families:
+        return "part"
+    if said.verdict is Verdict.AMBIGUOUS:
+        listed = [tuple(sorted({FAMILY[t] for t in terms})) for terms in said.explanations]
+        return "listed" if one.families and one.families in listed else "cannot"
+    words = {Verdict.UNEXPLAINED: "unexpl", Verdict.DISTURBED: "disturb"}
+    return words.get(said.verdict, "complete")
+
+
+def heading(design: str, colour: str, count: int) -> str:
+    """The lines above the table."""
+    columns = "".join(f"{name:>9}" for name in COLUMNS)
+    return (
+        f"\n{design} poses, {colour} noise, {count} recordings each; per cent of them\n"
+        f"{'hidden':<40}{'size':>16}{columns}{'seen':>6}"
+        f"{'held out: before → linear / fitted, mg':>42}"
+    )
+
+
+def line(scenario: Scenario, trials: Sequence[Trialled]) -> str:
+    """One row."""
+    counts = Counter(outcome(one) for one in trials)
+    counts["family"] += counts["named"]
+    share = 100.0 / len(trials)
+    cells = "".join(f"{share * counts[name]:9.1f}" for name in COLUMNS)
+    seen = share * sum(one.opinion.p <= 0.01 for one in trials)
+    errors = np.array([(one.before, one.linear, one.after) for one in trials])
+    before, linear, after = np.sqrt(np.nanmean(errors**2, axis=0))
+    fall = f"{before:.3f} → {linear:.3f} / {after:.3f}"
+    return f"{scenario.name:<40}{_size(trials):>16}{cells}{seen:6.0f}{fall:>42}"
+
+
+def _size(trials: Sequence[Trialled]) -> str:
+    """Median size hidden, of a single effect."""
+    if not all(len(one.hidden) == 1 for one in trials):
+        return ""
+    size = float(np.median([abs(one.hidden[0].size) for one in trials]))
+    return f"{size:.3g} {trials[0].hidden[0].unit}"

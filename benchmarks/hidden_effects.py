@@ -1,0 +1,80 @@
+"""How well hidden effects are found: ``python -m benchmarks.hidden_effects``.
+
+A virtual accelerometer (its equations, coloured noise, rounding, tremor and warming are those of
+``devices.virtual``, which shares nothing with the effects that are fitted) is held still in many
+poses; an effect is hidden in it at 1, 2 and 4 times the size that the program itself calls
+detectable in that very session; the program fits, looks and judges as in the bench.
+
+    --set usual    the rows that thresholds and priors were chosen with
+    --set fresh    rows that nothing was chosen with (other waves, fields, sizes, noises)
+    --seed         another seed gives other recordings; the thresholds were chosen with seeds 1 to 4
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache, partial
+
+import numpy as np
+
+from benchmarks.hidden.designs import PLANS
+from benchmarks.hidden.noise import COLOURS
+from benchmarks.hidden.scenarios import Scenario, fresh, usual
+from benchmarks.hidden.table import heading, line
+from benchmarks.hidden.trialled import Trialled, chances_of, try_out
+from benchmarks.measure import machine
+from imucal_wizard.bench.chance import Chances
+
+SETS = {"usual": usual, "fresh": fresh}
+
+
+def main() -> None:
+    """Print the table of each design asked for."""
+    asked = _arguments()
+    print(machine())
+    with ProcessPoolExecutor(asked.jobs) as pool:
+        for design in asked.design or ["26+12", "18"]:
+            print(heading(design, asked.colour, asked.recordings))
+            sure = []
+            for scenario in _scenarios(asked.set, asked.only):
+                work = partial(_one, asked.set, scenario.name, design, asked.colour, asked.seed)
+                trials = list(pool.map(work, range(asked.recordings), chunksize=5))
+                print(line(scenario, trials), flush=True)
+                sure += [one.sure for one in trials if one.sure is not None]
+            if sure:
+                inside = 100.0 * np.mean(np.abs(np.array(sure)) < 1.96)
+                print(
+                    f"size ± 1.96 standard errors holds the truth in {inside:.1f} % of {len(sure)}"
+                )
+
+
+def _one(which: str, name: str, design: str, colour: str, seed: int, number: int) -> Trialled:
+    scenario = next(one for one in _scenarios(which, []) if one.name == name)
+    own = [seed, number, sum(map(ord, name))]
+    return try_out(PLANS[design], COLOURS[colour], scenario, _chances(design, colour), own)
+
+
+@cache
+def _chances(design: str, colour: str) -> Chances:
+    return chances_of(PLANS[design], COLOURS[colour])
+
+
+def _scenarios(which: str, only: list[str]) -> list[Scenario]:
+    return [one for one in SETS[which]() if not only or any(word in one.name for word in only)]
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--recordings", type=int, default=100)
+    parser.add_argument("--design", action="append", choices=sorted(PLANS))
+    parser.add_argument("--colour", default="consumer", choices=sorted(COLOURS))
+    parser.add_argument("--set", default="usual", choices=sorted(SETS))
+    parser.add_argument("--only", action="append", default=[], help="part of a row's name")
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--jobs", type=int, default=2)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
