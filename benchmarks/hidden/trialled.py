@@ -108,14 +108,15 @@ def _added(
     found = [one.candidate for one in suspects if one.candidate is not None]
     chosen = tuple(one for one in found if one.term in named) or (found[0],)
     linear = try_effect(misfit, chosen, noise).rms_held_out
+    first = next(one for one in suspects if one.candidate is chosen[0])
     terms = [Term(effect(one.term), one.variant) for one in chosen]
     fit = fit_with(measured, terms)
     before = fit_with(measured).rms_held_out
     sure = None
-    if len(hidden) == 1 and len(hidden[0].axes) == 1:
+    if len(hidden) == 1 and len(hidden[0].axes) == 1 and first.trial is not None:
         axis = hidden[0].axes[0]
-        sure = float((fit.sizes[0][axis] - hidden[0].size) / fit.errors[0][axis])
-    return (*(_milli(rms) for rms in (before, linear, fit.rms_held_out)), sure)
+        sure = float((first.trial.size[axis] - hidden[0].size) / first.trial.standard_error[axis])
+    return _milli(before), _milli(linear), _milli(fit.rms_held_out), sure
 
 
 def _milli(rms: float | None) -> float:

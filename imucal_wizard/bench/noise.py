@@ -52,6 +52,10 @@ class Frame:
         """What white noise has over what wandering noise has along each coordinate, (m,)."""
         return np.asarray(1.0 / (1.0 + wander**2 * self.walk))
 
+    def walked(self, wander: float) -> FloatArray:
+        """What wandering adds to the covariance of the rows, in units of the noise, (n, n)."""
+        return np.asarray(wander**2 * (self.across * self.walk) @ self.across.T)
+
 
 def frame_of(misfit: Misfit) -> Frame:
     """The frame of a misfit."""

@@ -57,6 +57,7 @@ def rank(
     chances = Chances(jury) if chances is None else chances
     threshold = chances.threshold(weighed.noise)
     noise = noise_of(weighed)
+    walk = jury.frame.walked(weighed.wander)
     found = []
     for term, places in members(jury).items():
         odds = float(log_odds(weighed.evidence, jury, places))
@@ -73,7 +74,7 @@ def rank(
                 candidate,
                 odds,
                 p,
-                try_effect(misfit, (candidate,), noise),
+                try_effect(misfit, (candidate,), noise, walk),
                 detectable(jury, candidate, threshold, noise, weighed.wander),
                 _alike(jury.frame, misfit, candidate),
             )

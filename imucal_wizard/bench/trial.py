@@ -34,13 +34,20 @@ class Trial:
     fitted: FloatArray
 
 
-def try_effect(misfit: Misfit, candidates: tuple[Candidate, ...], noise: float = 1.0) -> Trial:
+def try_effect(
+    misfit: Misfit,
+    candidates: tuple[Candidate, ...],
+    noise: float = 1.0,
+    walk: FloatArray | None = None,
+) -> Trial:
     """Add effects to the linearised model; with none, the model as it is.
 
     Args:
         misfit: what the present model leaves.
         candidates: the effects to add together.
         noise: true noise in units of the rows' sigma; it weighs data against priors.
+        walk: covariance of a wandering bias in units of that noise, shape (n, n); it widens the
+            standard errors of what is slow.
     """
     base = misfit.base
     extra = [candidate.columns for candidate in candidates]
@@ -56,7 +63,11 @@ def try_effect(misfit: Misfit, candidates: tuple[Candidate, ...], noise: float =
     residual = misfit.residual - inner @ (inner.T @ misfit.residual)
     spread = right[seen].T / values[seen]
     estimate = spread @ (inner.T @ misfit.residual)
-    variance = noise**2 * (spread**2).sum(axis=1)
+    variance = (spread**2).sum(axis=1)
+    if walk is not None:
+        taken = spread @ inner.T
+        variance += ((taken @ walk) * taken).sum(axis=1)
+    variance *= noise**2
     held_out = _left_out(misfit, inner, residual)
     judged = misfit.judged
     return Trial(
