@@ -1,0 +1,53 @@
+"""From probabilities to one word."""
+
+import pytest
+
+from imucal_wizard.bench.verdict import Evidence, Verdict, decide
+
+
+def evidence(
+    present: dict[str, float],
+    taken: dict[str, float] | None = None,
+    strongest: float = 0.0,
+    noise: float = 1.0,
+    repeats: int = 12,
+) -> Evidence:
+    return Evidence({"nothing": 0.0, **present}, taken or {}, strongest, noise, repeats)
+
+
+@pytest.mark.parametrize(
+    ("given", "verdict", "named"),
+    [
+        (evidence({"nothing": 0.9}), Verdict.COMPLETE, ()),
+        (evidence({"even-order": 0.95}, {"even-order": 150.0}), Verdict.MISSING, ("even-order",)),
+        (evidence({"even-order": 0.95}, {"even-order": 40.0}), Verdict.UNEXPLAINED, ()),
+        (evidence({"disturbed": 0.95}, {"disturbed": 80.0}), Verdict.DISTURBED, ("disturbed",)),
+        (evidence({"even-order": 0.5, "odd-order": 0.5}, {}, 150.0), Verdict.AMBIGUOUS, ()),
+        (evidence({"unknown": 0.9}, {}, 150.0), Verdict.UNEXPLAINED, ()),
+    ],
+)
+def test_each_verdict_has_its_evidence(
+    given: Evidence, verdict: Verdict, named: tuple[str, ...]
+) -> None:
+    """Likely and strong is named; likely and weak is not; rivals are listed; strangers stay so."""
+    assert decide(given) == (verdict, named)
+
+
+def test_structure_without_a_name_forbids_every_name() -> None:
+    """A strong family is not named while an unknown shape may be the truth."""
+    given = evidence({"even-order": 0.8, "unknown": 0.2}, {"even-order": 150.0}, 150.0)
+    assert decide(given) == (Verdict.UNEXPLAINED, ())
+
+
+def test_a_weak_second_family_does_not_spoil_the_first_name() -> None:
+    """Only what takes away enough by itself is named."""
+    taken = {"even-order": 200.0, "hysteresis": 9.0}
+    given = evidence({"even-order": 0.99, "hysteresis": 0.9}, taken)
+    assert decide(given) == (Verdict.MISSING, ("even-order",))
+
+
+def test_loud_noise_is_believed_only_where_poses_were_repeated() -> None:
+    """Five times the noise within the holds is noise if repeats show it, else a riddle."""
+    assert decide(evidence({"nothing": 0.9}, noise=5.0)) == (Verdict.COMPLETE, ())
+    given = evidence({"nothing": 0.9}, noise=5.0, repeats=0)
+    assert decide(given) == (Verdict.UNEXPLAINED, ())
