@@ -98,7 +98,9 @@ def _order(plan: Plan, rng: np.random.Generator) -> FloatArray:
     poses = {**FACES, **EDGES, **(CORNERS if plan.corners else {})}
     once = np.array(list(poses.values()))
     once = once[rng.permutation(len(once))]
-    again = once[rng.permutation(len(once))[: plan.repeats]]
+    turns = -(-plan.repeats // len(once))
+    order = np.concatenate([rng.permutation(len(once)) for _ in range(max(turns, 1))])
+    again = once[order[: plan.repeats]]
     if plan.at_end:
         return np.concatenate([once, once[: plan.repeats]])
     both = np.concatenate([once, again])

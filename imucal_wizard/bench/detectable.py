@@ -18,7 +18,7 @@ POWER = 1.645
 BLIND = 0.02
 """Share of a pattern left by the base below which the data do not show it."""
 STEPS = np.exp(np.linspace(np.log(2.0), np.log(200.0), 40))
-"""Sizes looked at, in standard deviations of the estimate."""
+"""Sizes looked at, in standard deviations of the estimate; the first that is enough is taken."""
 
 
 def detectable(
@@ -45,30 +45,61 @@ def detectable(
         for one in jury.hypotheses
     )
     needed = max(threshold, 0.0) + np.log(2.0 * len(whole) * settings)
-    weights = jury.frame.weights(wander)
+    patterns = patterns[:, visible]
+    strength = np.stack([weights @ patterns**2 for weights in jury.weights])
+    error = noise / np.sqrt(jury.frame.weights(wander) @ patterns**2)
+    sizes = STEPS * error[:, None]
+    odds = _odds(jury, strength, candidate.typical[visible], sizes, noise, wander)
+    clear = odds > needed
+    reached = np.where(clear.any(axis=1), STEPS[clear.argmax(axis=1)], np.inf)
     found = np.full(len(whole), np.inf)
-    for k in np.flatnonzero(visible):
-        error = noise / float(np.sqrt(weights @ patterns[:, k] ** 2))
-        typical = float(candidate.typical[k])
-        odds = _odds(jury, patterns[:, k], typical, STEPS * error, noise, wander)
-        clear = np.flatnonzero(odds > needed)
-        if len(clear):
-            found[k] = (STEPS[clear[0]] + POWER) * error
+    found[visible] = (reached + POWER) * error
     return found
 
 
 def _odds(
-    jury: Jury, pattern: FloatArray, typical: float, sizes: FloatArray, noise: float, wander: float
+    jury: Jury,
+    strength: FloatArray,
+    typical: FloatArray,
+    sizes: FloatArray,
+    noise: float,
+    wander: float,
 ) -> FloatArray:
-    """Log odds of the parameter against noise alone, at these sizes and expected noise, (k,)."""
-    spread = noise**2 / jury.frame.weights(wander)
-    alone = jury.log_noise(np.sqrt((sizes[:, None] * pattern) ** 2 + spread))
+    """Log odds of each parameter against noise alone, expected squares put in, shape (p, k).
+
+    Args:
+        jury: the explanations.
+        strength: ``xᵀWx`` of each pattern under each wander, shape (wanders, p).
+        typical: prior standard deviation of each, shape (p,).
+        sizes: to look at, shape (p, k).
+        noise: in units of that within the holds.
+        wander: of the bias.
+    """
+    usual = noise**2 / jury.frame.weights(wander)
+    totals = [
+        sizes**2 * own[:, None] + weights @ usual
+        for own, weights in zip(strength, jury.weights, strict=True)
+    ]
+    alone = jury.log_noise_of(np.stack(totals, axis=-1))
     gains = []
-    for weights in jury.weights:
-        strength = float(weights @ pattern**2)
-        ratio = strength * (np.array(SPREADS)[:, None] * typical) ** 2 / SQUARES
-        square = (sizes**2 * strength + noise**2)[:, None, None] * ratio / (1.0 + ratio) / SQUARES
-        gain = 0.5 * (square - np.log1p(ratio))
-        gains.append(np.logaddexp.reduce(gain, axis=1) - np.log(len(SPREADS)))
-    both = np.logaddexp.reduce(alone + np.stack(gains, axis=1), axis=(1, 2))
-    return np.asarray(both - np.logaddexp.reduce(alone, axis=(1, 2)))
+    for own in strength:
+        ratio = (own * typical**2)[:, None, None] * np.array(SPREADS)[:, None] ** 2 / SQUARES
+        share = ratio / (1.0 + ratio) / SQUARES
+        square = (sizes**2 * own[:, None] + noise**2)[:, :, None, None]
+        gain = 0.5 * (square * share[:, None] - np.log1p(ratio)[:, None])
+        gains.append(_log_mean(gain))
+    both = _log_sum(alone + np.stack(gains, axis=2))
+    return np.asarray(both - _log_sum(alone))
+
+
+def _log_mean(values: FloatArray) -> FloatArray:
+    """Logarithm of the mean of exponentials over the last axis but one."""
+    highest = values.max(axis=-2, keepdims=True)
+    mean = np.exp(values - highest).mean(axis=-2)
+    return np.asarray(np.log(mean) + highest[..., 0, :])
+
+
+def _log_sum(values: FloatArray) -> FloatArray:
+    """Logarithm of the sum of exponentials over the last two axes."""
+    highest = values.max(axis=(-2, -1), keepdims=True)
+    return np.asarray(np.log(np.exp(values - highest).sum(axis=(-2, -1))) + highest[..., 0, 0])

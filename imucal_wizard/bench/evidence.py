@@ -71,7 +71,10 @@ class Jury:
             coordinates: of residuals, shape (…, m).
         """
         squares = coordinates**2
-        totals = np.stack([squares @ weights for weights in self.weights], axis=-1)
+        return self.log_noise_of(np.stack([squares @ own for own in self.weights], axis=-1))
+
+    def log_noise_of(self, totals: FloatArray) -> FloatArray:
+        """The same from weighted sums of squares under each wander, shape (…, wanders)."""
         return np.asarray(self._log_volume - 0.5 * totals[..., None] / SQUARES)
 
     def weigh(self, residual: FloatArray) -> Weighed:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.bench.chance import Chances, log_odds, members
-from imucal_wizard.bench.detectable import detectable
+from imucal_wizard.bench.detectable import BLIND, detectable
 from imucal_wizard.bench.evidence import Jury, Weighed
 from imucal_wizard.bench.hypotheses import DISTURBED, Hypothesis
 from imucal_wizard.bench.misfit import Candidate, Misfit
-from imucal_wizard.bench.noise import Frame
 from imucal_wizard.bench.trial import Trial, try_effect
 from imucal_wizard.readings import FloatArray
 
@@ -58,6 +57,7 @@ def rank(
     threshold = chances.threshold(weighed.noise)
     noise = noise_of(weighed)
     walk = jury.frame.walked(weighed.wander)
+    alike = _alike(misfit, jury)
     found = []
     for term, places in members(jury).items():
         odds = float(log_odds(weighed.evidence, jury, places))
@@ -76,7 +76,7 @@ def rank(
                 p,
                 try_effect(misfit, (candidate,), noise, walk),
                 detectable(jury, candidate, threshold, noise, weighed.wander),
-                _alike(jury.frame, misfit, candidate),
+                alike[term],
             )
         )
     return tuple(sorted(found, key=lambda suspect: -suspect.log_odds))
@@ -95,19 +95,24 @@ def _candidate(misfit: Misfit, hypothesis: Hypothesis) -> Candidate:
     )
 
 
-def _alike(frame: Frame, misfit: Misfit, candidate: Candidate) -> tuple[str, ...]:
-    """Other terms one of whose patterns is nearly one of this effect's."""
-    own = _unit(frame.across.T @ candidate.columns)
-    alike: list[str] = []
-    for other in misfit.candidates:
-        if other.term != candidate.term and other.term not in alike:
-            theirs = _unit(frame.across.T @ other.columns)
-            if own.size and theirs.size and float(np.abs(own.T @ theirs).max()) > ALIKE:
-                alike.append(other.term)
-    return tuple(alike)
-
-
-def _unit(patterns: FloatArray) -> FloatArray:
+def _alike(misfit: Misfit, jury: Jury) -> dict[str, tuple[str, ...]]:
+    """Terms one of whose visible patterns is nearly one of this term's, for every term."""
+    terms = list(dict.fromkeys(one.term for one in misfit.candidates))
+    if not terms:
+        return {}
+    number = np.concatenate(
+        [np.full(len(one.names), terms.index(one.term)) for one in misfit.candidates]
+    )
+    patterns = jury.frame.across.T @ np.concatenate([c.columns for c in misfit.candidates], axis=1)
+    whole = np.concatenate([np.linalg.norm(c.columns, axis=0) for c in misfit.candidates])
     length = np.linalg.norm(patterns, axis=0)
-    seen = length > 1e-6 * max(float(length.max(initial=0.0)), 1e-300)
-    return np.asarray(patterns[:, seen] / length[seen])
+    seen = length > BLIND * np.maximum(whole, 1e-300)
+    unit, number = patterns[:, seen] / length[seen], number[seen]
+    near = np.argwhere(np.abs(unit.T @ unit) > ALIKE)
+    found = np.zeros((len(terms), len(terms)), np.bool_)
+    found[number[near[:, 0]], number[near[:, 1]]] = True
+    np.fill_diagonal(found, False)
+    return {
+        a: tuple(b for b, same in zip(terms, row, strict=True) if same)
+        for a, row in zip(terms, found, strict=True)
+    }

@@ -7,11 +7,12 @@ effect's columns, Λ the prior's precision on the effect alone; then
     error of group d when it is left out = (I − H_dd)⁻¹ (r − Hr)_d
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.bench.misfit import Candidate, Misfit
+from imucal_wizard.bench.misfit import Candidate, IntArray, Misfit
 from imucal_wizard.readings import FloatArray
 
 
@@ -82,13 +83,22 @@ def try_effect(
 def _left_out(misfit: Misfit, inner: FloatArray, residual: FloatArray) -> FloatArray | None:
     """Errors of the rows of each group under the fit of all others; rows without group stay in."""
     errors = residual.copy()
-    for label in np.unique(misfit.group[misfit.group >= 0]):
-        rows = np.flatnonzero(misfit.group == label)
-        gate = np.eye(len(rows)) - inner[rows] @ inner[rows].T
-        if np.linalg.eigvalsh(gate)[0] < 1e-9:
+    for rows in _groups(misfit.group):
+        own = inner[rows]
+        gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
+        if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
             return None
-        errors[rows] = np.linalg.solve(gate, residual[rows])
+        errors[rows] = np.linalg.solve(gates, residual[rows][..., None])[..., 0]
     return errors
+
+
+def _groups(group: IntArray) -> Iterator[IntArray]:
+    """Rows of the groups of each size, shape (groups, size)."""
+    order = np.argsort(group, kind="stable")
+    order = order[group[order] >= 0]
+    _, first, count = np.unique(group[order], return_index=True, return_counts=True)
+    for size in np.unique(count):
+        yield order[first[count == size][:, None] + np.arange(size)]
 
 
 def _rms(errors: FloatArray, misfit: Misfit) -> float:
