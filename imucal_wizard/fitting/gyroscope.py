@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting.comparison import by_single_axis, comparison, integral, single_axis
+from imucal_wizard.fitting.comparison import comparison, integral, single_axis
+from imucal_wizard.fitting.single_axis_fit import by_single_axis
 from imucal_wizard.fitting.turns import Bench, examined, make_bench, paths
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
@@ -29,6 +30,10 @@ SILENT_RATIO = 2.0
 """Spread of an axis in motion over its noise at rest up to which it says nothing of the motion."""
 SILENT_SHARE = 1e-4
 """The same over the spread of the liveliest axis: 0.02 °/s of 200."""
+ALL_NEEDED = (
+    "without one of the rotations the others do not carry these gains, so none could be left out "
+    "to check it: add some"
+)
 SMALLEST_TURN = np.radians(5.0)
 """A motion that turns less than this is a disturbed hold, not a rotation."""
 
@@ -163,6 +168,7 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         warnings=_not_carried(vector.dropped),
         degrees_of_freedom=vector.degrees_of_freedom,
         suspects=() if suspect is None else (suspect.index,),
+        not_held_out="" if vector.held_out is not None else ALL_NEEDED,
     )
 
 

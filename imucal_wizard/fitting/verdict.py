@@ -1,17 +1,26 @@
-"""The fit in plain sentences, the most important first."""
+"""The fit in plain sentences, the most important first: each says what it compares with what.
+
+An error of the fit and one of what was left out lie on either side of the truth: with leverage h
+the noise σ shows as ``σ √(1 − h)`` in the one and as ``σ / √(1 − h)`` in the other. Their geometric
+mean is σ whatever the number of parameters, and is what is held against the floors.
+"""
 
 import numpy as np
 
+from imucal_wizard.solver.fisher import exceeded
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
 
-MISSING_RATIO = 3.0
-"""Held-out error against the noise floor beyond which the model is said to lack something."""
+ABOUT = 2.0
+"""Up to so many times the noise within the holds an error is "about what the noise makes": that
+noise is known to a fifth, and slow noise is seen but in part within a hold."""
 FEW_RATIO = 3.0
 """Held-out error against the fitted one beyond which there are too few data to predict any: with
 twice as many equations as unknowns the ratio is about two."""
 ENOUGH_REPEATS = 4
 """Degrees of freedom from which the scatter of repeats is a better floor than the noise."""
+UNLIKELY = 0.01
+"""A misfit this rare by the scatter of the repeats is the model's."""
 
 
 def verdict(report: FitReport) -> tuple[str, ...]:
@@ -37,25 +46,75 @@ def _judged(name: str, fit: SensorFit) -> str:
     before = "" if fit.rms_before is None else f"{shown(fit, fit.rms_before)} before, "
     text = f"{name}: {before}{shown(fit, fit.rms_fitted)} after"
     if fit.rms_held_out is None:
-        return f"{text}; no {_left_out(fit)} could be left out to check it"
+        return f"{text}; {_unchecked(fit)}"
     text += f", {shown(fit, fit.rms_held_out)} on {_left_out(fit)}s left out"
+    if fit.validation_rms is not None:
+        text += f", {shown(fit, fit.validation_rms)} on new orientations"
     if fit.suspects:
         one = "hold" if fit.sensor == "accelerometer" else "rotation"
         return f"{text}: one {one} does not fit with the others; measure it again"
     if fit.rms_held_out > FEW_RATIO * fit.rms_fitted:
         return f"{text}: too few {_left_out(fit)}s to foretell one that is left out; add some"
-    floor = _floor(fit)
-    if floor and fit.rms_held_out > MISSING_RATIO * floor:
-        ratio = fit.rms_held_out / floor
-        return f"{text}: {ratio:.0f} times what the noise makes. Something is missing in the model"
-    return f"{text}: about what the noise makes"
+    return f"{text}: {_against_floors(fit, fit.rms_held_out)}"
 
 
-def _floor(fit: SensorFit) -> float | None:
-    """What does not repeat: noise within the holds, or what repeated holds show beyond it."""
-    if fit.repeat_rms is None or fit.repeat_degrees_of_freedom < ENOUGH_REPEATS:
-        return fit.floor
-    return max(fit.repeat_rms, fit.floor or 0.0)
+def _unchecked(fit: SensorFit) -> str:
+    """Why nothing was held out, and what was not fitted all the same."""
+    why = fit.not_held_out or f"no {_left_out(fit)} could be left out to check it"
+    if not fit.unused:
+        return why
+    error = float(np.sqrt(np.mean(fit.residuals[list(fit.unused)] ** 2)))
+    return f"{why}; on the {len(fit.unused)} holds it does not use it errs {shown(fit, error)}"
+
+
+def _against_floors(fit: SensorFit, held_out: float) -> str:
+    """The error against the noise, and against what repeats show where they are worse."""
+    noise = fit.floor
+    if not noise:
+        return "the noise is not known, so nothing says whether that is all it can do"
+    makes = f"what {_noise_of(fit)} makes ({shown(fit, noise)})"
+    if np.sqrt(fit.rms_fitted * held_out) <= ABOUT * noise:
+        return f"about {makes}"
+    repeats = fit.repeat_rms
+    if repeats and repeats > noise and fit.repeat_degrees_of_freedom >= ENOUGH_REPEATS:
+        return _against_repeats(fit, held_out, noise, repeats)
+    text = f"{held_out / noise:.0f} times {makes}. {_missing(fit)}"
+    if fit.sensor == "accelerometer":
+        text += ", or poses do not repeat better than that: hold some of them twice to tell"
+    return text
+
+
+def _noise_of(fit: SensorFit) -> str:
+    """What makes the floor: a gyroscope is judged by directions, which have errors of their own."""
+    return "the noise" if fit.sensor == "accelerometer" else "the noise of rates and directions"
+
+
+def _missing(fit: SensorFit) -> str:
+    what = "Something is missing in the model"
+    return (
+        what if "non-orthogonality" in fit.model else f"{what}, its cross-axis gains to begin with"
+    )
+
+
+def _against_repeats(fit: SensorFit, held_out: float, noise: float, repeats: float) -> str:
+    if lack_of_fit(fit) < UNLIKELY:
+        return (
+            f"{held_out / repeats:.1f} times what holds of one direction differ by "
+            f"({shown(fit, repeats)}). {_missing(fit)}"
+        )
+    return (
+        f"poses repeat to {shown(fit, repeats)}, where the noise makes {shown(fit, noise)}: "
+        "between holds the device, its seat or its bias moved, and no model mends that"
+    )
+
+
+def lack_of_fit(fit: SensorFit) -> float:
+    """Chance of a misfit this large if repeats showed all there is: the classic F test."""
+    freedom, pure = fit.degrees_of_freedom, fit.repeat_degrees_of_freedom
+    if fit.repeat_rms is None or freedom <= pure:
+        return 1.0
+    misfit = len(fit.residuals) * fit.rms_fitted**2 - pure * fit.repeat_rms**2
+    return exceeded(misfit / (freedom - pure) / fit.repeat_rms**2, freedom - pure, pure)
 
 
 def _left_out(fit: SensorFit) -> str:

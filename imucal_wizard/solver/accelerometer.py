@@ -30,6 +30,7 @@ from imucal_wizard.units import COUNT
 METHODS = ("least_squares", "newton", "six-position")
 SIX = "six-position"
 ANGLES = ("theta_yz", "theta_zy", "theta_zx")
+NEEDS_ALL_SIX = "the six-position method needs all six faces, so none could be left out to check it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +130,7 @@ def _noise(task: Task, holds: Sequence[Hold], theta: FloatArray) -> FloatArray:
 def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) -> AccelerometerFit:
     problem, theta, gravity = task.problem, solution.theta, task.problem.magnitude
     known = uncertainty_of_six(task, theta) if task.method == SIX else uncertainty(task, theta)
-    out = None if task.method == SIX else held_out(task, theta)
+    out, why = (None, "") if task.method == SIX else held_out(task, theta)
     errors = residuals(theta, problem.points)
     noise = _noise(task, holds, theta)
     matrix, bias = problem.matrix_and_bias(theta)
@@ -165,6 +166,8 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         repeat_rms=None if not known.repeat_variance else known.repeat_variance**0.5 * gravity,
         repeat_degrees_of_freedom=known.repeat_freedom,
         suspects=() if suspect is None else (suspect.index,),
+        unused=_unused(task) if six else (),
+        not_held_out=NEEDS_ALL_SIX if six else why,
     )
     return AccelerometerFit(
         fit,
@@ -174,6 +177,12 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         up_doubt(task, theta, known.covariance),
         suspect,
     )
+
+
+def _unused(task: Task) -> tuple[int, ...]:
+    """The holds that show no face and so are in none of Q's up/down formulae."""
+    rows = face_rows(up_directions(task.start, task.problem.points)).values()
+    return tuple(sorted(set(range(len(task.labels))).difference(*rows)))
 
 
 def _notes(task: Task) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.procedure.blocks import BoolArray
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 
@@ -30,3 +31,8 @@ def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
             labels[index] = len(leaders)
             leaders.append(vector)
     return labels
+
+
+def near_any(up: FloatArray, others: FloatArray, limit: float = SAME_DIRECTION) -> BoolArray:
+    """Which unit vectors (n, 3) are within ``limit``, rad, of any of the others (k, 3)."""
+    return np.asarray(((up @ others.T) > np.cos(limit)).any(axis=1))

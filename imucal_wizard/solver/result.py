@@ -64,6 +64,9 @@ class SensorFit:
             what no model can explain; None without repeats.
         repeat_degrees_of_freedom: of ``repeat_rms``.
         suspects: which of the residuals stand out from all others: to be measured again.
+        unused: which of the residuals are of holds that the method does not look at, so that they
+            are held out as they are.
+        not_held_out: why there is no ``rms_held_out``, in words; "" where there is.
     """
 
     sensor: str
@@ -89,6 +92,8 @@ class SensorFit:
     repeat_rms: float | None = None
     repeat_degrees_of_freedom: int = 0
     suspects: tuple[int, ...] = ()
+    unused: tuple[int, ...] = ()
+    not_held_out: str = ""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
+from imucal_wizard.procedure.blocks import BoolArray
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.readings import FloatArray
@@ -43,7 +44,7 @@ class Task:
     weights: FloatArray
     method: str
 
-    def solve(self, keep: FloatArray | None = None, start: FloatArray | None = None) -> Solution:
+    def solve(self, keep: BoolArray | None = None, start: FloatArray | None = None) -> Solution:
         """Fit all points, or those kept.
 
         Where the angle between x and z is left at zero but the other two are not, ``M_xz`` is their
@@ -60,7 +61,7 @@ class Task:
             solution = replace(again, iterations=solution.iterations + again.iterations)
         return solution
 
-    def _solve(self, keep: FloatArray | None, begin: FloatArray) -> Solution:
+    def _solve(self, keep: BoolArray | None, begin: FloatArray) -> Solution:
         points, weights = self.problem.points, self.weights
         if keep is not None:
             points, weights = points[keep], weights[keep]

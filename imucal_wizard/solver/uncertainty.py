@@ -12,6 +12,7 @@ import numpy as np
 
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import TYPICAL_NOISE, UNCALIBRATED, amplification
+from imucal_wizard.solver.directions import near_any
 from imucal_wizard.solver.magnitude import BIAS, SCALE, jacobian, residuals
 from imucal_wizard.solver.task import Task, face_rows, up_directions
 
@@ -90,22 +91,35 @@ def _repeats(task: Task, errors: FloatArray) -> tuple[float | None, int]:
     return float(scatter @ scatter) / freedom, freedom
 
 
-def held_out(task: Task, theta: FloatArray) -> FloatArray | None:
-    """Error of each hold under the fit without its whole direction, dimensionless, shape (n,).
+def held_out(task: Task, theta: FloatArray) -> tuple[FloatArray | None, str]:
+    """Error of each hold under the fit without its whole direction.
 
-    None when the other directions do not carry the model.
+    With a direction go all holds within 12° of any of its own, those counted to a neighbouring
+    direction too. What stays is the choice of the model, which looks at where the directions are
+    and not at what was read there, and the weights of the holds.
+
+    Returns:
+        The errors, dimensionless, shape (n,), or None; and why there are none, or "".
     """
+    points = task.problem.points
+    up, leaders = up_directions(theta, points), task.leaders(theta)
     if task.carried.spare < 1:
-        return None
-    points, leaders = task.problem.points, task.leaders(theta)
+        return None, (
+            f"the {len(leaders)} directions carry this model and no more, so none could be left "
+            "out to check it: add others"
+        )
     errors = np.empty(len(task.labels))
     for label in range(len(leaders)):
-        others = np.delete(leaders, label, axis=0)
-        if amplification(others, task.carried.basis).max() > LARGEST_HOLE:
-            return None
         out = task.labels == label
-        errors[out] = residuals(task.solve(~out, theta).theta, points[out])
-    return errors
+        kept = ~near_any(up, up[out])
+        others = leaders[np.unique(task.labels[kept])]
+        if amplification(others, task.carried.basis).max() > LARGEST_HOLE:
+            return None, (
+                f"without one of the {len(leaders)} directions the others do not carry this model, "
+                "so none could be left out to check it: add others"
+            )
+        errors[out] = residuals(task.solve(kept, theta).theta, points[out])
+    return errors, ""
 
 
 def up_doubt(task: Task, theta: FloatArray, covariance: FloatArray | None) -> FloatArray | None:

@@ -40,6 +40,27 @@ def test_each_direction_is_left_out_whole(method: str) -> None:
             assert result.fit.held_out[index] == pytest.approx(error, abs=2e-6)
 
 
+def test_neighbours_of_another_group_are_left_out_as_well() -> None:
+    """Holds tilted so that two groups overlap: nothing within 12° of a hold judges it."""
+    rng = np.random.default_rng(7)
+    up = tilted(np.concatenate([EIGHTEEN, EIGHTEEN, EIGHTEEN]), 6.0, rng)
+    noise = 3e-3 * rng.standard_normal((54, 3))
+    holds = holds_of(typical_accelerometer(), up, noise=noise, sigma=3e-3)
+    result = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    assert result.fit.held_out is not None
+    close = result.up @ result.up.T > np.cos(np.radians(12.0))
+    same = result.labels[:, None] == result.labels
+    assert (close & ~same).any()
+    for label in range(result.labels.max() + 1):
+        rows = result.labels == label
+        kept = [hold for hold, near in zip(holds, close[rows].any(axis=0), strict=True) if not near]
+        refit = fit_accelerometer(kept, GRAVITY, "m/s^2").fit
+        for index in np.flatnonzero(rows):
+            corrected = refit.matrix @ (holds[index].accelerometer - refit.bias)
+            error = np.linalg.norm(corrected) - GRAVITY
+            assert result.fit.held_out[index] == pytest.approx(error, abs=2e-6)
+
+
 def test_held_out_errors_are_those_of_new_directions() -> None:
     """On average over experiments: the rms held out is the rms on orientations never seen.
 

@@ -7,7 +7,8 @@ from scipy import stats
 from imucal_wizard.procedure.blocks import BlockCutter
 from imucal_wizard.procedure.holds import hold_from
 from imucal_wizard.readings import Readings, Series
-from imucal_wizard.solver.directions import group_directions
+from imucal_wizard.solver.directions import group_directions, near_any
+from imucal_wizard.solver.fisher import exceeded
 from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.outliers import FALSE_ALARM, suspect_hold, suspect_rotation
 from imucal_wizard.solver.student import quantile, two_sided
@@ -22,6 +23,16 @@ def test_students_t_is_scipys(freedom: int) -> None:
     for level in (0.5, 0.95, 0.999):
         expected = stats.t.ppf(0.5 + level / 2, freedom)
         assert quantile(level, freedom) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("above", "below"), [(1, 1), (2, 9), (9, 6), (27, 18), (30, 400)])
+def test_fishers_f_is_scipys(above: int, below: int) -> None:
+    """Tail probabilities to ten digits, from nearly certain to a millionth."""
+    for ratio in (1e-3, 0.4, 1.0, 2.5, 9.0, 60.0):
+        expected = stats.f.sf(ratio, above, below)
+        assert exceeded(ratio, above, below) == pytest.approx(expected, rel=1e-9, abs=1e-14)
+    assert exceeded(0.0, above, below) == 1.0
+    assert exceeded(np.inf, above, below) == 0.0
 
 
 def test_few_degrees_of_freedom_reach_further() -> None:
@@ -131,3 +142,11 @@ def test_too_little_is_left_to_suspect_anything() -> None:
     assert suspect_hold(np.array([0, 0, 0, 0, 0, 0, 0, 5.0, 1.0]), columns) is None
     assert suspect_hold(np.zeros(9), np.eye(9, 3)) is None
     assert suspect_rotation(np.zeros((6, 3)), np.zeros(6), 9) is None
+
+
+def test_what_is_near_is_near_whoever_leads_it() -> None:
+    """At 0°, 11° and 13° the last two are neighbours, though only the first two are one group."""
+    angles = np.radians([0.0, 11.0, 13.0, 40.0])
+    up = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(4)])
+    assert group_directions(up).tolist() == [0, 0, 1, 2]
+    assert near_any(up, up[:2]).tolist() == [True, True, True, False]

@@ -1,0 +1,55 @@
+"""Fisher's F: how likely a ratio of two variances as large as this is by chance.
+
+SciPy has it too, but importing its special functions costs more than a whole fit.
+"""
+
+import math
+
+_TINY = 1e-300
+_ENOUGH = 1e-14
+_MOST = 10_000
+
+
+def exceeded(ratio: float, freedom: float, below: float) -> float:
+    """Probability that F is larger than ``ratio`` (Abramowitz & Stegun 26.6.2).
+
+    Args:
+        ratio: of the variances.
+        freedom: degrees of freedom of the one above.
+        below: of the one below.
+    """
+    if ratio <= 0.0:
+        return 1.0
+    if not math.isfinite(ratio):
+        return 0.0
+    return _beta(below / (below + freedom * ratio), 0.5 * below, 0.5 * freedom)
+
+
+def _beta(x: float, a: float, b: float) -> float:
+    """Regularised incomplete beta function I_x(a, b), from the side where its fraction is short."""
+    if x <= 0.0 or x >= 1.0:
+        return min(max(x, 0.0), 1.0)
+    if x > (a + 1.0) / (a + b + 2.0):
+        return 1.0 - _beta(1.0 - x, b, a)
+    logs = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
+    front = math.exp(logs + a * math.log(x) + b * math.log1p(-x))
+    return min(front / a * _fraction(x, a, b), 1.0)
+
+
+def _fraction(x: float, a: float, b: float) -> float:
+    """Its continued fraction (26.5.8), ``1/(1 + d₁/(1 + d₂/(1 + …``, by Lentz's recurrence."""
+    above, below, value = 1.0, 0.0, 1.0
+    for step in range(1, _MOST):
+        half = step // 2
+        front = -(a + half) * (a + b + half) if step % 2 else half * (b - half)
+        term = front * x / ((a + step - 1.0) * (a + step))
+        below = 1.0 / _safe(1.0 + term * below)
+        above = _safe(1.0 + term / above)
+        value *= above * below
+        if abs(above * below - 1.0) < _ENOUGH:
+            break
+    return 1.0 / value
+
+
+def _safe(value: float) -> float:
+    return value if abs(value) > _TINY else _TINY
