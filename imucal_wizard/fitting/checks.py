@@ -1,11 +1,14 @@
-"""What a finished fit says about mistakes in the recording: units, rates, swapped axes."""
+"""What a finished fit says about the recording: wrong unit or rate, swapped or compensated axes."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.fitting.compensated import noticed
 from imucal_wizard.fitting.gyroscope import GyroscopeReport
 from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.outliers import Suspect
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
@@ -29,6 +32,7 @@ def accelerometer_warnings(accelerometer: AccelerometerFit, holds: Sequence[Hold
     fit = accelerometer.fit
     if fit.bias_unit != COUNT:
         notes += _unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
+    notes.append(noticed(fit))
     if accelerometer.suspect is not None:
         hold = holds[accelerometer.suspect.index]
         pose = f" ({hold.pose})" if hold.pose else ""
@@ -78,6 +82,7 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
         bad = report.rotations[report.suspect.index]
         place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
         notes.append(_stands_out(place, report.suspect))
+    notes.append(noticed(fit))
     matrix = fit.matrix / (np.linalg.norm(fit.matrix) / np.sqrt(3.0))
     best = np.abs(matrix).argmax(axis=1)
     if sorted(best.tolist()) == [0, 1, 2]:
@@ -98,3 +103,17 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
                     "true rate with --rate, or the unit with --gyro-unit, and fit again"
                 )
     return notes
+
+
+def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
+    """How many rotations could not be used, and why: the same words as when they were made."""
+    reasons: dict[str, list[str]] = {}
+    for rotation in rotations:
+        if rotation.problem:
+            alike = re.sub(r"\d+(\.\d+)?", "#", rotation.problem)
+            reasons.setdefault(alike, []).append(rotation.problem)
+    if not reasons:
+        return []
+    count = sum(map(len, reasons.values()))
+    each = "; ".join(f"{texts[0]} ({len(texts)})" for texts in reasons.values())
+    return [f"{count} of {len(rotations)} rotations are not used: {each}"]

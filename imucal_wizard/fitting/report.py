@@ -6,7 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting.checks import accelerometer_warnings, gyroscope_warnings
+from imucal_wizard.fitting.checks import (
+    accelerometer_warnings,
+    gyroscope_warnings,
+    rotation_warnings,
+)
 from imucal_wizard.fitting.gyroscope import GyroscopeReport, fit_gyroscope
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.procedure.holds import Hold
@@ -164,6 +168,7 @@ def _fit(
             named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method
         )
         rotations = list(gyroscope.rotations)
+        notes += rotation_warnings(rotations)
         if gyroscope.fit is not None:
             sensors["gyroscope"] = gyroscope.fit
             notes += gyroscope_warnings(gyroscope, units["gyroscope"])
