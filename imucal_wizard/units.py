@@ -43,49 +43,67 @@ FACTORS: dict[str, dict[str, float]] = {
 }
 
 _SPELLINGS: dict[str, str] = {
-    "m/s2": "m/s^2",
-    "m/s²": "m/s^2",
-    "m/s/s": "m/s^2",
-    "m/s**2": "m/s^2",
-    "mps2": "m/s^2",
-    "dps": "deg/s",
-    "°/s": "deg/s",
-    "deg/sec": "deg/s",
-    "degree/s": "deg/s",
-    "mdps": "mdeg/s",
-    "rad/sec": "rad/s",
-    "rps": "rad/s",
-    "µt": "uT",
-    "μt": "uT",
-    "gauss": "G",
-    "milligauss": "mG",
-    "°c": "degC",
-    "c": "degC",
-    "celsius": "degC",
-    "counts": COUNT,
-    "lsb": COUNT,
-    "raw": COUNT,
-    "sec": "s",
-    "µs": "us",
-    "μs": "us",
-    "micros": "us",
-    "millis": "ms",
+    spelling: unit
+    for unit, spellings in {
+        "m/s^2": "m/s2 ms-2 m/s/s m/sec2 m/sec/sec mps2 ms2 mpss meter/s2 meters/s2 metre/s2 "
+        "metres/s2 meter/second2 meters/second2 meters/sec2",
+        "g": "gee gees gs g0 gn",
+        "mg": "milli-g millig mgee",
+        "rad/s": "rads-1 rad/sec rad/second rads radps rads/s radian/s radians/s radians/sec "
+        "radian/sec radians/second radianspersecond radpersec rps",
+        "mrad/s": "mrads-1 mrad/sec mradps",
+        "deg/s": "degs-1 dps degps °/s °s-1 °/sec deg/sec"
+        " deg/second degree/s degrees/s degree/sec degrees/sec degrees/second degs "
+        "degreespersecond degpersec",
+        "mdeg/s": "mdps mdegs-1 mdeg/sec m°/s mdegps",
+        "uT": "microtesla microteslas",
+        "mT": "millitesla",
+        "nT": "nanotesla",
+        "G": "gauss ga",
+        "mG": "milligauss mgauss mga",
+        "degC": "°c c celsius degreescelsius degreesc °",
+        COUNT: "counts lsb lsbs raw adc digits digit",
+        "s": "sec secs second seconds",
+        "ms": "millis msec msecs millisecond milliseconds",
+        "us": "micros usec usecs microsecond microseconds",
+        "ns": "nanos nsec nsecs nanosecond nanoseconds",
+    }.items()
+    for spelling in spellings.split()
 }
+_SIGNS = str.maketrans(
+    {
+        "µ": "u",
+        "μ": "u",
+        "²": "2",
+        "¹": "1",
+        "⁻": "-",
+        "−": "-",
+        "º": "°",
+        "˚": "°",
+        **dict.fromkeys(" ^*·⋅()", None),
+    }
+)
+_OF_GRAVITY = {"G": "g", "mG": "mg"}
+"""What is Gauss for a field means gravities for an acceleration, as phones write it."""
 
 
 def canonical(word: str) -> str:
     """The unit as this program spells it; an unknown word comes back unchanged."""
     word = word.strip()
-    if word in _SPELLINGS:
-        return _SPELLINGS[word]
     known = {COUNT, *(unit for table in FACTORS.values() for unit in table)}
     if word in known:
         return word
-    lowered = word.lower()
-    if lowered in _SPELLINGS:
-        return _SPELLINGS[lowered]
-    matches = [unit for unit in known if unit.lower() == lowered]
+    plain = word.translate(_SIGNS).lower()
+    if plain in _SPELLINGS:
+        return _SPELLINGS[plain]
+    matches = [unit for unit in known if unit.lower() == plain]
     return matches[0] if len(matches) == 1 else word
+
+
+def unit_of(sensor: str, word: str) -> str:
+    """The same where it is known whose unit it is."""
+    unit = canonical(word)
+    return _OF_GRAVITY.get(unit, unit) if sensor == "accelerometer" else unit
 
 
 def factor(sensor: str, unit: str) -> float:
@@ -94,7 +112,7 @@ def factor(sensor: str, unit: str) -> float:
     Raises:
         UsageError: the unit does not belong to the sensor.
     """
-    unit = canonical(unit)
+    unit = unit_of(sensor, unit)
     if unit == COUNT and sensor in ("accelerometer", "gyroscope", "magnetometer"):
         return 1.0
     try:

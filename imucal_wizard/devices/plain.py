@@ -1,7 +1,5 @@
 """Text from devices, made safe to show: no control characters, no escapes, one line."""
 
-import unicodedata
-
 
 def plain(text: str | bytes, limit: int = 200) -> str:
     """The text on one line without anything a terminal would obey.
@@ -12,11 +10,7 @@ def plain(text: str | bytes, limit: int = 200) -> str:
     """
     if isinstance(text, bytes):
         text = text.decode("utf-8", errors="replace")
-    shown = "".join(c if not _commands(c) else " " for c in text[: 4 * limit])
+    # what is not printable (control, format, direction, private, unassigned) can steer a terminal
+    shown = "".join(c if c.isprintable() else " " for c in text[: 4 * limit])
     shown = " ".join(shown.split())
     return shown if len(shown) <= limit else shown[: limit - 1] + "…"
-
-
-def _commands(character: str) -> bool:
-    """Control, format (direction marks) and surrogate characters can steer a terminal."""
-    return unicodedata.category(character) in ("Cc", "Cf", "Cs", "Co")

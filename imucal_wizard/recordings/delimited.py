@@ -31,7 +31,7 @@ def read_delimited(path: Path, options: RecordingOptions) -> Samples:
     """
     text = decode(read_bytes(path))
     try:
-        opening = read_opening(text, options)
+        opening = read_opening(text, options, path.name)
     except NamelessError as error:
         raise RecordingError(f"{error}; {_command(path, text, error.line)}") from None
     table = read_table(text[opening.start :], opening.layout, opening.first_line)

@@ -1,10 +1,15 @@
 """How the lines of a text file are written: what separates the fields, which of them are wanted."""
 
+import contextlib
+import csv
 import re
 from dataclasses import dataclass
 
-_COMMA_NUMBERS = re.compile(r"\s*[-+]?\d+,\d+([;\t ]+[-+]?\d+,\d+)+[;\s]*$")
+_COMMA_NUMBER = re.compile(r"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?")
 _SHOWN = 48
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+LONGEST = 65_536
+"""Characters; a longer line is no sample."""
 
 
 @dataclass(frozen=True)
@@ -12,7 +17,7 @@ class Layout:
     """How the lines are written.
 
     Attributes:
-        separator: ``,`` ``;`` a tab, or None for any white space.
+        separator: ``,`` ``;`` ``|`` a tab, or None for any white space.
         width: numbers per line.
         used: places of the columns that are wanted; others may hold text.
         decimal_comma: whether ``9,81`` is one number.
@@ -28,22 +33,48 @@ class Layout:
 
 def separator_of(line: str) -> tuple[str | None, bool]:
     """The separator of a line, and whether its numbers are written with a decimal comma."""
-    if _COMMA_NUMBERS.match(line):
-        return (";" if ";" in line else None), True
-    for separator in (";", ",", "\t"):
+    if '"' in line and (separator := _between_quotes(line)):
+        return separator, _commas(split(line, separator))
+    for separator in (";", "\t", "|"):
         if separator in line:
-            return separator, False
-    return None, False
+            return separator, _commas(split(line, separator))
+    fields = line.split()
+    if _commas(fields) and all(map(_COMMA_NUMBER.fullmatch, fields)):
+        return None, True
+    return ("," if "," in line else None), False
+
+
+def _commas(fields: list[str]) -> bool:
+    """Whether numbers among these are written with a decimal comma, and none with a point."""
+    numbers = [field for field in fields if _COMMA_NUMBER.fullmatch(field)]
+    points = any("." in field and is_number(field) for field in fields)
+    return len(fields) > 1 and any("," in number for number in numbers) and not points
+
+
+def _between_quotes(line: str) -> str:
+    """What stands behind the first field in quotes."""
+    match = re.match(r'\s*"[^"]*"\s*([,;\t|])', line)
+    return match[1] if match else ""
 
 
 def split(line: str, separator: str | None) -> list[str]:
-    """The fields of one line without the white space around them."""
+    """The fields of one line without the white space and the quotes around them."""
+    if '"' in line and separator is not None and line.count('"') % 2 == 0:
+        with contextlib.suppress(csv.Error):
+            fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+            return [field.strip() for field in fields]
     return [field.strip() for field in line.split(separator)]
+
+
+def words_of(text: str) -> list[str]:
+    """The words of a name such as ``AccelerometerUncalibrated`` or ``sensor_gyro_0``."""
+    return [word.lower() for word in _WORD.findall(text)]
 
 
 def shown(line: str) -> str:
     """A line of a file as a message may show it: short, and nothing but visible characters."""
-    visible = "".join(char if char.isprintable() else "·" for char in line.strip())
+    start = line.strip()[: _SHOWN + 1]
+    visible = "".join(char if char.isprintable() else "·" for char in start)
     return repr(visible if len(visible) <= _SHOWN else visible[:_SHOWN] + "…")
 
 

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.errors import RecordingError
-from imucal_wizard.recordings.header import column
-from imucal_wizard.recordings.layout import Layout, is_number, separator_of, shown, split
-from imucal_wizard.recordings.naming import named
+from imucal_wizard.recordings.layout import LONGEST, Layout, is_number, separator_of, shown, split
+from imucal_wizard.recordings.moment import is_moment
+from imucal_wizard.recordings.naming import named, named_loosely, with_units
 from imucal_wizard.recordings.options import RecordingOptions
 
 _SEARCHED_LINES = 400
 """A header that the device prints every few seconds is looked for in so many lines."""
+_LAYOUT_LINES = 20
+"""Lines among which one shows whether numbers are written with a decimal comma."""
 
 _LABEL = re.compile(r"[A-Za-z]\w*\s*[:=]")
 
@@ -62,27 +64,46 @@ class NamelessError(RecordingError):
         self.line = line
 
 
-def read_opening(text: str, options: RecordingOptions) -> Opening:
+def read_opening(text: str, options: RecordingOptions, file: str = "") -> Opening:
     """Find header and first line of data, and name the columns.
+
+    Args:
+        text: the whole text.
+        options: what the user said of it.
+        file: the file's name.
 
     Raises:
         RecordingError: there are no lines of numbers, or nothing says what the columns are.
     """
-    header, data, names = _search(text, wants_header=not options.columns)
+    header, data, names = _search(text, file, wants_header=not options.columns)
     warnings: tuple[str, ...] = ()
     if options.columns:
         names = list(options.columns)
-        if header is not None and any(column(name).channel for name in header.fields):
+        if header is not None and _is_header(header.fields):
             warnings = (f"--columns was used instead of the header {shown(header.content)}",)
-    columns = named(names, data.fields if header is None or header.start < data.start else None)
+    whole = header is None or header.start < data.start
+    separator, decimal_comma = _separators(text, data)
+    fields = split(data.content, separator)
+    columns = named(names, fields if whole else None, file)
     used = tuple(i for i, one in enumerate(columns) if one.channel)
-    separator, decimal_comma = separator_of(data.content)
     skip = header.content.strip() if header is not None else ""
     layout = Layout(separator, len(columns), used, decimal_comma, skip)
     return Opening(tuple(columns[i] for i in used), layout, data.start, data.number, warnings)
 
 
-def _search(text: str, wants_header: bool) -> tuple[Line | None, Line, list[str]]:
+def _separators(text: str, data: Line) -> tuple[str | None, bool]:
+    """What stands between the fields, and whether a comma stands within the numbers."""
+    own = separator_of(data.content)
+    for place, line in enumerate(_lines(text[data.start : data.start + LONGEST])):
+        if place == _LAYOUT_LINES:
+            break
+        other = separator_of(line.content)
+        if other[1] and (other[0] == own[0] or own[0] == ","):
+            return other
+    return own
+
+
+def _search(text: str, file: str, wants_header: bool) -> tuple[Line | None, Line, list[str]]:
     """The header, the first line of data, and the names.
 
     A log may begin in the middle of the stream, so the header may come after the first data.
@@ -94,13 +115,15 @@ def _search(text: str, wants_header: bool) -> tuple[Line | None, Line, list[str]
     header: Line | None = None
     data: Line | None = None
     words: Line | None = None
+    below: list[str] = []
     for line in _lines(text):
-        if header is None and _is_header(line.fields):
+        if header is None and _is_header(line.fields, file):
             header = line
         elif data is None and _is_data(line.fields):
             data = line
         elif data is None:
             words = line
+            below = below or (line.fields if header is not None else [])
         if data is not None and (header is not None or not wants_header):
             break
     if data is None:
@@ -108,7 +131,7 @@ def _search(text: str, wants_header: bool) -> tuple[Line | None, Line, list[str]
             "there is no line of data in it: no line of plain numbers; record again"
         )
     if header is not None or not wants_header:
-        return header or words, data, header.fields if header else []
+        return header or words, data, with_units(header.fields, below) if header else []
     if names := _comment_header(text, data):
         return None, data, names
     says = f"no name in {shown(words.content)} is known" if words else "it has no header"
@@ -121,32 +144,34 @@ def _lines(text: str) -> Iterator[Line]:
     for number in range(1, _SEARCHED_LINES + 1):
         end = text.find("\n", start)
         content = text[start : end if end >= 0 else len(text)]
-        if content.strip() and not content.lstrip().startswith("#"):
+        if content.strip() and not content.lstrip().startswith("#") and len(content) <= LONGEST:
             yield Line(start, number, content)
         if end < 0:
             return
         start = end + 1
 
 
-def _is_header(fields: list[str]) -> bool:
+def _is_header(fields: list[str], file: str = "") -> bool:
     """Whether a line names columns: it has no number in it, and two of its names are known."""
-    known = {column(field).channel for field in fields} - {""}
-    return len(known) >= 2 and not any(field and is_number(field) for field in fields)
+    if any(field and is_number(field) for field in fields):
+        return False
+    known = {one.channel for one in named_loosely(fields, file)} - {""}
+    return len(known) >= 2
 
 
 def _is_data(fields: list[str]) -> bool:
     """Whether a line can be a sample: numbers without labels, and a few words beside them."""
-    if any(_LABEL.search(field) for field in fields):
+    if any(_LABEL.search(field) and not is_moment(field) for field in fields):
         return False
-    numbers = sum(is_number(field) for field in fields)
+    numbers = sum(is_number(field) or is_moment(field) for field in fields)
     return numbers >= 2 and any(map(str.strip, fields)) and numbers >= len(fields) / 2
 
 
 def _comment_header(text: str, data: Line) -> list[str]:
-    """The names in the comment above the data when it is a header, else none."""
+    """The names in the last comment above the data that is a header, else none."""
     comments = [line.strip("# \t") for line in text[: data.start].split("\n") if "#" in line]
-    if not comments:
-        return []
-    names = split(comments[-1], separator_of(comments[-1])[0])
-    is_header = len(names) == len(data.fields) and all(column(name).channel for name in names)
-    return names if is_header else []
+    for comment in reversed(comments):
+        names = split(comment, separator_of(comment)[0])
+        if len(names) == len(data.fields) and _is_header(names):
+            return names
+    return []

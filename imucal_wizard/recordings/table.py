@@ -14,7 +14,8 @@ import numpy as np
 
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.recordings.layout import Layout, shown, split
+from imucal_wizard.recordings.layout import LONGEST, Layout, shown, split
+from imucal_wizard.recordings.moment import seconds
 
 TOLERATED = 0.05
 """A file in which more than this share of the lines does not fit is not what it was taken for."""
@@ -68,11 +69,12 @@ def _read(text: str, layout: Layout, first_line: int) -> tuple[FloatArray, list[
     values = None if layout.decimal_comma else _fast(text, layout)
     if values is not None:
         return values, []
-    if len(text) <= 2 * _SMALL:
+    pieces = list(_pieces(text))
+    if len(text) <= 2 * _SMALL or len(pieces) == 1:  # one piece: a line as long as all of them
         return _careful(text, layout, first_line)
     parts: list[FloatArray] = []
     misfits: list[Misfit] = []
-    for piece in _pieces(text):
+    for piece in pieces:
         part, bad = _read(piece, layout, first_line)
         parts.append(part)
         misfits += bad
@@ -148,6 +150,8 @@ def _without_cut_line(text: str, layout: Layout) -> tuple[str, tuple[str, ...]]:
 
 def _row(content: str, layout: Layout) -> list[float] | None:
     """The wanted numbers of one line, or None when the line does not fit."""
+    if len(content) > LONGEST:
+        return None
     fields = split(content, layout.separator)
     if len(fields) == layout.width + 1 and not fields[-1]:
         fields.pop()
@@ -170,9 +174,8 @@ def _number(field: str, decimal_comma: bool) -> float:
         return np.nan
     if "_" in field:
         raise ValueError(field)
-    if field.count(":") == 2:
-        hours, minutes, seconds = field.split(":")
-        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
+    if ":" in field:
+        return seconds(field)
     return float(field.replace(",", ".") if decimal_comma else field)
 
 

@@ -371,3 +371,16 @@ def test_spoilt_streams_too_give_the_same_whatever_the_cuts(
         again = Intake(whole.setup).feed(data, 1.0)
         assert again is not None
         assert same(again, one)
+
+
+def test_the_fields_of_a_ros_message_are_read_from_json() -> None:
+    line = (
+        b'{"header":{"seq":%d},"angular_velocity":{"x":0.1,"y":0.2,"z":0.3},'
+        b'"linear_acceleration":{"x":0.1,"y":-0.2,"z":9.8}}\n'
+    )
+    intake, readings = heard(lambda i: line % i, StreamSetup(gyroscope_unit="rad/s"))
+    assert intake.format == "json"
+    assert readings is not None
+    assert readings.gyroscope is not None
+    np.testing.assert_allclose(readings.accelerometer.values[0], [0.1, -0.2, 9.8])
+    np.testing.assert_allclose(readings.gyroscope.values[0], [0.1, 0.2, 0.3])

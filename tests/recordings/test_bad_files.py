@@ -99,8 +99,10 @@ def test_a_whole_last_line_without_its_end_is_kept(tmp_path: Path) -> None:
     assert len(read([path])) == 400
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
-def test_a_byte_order_mark_does_not_matter(tmp_path: Path, encoding: str) -> None:
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_two_bytes_per_character_and_marks_of_their_order_do_not_matter(
+    tmp_path: Path, encoding: str
+) -> None:
     path, lines = _lines(tmp_path)
     path.write_text("\r\n".join(lines) + "\r\n", encoding=encoding, newline="")
     readings = read([path])
@@ -124,6 +126,27 @@ def test_a_decimal_comma_is_understood(tmp_path: Path, separator: str) -> None:
     np.testing.assert_allclose(read([path]).accelerometer.values, samples()[:, 1:4], atol=1e-6)
 
 
+def test_a_decimal_comma_is_seen_though_the_first_row_has_whole_numbers(tmp_path: Path) -> None:
+    path, lines = _lines(tmp_path)
+    lines[1] = "0;0;0;10;0;0;0;25"
+    body = [line.replace(",", ";").replace(".", ",") for line in lines[2:]]
+    path.write_text("\n".join([lines[0].replace(",", ";"), lines[1], *body, ""]))
+    np.testing.assert_allclose(read([path]).accelerometer.values[1:], samples()[1:, 1:4], atol=1e-6)
+
+
+def test_decimal_commas_in_quotes_are_understood_and_bare_ones_are_explained(
+    tmp_path: Path,
+) -> None:
+    path, lines = _lines(tmp_path)
+    rows = [[field.replace(".", ",") for field in line.split(",")] for line in lines[1:]]
+    quoted = [",".join(f'"{field}"' for field in row) for row in rows]
+    path.write_text("\n".join([lines[0], *quoted, ""]))
+    np.testing.assert_allclose(read([path]).accelerometer.values, samples()[:, 1:4], atol=1e-6)
+    path.write_text("\n".join([lines[0], *(",".join(row) for row in rows), ""]))
+    with pytest.raises(RecordingError, match="decimal comma between commas"):
+        read([path])
+
+
 def test_columns_of_words_and_a_comma_at_the_end_do_no_harm(tmp_path: Path) -> None:
     path, lines = _lines(tmp_path)
     body = [f"01/07/2000,16:18:45.54,{line}," for line in lines[1:]]
@@ -140,7 +163,9 @@ def test_columns_of_words_and_a_comma_at_the_end_do_no_harm(tmp_path: Path) -> N
         (b"# only a comment\n", "no line of data"),
         (HEADER.encode() + b"\n", "no line of data"),
         (bytes(range(32)) * 200, "this is not text"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(200), "this is not text"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(200), "it is a picture"),
+        (b"\x1f\x8b" + bytes(200), "compressed by gzip and damaged"),
+        (b"1.0," * 100_000, "no line of data"),
     ],
 )
 def test_what_holds_no_data_is_refused_by_name(tmp_path: Path, data: bytes, says: str) -> None:
@@ -149,6 +174,26 @@ def test_what_holds_no_data_is_refused_by_name(tmp_path: Path, data: bytes, says
     with pytest.raises(RecordingError, match=says) as caught:
         read([path])
     assert str(path) in str(caught.value)
+
+
+def test_a_port_given_as_a_file_is_named_as_one() -> None:
+    with pytest.raises(RecordingError, match="--port /dev/null"):
+        read([Path("/dev/null")])
+
+
+def test_a_line_of_megabytes_costs_itself_and_no_other(tmp_path: Path) -> None:
+    path, lines = _lines(tmp_path)
+    path.write_text("\n".join([*lines[:200], "9" * 2_000_000, *lines[200:], ""]))
+    readings = read([path])
+    assert len(readings) == 400
+    assert any("1 line does not fit" in text and len(text) < 200 for text in readings.warnings)
+
+
+def test_what_a_logger_left_behind_the_last_line_is_no_data(tmp_path: Path) -> None:
+    path, _ = _lines(tmp_path)
+    path.write_bytes(path.read_bytes() + bytes(4096))
+    readings = read([path])
+    assert (len(readings), readings.warnings) == (400, ())
 
 
 def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:

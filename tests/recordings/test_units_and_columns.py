@@ -101,7 +101,6 @@ def test_a_log_that_begins_in_mid_line_and_repeats_its_header_is_read(tmp_path: 
         ("aX", "ax", ""),
         ("gyr_z", "gz", ""),
         ("GyroY", "gy", ""),
-        ("linear_acceleration.x", "ax", ""),
         ("gyro_x_dps", "gx", "deg/s"),
         ("mag_y [µT]", "my", "uT"),
         ("timestamp_ms", "t", "ms"),

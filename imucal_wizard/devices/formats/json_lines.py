@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.devices.formats.names import column
+from imucal_wizard.devices.formats.names import column, with_gravity
 from imucal_wizard.devices.formats.text import TextDecoder
 
 
@@ -30,7 +30,7 @@ class JsonDecoder(TextDecoder):
             return
         flat = flattened(value) if isinstance(value, dict) else {}
         if not self._columns and len(flat) >= 3:
-            self._columns = tuple(_column(key) for key in flat)
+            self._columns = with_gravity(tuple(_column(key) for key in flat))
         if not self._columns or not any(c.name in flat for c in self._columns):
             self._spoilt()
             return

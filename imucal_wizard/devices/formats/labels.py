@@ -4,8 +4,9 @@ import re
 
 from imucal_wizard import units
 from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.devices.formats.names import belongs, channel_of, sensor_of, sensor_word
+from imucal_wizard.devices.formats.names import belongs, sensor_of
 from imucal_wizard.devices.formats.numbers import NUMBER
+from imucal_wizard.devices.formats.words import channel_of, sensor_word
 
 _WORD = re.compile(r"[A-Za-z]+")
 _BRACKETED_UNIT = re.compile(r"[\[(]\s*([A-Za-zµμ°/^0-9²*]+)\s*[\])]")

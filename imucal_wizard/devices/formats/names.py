@@ -1,30 +1,12 @@
 """What a column's name says: which channel it is and in which unit."""
 
 import re
+from dataclasses import replace
 
 from imucal_wizard import units
 from imucal_wizard.devices.formats.base import Column
+from imucal_wizard.devices.formats.words import channel_of, squeezed
 
-_SENSORS: dict[str, str] = {
-    word: channel
-    for channel, words in {
-        "a": "a acc accl accel accelerometer acceleration acceler accelero xl",
-        "g": "g gyr gyro gyroscope gyros w omega rate angularrate angularvelocity rotation",
-        "m": "m mag magn magnet magneto magnetometer magnetic magneticfield field compass",
-    }.items()
-    for word in words.split()
-}
-_SINGLE: dict[str, str] = {
-    word: channel
-    for channel, words in {
-        "t": "t time timestamp timestamps ts micros millis tick ticks clock uptime timeus timems "
-        "rtctime datetime",
-        "temp": "temp temperature tmp tempr imutemp imudegc",
-        "counter": "counter count cnt seq sequence packet packetcounter index sample samplecount",
-    }.items()
-    for word in words.split()
-}
-_AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
 _SUFFIXES: dict[str, str] = {
     "us": "us",
     "ms": "ms",
@@ -38,7 +20,10 @@ _SUFFIXES: dict[str, str] = {
     "dps": "deg/s",
     "mdps": "mdeg/s",
     "degs": "deg/s",
+    "mdegs": "mdeg/s",
+    "rad": "rad/s",
     "rads": "rad/s",
+    "mrads": "mrad/s",
     "rps": "rad/s",
     "ut": "uT",
     "degc": "degC",
@@ -46,10 +31,10 @@ _SUFFIXES: dict[str, str] = {
     "raw": "count",
     "lsb": "count",
 }
-_BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]?\s*$")
-_SENSOR_AXIS = re.compile(r"(?P<sensor>[a-z]+)(?P<axis>[xyz012])")
-# the device has already taken gravity out of these, or left only gravity in
-_NOT_A_READING = re.compile(r"linear|gravity|quat|euler|orient|yaw|pitch|roll|heading")
+_BRACKETED = re.compile(r"^(?P<name>[^\[(]*)[\[(](?P<unit>.*?)[\])]?\s*$")
+_INDEXED = re.compile(r"^(?P<name>.+)\[(?P<index>[012])\]$")
+_IN_UNIT = re.compile(r"^(?P<name>.+)\s+in\s+(?P<unit>\S+)$")
+_TWO_WORDS = re.compile(r"^(?P<name>.+)_(?P<unit>m?(?:rad|deg)_s|m_s_?2|mps_2)$", re.IGNORECASE)
 _IMPLIED = {
     "micros": "us",
     "millis": "ms",
@@ -57,20 +42,50 @@ _IMPLIED = {
     "timems": "ms",
     "rtctime": "s",
     "imudegc": "degC",
+    "secondselapsed": "s",
 }
+_SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
+
+
+_LINEAR = re.compile(r"linear[\W_]*(?=acc)", re.IGNORECASE)
 
 
 def column(name: str) -> Column:
     """The column that a name in a header means; channel ``""`` when it means nothing here."""
-    name = name.strip().strip('"').strip()
-    match = _BRACKETED.match(name)
-    bare, unit = (match["name"], units.canonical(match["unit"])) if match else (name, "")
-    channel = channel_of(bare)
-    if not channel and not unit:
-        channel, unit = _with_suffix(bare)
+    name = name.strip().strip("\"'").strip()
+    bare, unit = parts(name)
+    index = _INDEXED.match(bare)
+    bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
+    channel = ""
+    if not unit:
+        channel, unit = _with_suffix(bare, axis)
+    channel = _of_unit(channel or channel_of(bare + axis), bare, unit)
     if channel and not unit:
-        unit = _IMPLIED.get(_squeezed(bare), "")
+        unit = _IMPLIED.get(squeezed(bare), "")
+    unit = units.unit_of(sensor_of(channel) or "", unit)
     return Column(channel, unit if channel and belongs(channel, unit) else "", name)
+
+
+def parts(name: str) -> tuple[str, str]:
+    """The name without its unit, and the unit; an index in brackets stays with the name."""
+    if _INDEXED.match(name):
+        return name, ""
+    match = _BRACKETED.match(name) or _IN_UNIT.match(name)
+    if match is None:
+        return name, ""
+    unit = units.canonical(match["unit"])
+    return match["name"].strip(), unit
+
+
+def _of_unit(channel: str, bare: str, unit: str) -> str:
+    """The channel where the unit decides: ``X (rad/s)`` turns, ``T (°C)`` is no time."""
+    word = squeezed(bare)
+    if word == "t" and unit in units.TEMPERATURE:
+        return "temp"
+    if channel or word not in ("x", "y", "z"):
+        return channel
+    sensors = [s for s, letter in _SENSOR_OF_UNIT.items() if unit in units.FACTORS[s]]
+    return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
 
 
 def belongs(channel: str, unit: str) -> bool:
@@ -93,26 +108,19 @@ def sensor_of(channel: str) -> str | None:
     return None
 
 
-def channel_of(name: str) -> str:
-    """``ax`` for "AccelX", "acc_x", "aX", "Acceleration X", "acc.0"; ``""`` for what it is not."""
-    word = _squeezed(name)
-    if _NOT_A_READING.search(word):
-        return ""
-    if word in _SINGLE:
-        return _SINGLE[word]
-    match = _SENSOR_AXIS.fullmatch(word)
-    if match is None or match["sensor"] not in _SENSORS:
-        return ""
-    return _SENSORS[match["sensor"]] + _AXES[match["axis"]]
+def with_gravity(columns: tuple[Column, ...]) -> tuple[Column, ...]:
+    """The columns, with ``linear_acceleration.x`` as ``ax`` where there is no other accelerometer.
 
-
-def sensor_word(word: str) -> str:
-    """``a``, ``g`` or ``m`` for a word that names a sensor, ``temp`` for one that names heat."""
-    word = word.lower()
-    if _NOT_A_READING.search(word):
-        return ""
-    single = _SINGLE.get(word, "")
-    return single if single == "temp" else _SENSORS.get(word, "")
+    ROS calls specific force so; Android what is left of it without gravity, which is of no use and
+    is told by its size.
+    """
+    if any(sensor_of(c.channel) == "accelerometer" for c in columns):
+        return columns
+    again = (replace(column(_LINEAR.sub("", c.name)), name=c.name) for c in columns)
+    return tuple(
+        new if sensor_of(new.channel) == "accelerometer" else c
+        for c, new in zip(columns, again, strict=True)
+    )
 
 
 def header(fields: list[str]) -> tuple[Column, ...] | None:
@@ -124,7 +132,7 @@ def header(fields: list[str]) -> tuple[Column, ...] | None:
     """
     if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
         return None
-    columns = tuple(column(field) for field in fields)
+    columns = with_gravity(tuple(column(field) for field in fields))
     channels = [c.channel for c in columns if c.channel]
     if len(channels) != len(set(channels)):
         columns = _first_of_each(columns)
@@ -143,15 +151,10 @@ def _first_of_each(columns: tuple[Column, ...]) -> tuple[Column, ...]:
     return tuple(kept)
 
 
-def _squeezed(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower())
-
-
-def _with_suffix(name: str) -> tuple[str, str]:
+def _with_suffix(name: str, axis: str) -> tuple[str, str]:
     """The channel and unit of a name that ends in its unit: ``acc_x_mg``, ``timestamp_ms``."""
-    head, separator, tail = name.rpartition("_")
-    if not separator:
-        return "", ""
-    unit = _SUFFIXES.get(_squeezed(tail), "")
-    channel = channel_of(head) if unit else ""
+    two = _TWO_WORDS.match(name)
+    head, _, tail = (two["name"], "_", two["unit"]) if two else name.rpartition("_")
+    unit = _SUFFIXES.get(squeezed(tail), "") if head else ""
+    channel = channel_of(head + axis) if unit else ""
     return channel, unit if channel else ""
