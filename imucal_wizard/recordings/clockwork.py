@@ -7,6 +7,10 @@ from imucal_wizard.readings import FloatArray
 
 _SIZES = (2.0**8, 2.0**16, 2.0**24, 2.0**32)
 _NEARLY_FULL = 0.95
+_FULL = (2.0**32 / 1e6, 2.0**32 / 1e3, 2.0**16 / 1e3, 86_400.0)
+"""Seconds at which 32 bits of micro- and milliseconds, 16 of milliseconds, and a day are full."""
+_WRAP_WITHIN = 2.0
+"""Seconds; a step back that lands so near behind a full counter is no restart."""
 _COARSE = 0.05
 """More equal times than this share mean that the clock ticks more slowly than the samples come."""
 
@@ -26,8 +30,21 @@ def unwrapped(ticks: FloatArray, what: str) -> tuple[FloatArray, tuple[str, ...]
     wraps = np.concatenate([[0], np.cumsum(np.diff(ticks) < -0.5 * size)])
     if not wraps[-1]:
         return ticks, ()
-    often = "once" if wraps[-1] == 1 else f"{wraps[-1]} times"
-    return ticks + wraps * size, (f"the {what} began again at zero {often}; put together",)
+    says = f"the {what} began again at zero {_often(int(wraps[-1]))}; put together"
+    return ticks + wraps * size, (says,)
+
+
+def rolled_over(time: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Seconds whose counter was full (of micro- or milliseconds, of a day), put together."""
+    steps = np.diff(time)
+    rounds = np.zeros(len(steps))
+    for size in _FULL:
+        rounds[(steps < 0) & (steps + size > 0) & (steps + size <= _WRAP_WITHIN)] = size
+    times = int((rounds > 0).sum())
+    if not times:
+        return time, ()
+    mended = time + np.concatenate([[0.0], np.cumsum(rounds)])
+    return mended, (f"the time began again at zero {_often(times)}; put together",)
 
 
 def in_order(
@@ -52,7 +69,7 @@ def in_order(
     back = np.flatnonzero(np.diff(time) < 0) + 1
     if len(back):
         says = (
-            f"the {what} goes back {len(back)} times, first after {time[back[0] - 1]:.6g};"
+            f"the {what} goes back {_often(len(back))}, first after {time[back[0] - 1]:.6g};"
             " what follows was set after a gap (did the device restart?)"
         )
         warnings += (says,)
@@ -60,6 +77,10 @@ def in_order(
         shift[back] = time[back - 1] - time[back] + gap
         time = time + np.cumsum(shift)
     return time, kept, warnings
+
+
+def _often(times: int) -> str:
+    return "once" if times == 1 else f"{times} times"
 
 
 def _outliers(time: FloatArray, near: float) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from imucal_wizard.recordings import guess, timeline
 from imucal_wizard.recordings.header import SENSOR_CHANNELS
 from imucal_wizard.recordings.options import UNIT_OPTION, RecordingOptions
 from imucal_wizard.recordings.timeline import Timeline
-from imucal_wizard.units import COUNT, FACTORS, canonical, factor, si_unit
+from imucal_wizard.units import COUNT, FACTORS, factor, si_unit, unit_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +53,9 @@ def to_samples(
             continue
         own = [columns[place] for place in present]
         if why := _numberless(sensor, values[:, present], own):
+            warnings.append(why)
+            continue
+        if why := _unneeded(sensor, own):
             warnings.append(why)
             continue
         series[sensor], says = _series(sensor, values[:, present], own, times, options)
@@ -116,6 +119,17 @@ def _numberless(sensor: str, values: FloatArray, columns: list[Column]) -> str:
     return f"{what}: the {sensor} was left out; look at its wiring and at the sketch"
 
 
+def _unneeded(sensor: str, columns: list[Column]) -> str:
+    """Why a quantity that can be done without is left out, or ""."""
+    unit = columns[0].unit
+    if sensor != "temperature" or unit in FACTORS[sensor]:
+        return ""
+    return (
+        f"the temperature was left out: {unit!r} of column {columns[0].name!r} is no unit of it"
+        " here; write degC"
+    )
+
+
 def _series(
     sensor: str,
     values: FloatArray,
@@ -147,7 +161,7 @@ def _units(
         RecordingError: a unit is missing or unknown, or only some axes are in counts.
     """
     given = options.unit(sensor)
-    units = [canonical(given)] * len(columns) if given else [column.unit for column in columns]
+    units = [unit_of(sensor, given)] * len(columns) if given else [c.unit for c in columns]
     says: list[str] = []
     if given and any(column.unit not in ("", units[0]) for column in columns):
         says.append(

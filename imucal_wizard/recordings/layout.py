@@ -22,6 +22,7 @@ class Layout:
         used: places of the columns that are wanted; others may hold text.
         decimal_comma: whether ``9,81`` is one number.
         skip: a line that may come again and is no data (the header).
+        milliseconds: whether the ``.6`` of a time of day is 6 ms.
     """
 
     separator: str | None
@@ -29,6 +30,7 @@ class Layout:
     used: tuple[int, ...]
     decimal_comma: bool = False
     skip: str = ""
+    milliseconds: bool = False
 
 
 def separator_of(line: str) -> tuple[str | None, bool]:

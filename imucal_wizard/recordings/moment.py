@@ -1,6 +1,7 @@
 """Dates and times of day as files write them, in seconds."""
 
 import re
+from collections.abc import Iterable
 from datetime import date
 
 _DATE = r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"
@@ -11,8 +12,12 @@ _EPOCH = date(1970, 1, 1).toordinal()
 _DAY = 86_400.0
 
 
-def seconds(text: str) -> float:
+def seconds(text: str, milliseconds: bool = False) -> float:
     """Seconds since 1970 of ``2024-05-03T10:00:00.25+02:00``, since midnight of ``10:00:00.25``.
+
+    Args:
+        text: a date with a time, or a time of day.
+        milliseconds: what stands behind the point counts milliseconds: ``.6`` is 6 ms.
 
     Raises:
         ValueError: it is neither.
@@ -21,7 +26,8 @@ def seconds(text: str) -> float:
     if match is None:
         raise ValueError(text)
     clock = 3600.0 * int(match["hour"]) + 60.0 * int(match["minute"])
-    clock += float(match["second"].replace(",", "."))
+    whole, _, rest = match["second"].replace(",", ".").partition(".")
+    clock += float(f"{whole}.{rest.zfill(3) if milliseconds else rest}")
     if match["year"] is None:
         return clock
     day = date(int(match["year"]), int(match["month"]), int(match["day"]))
@@ -31,6 +37,18 @@ def seconds(text: str) -> float:
 def is_moment(text: str) -> bool:
     """Whether a field is a date with a time, or a time of day."""
     return _MOMENT.fullmatch(text.strip("\"' ")) is not None
+
+
+def counts_milliseconds(texts: Iterable[str]) -> bool:
+    """Whether the digits behind the point are milliseconds without leading zeros, as WitMotion's.
+
+    Decimals begin with a zero now and then, and end with none where they are shortened.
+    """
+    found = [match["second"].partition(".")[2] for text in texts if (match := _MOMENT.match(text))]
+    sizes = {len(rest) for rest in found}
+    begun = any(len(rest) > 1 and rest.startswith("0") for rest in found)
+    ended = any(len(rest) > 1 and rest.endswith("0") for rest in found)
+    return len(sizes) > 1 and max(sizes) <= len("999") and ended and not begun
 
 
 def _offset(zone: str | None) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.recordings.layout import LONGEST, Layout, is_number, separator_of, shown, split
-from imucal_wizard.recordings.moment import is_moment
+from imucal_wizard.recordings.moment import counts_milliseconds, is_moment
 from imucal_wizard.recordings.naming import named, named_loosely, with_units
 from imucal_wizard.recordings.options import RecordingOptions
 
@@ -87,7 +87,8 @@ def read_opening(text: str, options: RecordingOptions, file: str = "") -> Openin
     columns = named(names, fields if whole else None, file)
     used = tuple(i for i, one in enumerate(columns) if one.channel)
     skip = header.content.strip() if header is not None else ""
-    layout = Layout(separator, len(columns), used, decimal_comma, skip)
+    ticks = _milliseconds(text[data.start :], separator, columns)
+    layout = Layout(separator, len(columns), used, decimal_comma, skip, ticks)
     return Opening(tuple(columns[i] for i in used), layout, data.start, data.number, warnings)
 
 
@@ -101,6 +102,15 @@ def _separators(text: str, data: Line) -> tuple[str | None, bool]:
         if other[1] and (other[0] == own[0] or own[0] == ","):
             return other
     return own
+
+
+def _milliseconds(text: str, separator: str | None, columns: list[Column]) -> bool:
+    """Whether the times of day in the first lines count milliseconds behind the point."""
+    place = next((i for i, one in enumerate(columns) if one.channel == "t"), None)
+    if place is None:
+        return False
+    lines = (split(line.content, separator) for line in _lines(text))
+    return counts_milliseconds(fields[place] for fields in lines if place < len(fields))
 
 
 def _search(text: str, file: str, wants_header: bool) -> tuple[Line | None, Line, list[str]]:

@@ -9,6 +9,7 @@ from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings.checks import check
 from imucal_wizard.recordings.columns import Samples
 from imucal_wizard.recordings.delimited import read_delimited
+from imucal_wizard.recordings.exchanged import refuse
 from imucal_wizard.recordings.imu_tk import read_imu_tk
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.text import is_database
@@ -48,6 +49,10 @@ def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Read
         series.get("temperature"),
     )
     warnings += _apart(readings)
+    try:
+        refuse(readings)
+    except RecordingError as error:
+        raise RecordingError(f"{_names(paths)}: {error}") from None
     return Readings(
         readings.accelerometer,
         readings.gyroscope,

@@ -158,12 +158,12 @@ def _row(content: str, layout: Layout) -> list[float] | None:
     if len(fields) != layout.width:
         return None
     try:
-        return [_number(fields[place], layout.decimal_comma) for place in layout.used]
+        return [_number(fields[place], layout) for place in layout.used]
     except ValueError:
         return None
 
 
-def _number(field: str, decimal_comma: bool) -> float:
+def _number(field: str, layout: Layout) -> float:
     """One field; what says that there is no value is NaN, a time of day is its seconds.
 
     Raises:
@@ -175,8 +175,8 @@ def _number(field: str, decimal_comma: bool) -> float:
     if "_" in field:
         raise ValueError(field)
     if ":" in field:
-        return seconds(field)
-    return float(field.replace(",", ".") if decimal_comma else field)
+        return seconds(field, layout.milliseconds)
+    return float(field.replace(",", ".") if layout.decimal_comma else field)
 
 
 def _judge(misfits: list[Misfit], rows: int) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.recordings.clockwork import in_order, spread, unwrapped
+from imucal_wizard.recordings.clockwork import in_order, rolled_over, spread, unwrapped
 from imucal_wizard.units import TIME
 
 _PLAUSIBLE_RATES = (5.0, 20_000.0)
@@ -79,7 +79,8 @@ def from_column(ticks: FloatArray, unit: str, rate: float | None) -> Timeline:
         unit, guessed = guess_unit(ticks, rate)
     _possible(ticks, unit)
     ticks, wrapped = (ticks, ()) if unit == "s" else unwrapped(ticks, "device's clock")
-    time = ticks * TIME[unit]
+    time, over = rolled_over(ticks * TIME[unit])
+    wrapped += over
     time, kept, mended = in_order(time, near=5.0 * usual_step(time), gap=1.0, what="time")
     time, even = spread(time)
     timeline = Timeline(time, rows[kept], guessed + wrapped + mended + even)

@@ -24,6 +24,23 @@ def test_a_clock_of_32_bits_that_wraps_is_put_together(unit: str, step: float) -
     assert line.warnings == ("the device's clock began again at zero once; put together",)
 
 
+@pytest.mark.parametrize("full", [2.0**32 / 1e6, 86_400.0])
+def test_seconds_of_a_clock_that_was_full_or_passed_midnight_are_put_together(full: float) -> None:
+    line = from_column((_ticks(step=0.01) + full - 4.0) % full, "s", None)
+    np.testing.assert_allclose(np.diff(line.time), 0.01, rtol=1e-6)
+    assert line.warnings == ("the time began again at zero once; put together",)
+
+
+def test_milliseconds_without_leading_zeros_are_not_taken_for_decimals(tmp_path: Path) -> None:
+    values = samples()[:, 1:4]
+    stamps = [f"2025-6-28 7:50:{i // 100}.{i % 100 * 10}" for i in range(len(values))]
+    rows = [f"0x50\t{s}\t" + "\t".join(map(str, v)) for s, v in zip(stamps, values, strict=True)]
+    path = tmp_path / "wit.txt"
+    path.write_text("\n".join(["address\ttime\tax(m/s²)\tay(m/s²)\taz(m/s²)", *rows, ""]))
+    readings = read([path])
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, atol=1e-4)
+
+
 def test_a_counter_of_16_bits_that_wraps_keeps_the_samples_that_are_missing() -> None:
     numbers = np.delete((np.arange(1000.0) + 65_000) % 65_536, 200)
     line = from_counter(numbers, 100.0)
@@ -47,7 +64,7 @@ def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap() -> None:
     assert len(line.time) == 1000
     assert np.all(np.diff(line.time) > 0)
     assert np.diff(line.time).max() == pytest.approx(1.0)
-    assert any("goes back 1 times, first after 4.99" in text for text in line.warnings)
+    assert any("goes back once, first after 4.99" in text for text in line.warnings)
 
 
 def test_missing_samples_are_counted() -> None:
