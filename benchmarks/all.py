@@ -13,6 +13,7 @@ NAMES = (
     "app",
     "q_experiments",
     "coverage",
+    "magnetometer",
 )
 
 

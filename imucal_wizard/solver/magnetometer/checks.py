@@ -1,0 +1,172 @@
+"""Readings of which no calibration can come: refused with what is wrong and what to do."""
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.ellipsoid.robust import spread
+
+FEWEST_SAMPLES = 60
+"""Six directions ten times over."""
+FLAT = 0.1
+"""Spread out of the plane over spread in it, up to which readings are a single circle."""
+NEARLY_FLAT = 0.25
+"""The same for readings through which no ellipsoid could be laid."""
+RESTLESS = 2.5
+"""Spread over sample-to-sample noise, below which nothing but noise is seen."""
+LOOSE = 0.12
+"""Scatter over the field's size beyond which readings are no shell at all."""
+EARTH = (22.0, 67.0)
+"""The Earth's field from the South Atlantic to the poles, µT (World Magnetic Model)."""
+MARGIN = 1.25
+"""How far a sensor's scale may be off: beyond, the field is not the Earth's."""
+STUCK = 0.005
+"""Share of the samples at one extreme value from which an axis may be saturated."""
+INSIDE = 3.0
+"""How many standard deviations such samples must lie inside the ellipsoid of the others."""
+
+
+def check_readings(readings: FloatArray) -> None:
+    """Refuse what is visible without a fit.
+
+    Args:
+        readings: shape (n, 3).
+
+    Raises:
+        DataError: too few samples, an axis that says nothing, or readings in one plane.
+    """
+    if len(readings) < FEWEST_SAMPLES:
+        raise DataError(
+            f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
+            "least half a minute"
+        )
+    columns = np.ascontiguousarray(readings.T)
+    still = np.flatnonzero(columns.max(axis=1) == columns.min(axis=1))
+    if len(still) == 3:
+        raise DataError(
+            "the magnetometer sends one and the same value: it is not there, or asleep. Look at "
+            "its wiring, address and sketch"
+        )
+    if len(still):
+        raise DataError(
+            f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
+            "same: it is dead or not connected"
+        )
+    if _flatness(columns.T) < FLAT and not _is_noise(readings):
+        raise DataError(_PLANE)
+
+
+def no_shell(readings: FloatArray) -> DataError | None:
+    """What to say of readings that fit no ellipsoid, when its reason is plain to see."""
+    if _is_noise(readings):
+        return DataError(
+            "the device does not turn: the magnetometer's readings are one value and noise. Turn "
+            "it through all directions while it records"
+        )
+    return DataError(_PLANE) if _flatness(readings) < NEARLY_FLAT else None
+
+
+def _flatness(readings: FloatArray) -> float:
+    """Spread across the plane of the readings over the spread in it."""
+    values = np.linalg.eigvalsh(np.cov(readings.T))
+    return float(np.sqrt(max(values[0], 0.0) / values[2]))
+
+
+def _is_noise(readings: FloatArray) -> bool:
+    steps = np.diff(readings, axis=0)
+    noise = np.sqrt(0.5 * (steps**2).mean(axis=0))
+    return bool((readings.std(axis=0) < RESTLESS * noise).all())
+
+
+def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
+    """Refuse a cloud through which an ellipsoid was laid all the same.
+
+    Args:
+        sigma: robust scatter of the distances.
+        radius: mean radius, same unit.
+        readings: shape (n, 3).
+
+    Raises:
+        DataError: the readings are no shell.
+    """
+    if sigma <= LOOSE * radius:
+        return
+    raise no_shell(readings) or DataError(
+        f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: it "
+        "is not one constant field. Measure away from iron, magnets and currents"
+    )
+
+
+def stuck_samples(readings: FloatArray) -> dict[str, FloatArray]:
+    """Samples at an extreme value that comes suspiciously often, by axis and end (``+x``)."""
+    out: dict[str, FloatArray] = {}
+    for axis, values in zip("xyz", readings.T, strict=True):
+        low, high = float(values.min()), float(values.max())
+        for sign, extreme in (("+", high), ("-", low)):
+            there = values == extreme
+            count = int(there.sum())
+            if count < max(10, STUCK * len(values)):
+                continue
+            near = np.abs(values - extreme) <= 0.1 * (high - low)
+            levels = max(len(np.unique(values[near])) - 1, 1)
+            if count > 3.0 * (near.sum() - count) / levels:
+                out[sign + axis] = there
+    return out
+
+
+def check_saturation(stuck: dict[str, FloatArray], distance: FloatArray) -> None:
+    """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
+
+    Args:
+        stuck: see ``stuck_samples``.
+        distance: of every sample from the ellipsoid through the others, shape (n,).
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    others = ~np.any(list(stuck.values()), axis=0)
+    sigma = spread(distance[others])
+    for name, there in stuck.items():
+        if float(np.median(distance[there])) < -INSIDE * sigma:
+            end = "largest" if name[0] == "+" else "smallest"
+            raise DataError(
+                f"axis {name[1]} of the magnetometer is saturated: {int(there.sum())} samples "
+                f"({100.0 * there.mean():.1f} %) read its {end} value. Choose a larger range, or "
+                "take away the magnet that pulls it there"
+            )
+
+
+def check_field(magnitude: float, unit: str, field: float | None) -> str:
+    """A warning about the field's size, or "".
+
+    Args:
+        magnitude: mean size of the field by the reading's own unit.
+        unit: the reading's unit.
+        field: the local field that the user gave, µT.
+
+    Raises:
+        DataError: it is far from the Earth's.
+    """
+    if unit != "uT":
+        return ""
+    low, high = EARTH
+    if not low / MARGIN <= magnitude <= high * MARGIN:
+        raise DataError(
+            f"the magnetometer sees a field of {magnitude:.3g} µT, which is not the Earth's "
+            f"({low:.0f} to {high:.0f} µT): a magnet or iron turns in the way, the sensor is "
+            "saturated, or the unit is another one (--mag-unit)"
+        )
+    if field is not None and not 1.0 / MARGIN <= magnitude / field <= MARGIN:
+        return (
+            f"the readings say {magnitude:.3g} µT where --field says {field:.3g} µT: look at the "
+            "unit, and at what iron is near"
+        )
+    if not low <= magnitude <= high:
+        return f"the field of {magnitude:.3g} µT is outside the Earth's {low:.0f} to {high:.0f} µT"
+    return ""
+
+
+_PLANE = (
+    "the magnetometer's readings lie in one plane: a single circle, or half of one, does not carry "
+    "a calibration. Turn the device through a circle with each of its six faces up"
+)

@@ -1,0 +1,121 @@
+"""Samples during which the field was not the place's own: found by how they follow in time.
+
+Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
+Means over short blocks of time show it far below the noise of a sample. What the model leaves in
+every direction alike is measured beside it, so that a poor model is not taken for a disturbance.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.ellipsoid.bins import BINS
+from imucal_wizard.solver.ellipsoid.robust import NORMAL
+
+BLOCKS = (0.4, 2.0)
+"""Seconds of a block: no hand passes with steel in less than the first; the second is for what is
+weak and slow."""
+FAR = 6.0
+"""Standard deviations beyond which a block, or a single sample, is disturbed."""
+NEAR = 3.0
+"""The same for the blocks beside one."""
+FEWEST = 5
+"""Samples of a block, and of an area whose mean counts."""
+
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Samples that were not used.
+
+    Attributes:
+        start: first of them, s.
+        end: last of them, s.
+        samples: how many.
+        size: largest distance from the ellipsoid, in the distances' unit.
+        single: scattered single samples rather than a stretch of time.
+    """
+
+    start: float
+    end: float
+    samples: int
+    size: float
+    single: bool = False
+
+
+def find(
+    distance: FloatArray, time: FloatArray, areas: NDArray[np.intp], sigma: float
+) -> tuple[BoolArray, tuple[LeftOut, ...]]:
+    """Which samples to keep, and the stretches left out.
+
+    Args:
+        distance: of each sample from a robust ellipsoid, in the order of time, shape (n,).
+        time: s, shape (n,).
+        areas: direction of each sample, shape (n,).
+        sigma: robust standard deviation of the distances.
+    """
+    far = np.abs(distance) > FAR * sigma
+    clipped = np.clip(distance, -FAR * sigma, FAR * sigma)
+    misfit = _misfit(clipped, areas)
+    during = np.zeros(len(distance), bool)
+    for seconds in BLOCKS:
+        block = np.arange(len(distance)) // _size(time, seconds)
+        during |= _disturbed(clipped, block, misfit, sigma)[block]
+    kept = ~far & ~during
+    runs = _stretches(during, distance, time)
+    single = far & ~during
+    if single.any():
+        rows = np.flatnonzero(single)
+        worst = float(np.abs(distance[single]).max())
+        runs.append(LeftOut(float(time[rows[0]]), float(time[rows[-1]]), len(rows), worst, True))
+    return kept, tuple(runs)
+
+
+def _size(time: FloatArray, seconds: float) -> int:
+    """Samples of a block."""
+    length = float(time[-1] - time[0])
+    rate = (len(time) - 1) / length if length > 0.0 else 0.0
+    return max(FEWEST, round(seconds * rate))
+
+
+def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
+    """How far the means of directions differ: what the model lacks, and no disturbance."""
+    count = np.bincount(areas, minlength=BINS)
+    filled = count >= FEWEST
+    if not filled.any():
+        return 0.0
+    means = np.bincount(areas, distance, BINS)[filled] / count[filled]
+    return NORMAL * float(np.median(np.abs(means)))
+
+
+def _disturbed(
+    distance: FloatArray, block: NDArray[np.intp], misfit: float, sigma: float
+) -> BoolArray:
+    """Blocks whose mean is far off, and their neighbours that are off as well."""
+    count = np.bincount(block)
+    mean = np.abs(np.bincount(block, distance) / count)
+    limit = np.sqrt(sigma**2 / count + misfit**2)
+    disturbed = mean > FAR * limit
+    doubtful = mean > NEAR * limit
+    for _ in range(len(mean)):
+        beside = np.zeros(len(mean), bool)
+        beside[1:] |= disturbed[:-1]
+        beside[:-1] |= disturbed[1:]
+        more = beside & doubtful & ~disturbed
+        if not more.any():
+            break
+        disturbed |= more
+    return np.asarray(disturbed)
+
+
+def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:
+    """Disturbed samples that follow one another, as one stretch each."""
+    edges = np.diff(np.concatenate([[0], during.astype(int), [0]]))
+    out = []
+    for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        worst = float(np.abs(distance[first:end]).max())
+        out.append(LeftOut(float(time[first]), float(time[end - 1]), int(end - first), worst))
+    return out
