@@ -4,7 +4,7 @@ from imucal_wizard.procedure.state import RotationStatus
 from imucal_wizard.tui.text import Line, Span, bar
 from imucal_wizard.tui.widgets.lines import Lines
 
-_FULL = 170.0
+FULL = 170.0
 """Rotations up to this many degrees can be told apart from their other way round."""
 _SPEEDS = 3
 
@@ -22,7 +22,7 @@ class RotationPanel(Lines):
 
 def _angle(rotation: RotationStatus, width: int) -> Line:
     half = max(8, min(30, (width - 40) // 2))
-    filled = min(half, round(abs(rotation.angle) / _FULL * half))
+    filled = min(half, round(abs(rotation.angle) / FULL * half))
     left = "·" * (half - filled) + "█" * filled if rotation.angle < 0 else "·" * half
     right = "█" * filled + "·" * (half - filled) if rotation.angle > 0 else "·" * half
     angle = f"{rotation.angle:+.0f}°".replace("-", "−")
