@@ -5,6 +5,7 @@ and read only afterwards. Frames are counted from outside: by the marks with whi
 each, and for the drawing of the device by looking at what the terminal shows after each.
 """
 
+import re
 import statistics
 import tempfile
 from dataclasses import dataclass
@@ -34,16 +35,24 @@ class Outcome:
         frames: screen updates per second.
         drawings: different drawings of the device per second.
         kilobytes: what is sent to the terminal per second.
+        lost: samples that the program misses by then.
+        taken: poses taken by then.
     """
 
     share: float
     frames: float
     drawings: float
     kilobytes: float
+    lost: int
+    taken: int
 
 
 def run(columns: int, rows: int) -> list[Outcome]:
-    """Open the app on the device, let it settle, and measure both phases."""
+    """Open the app on the device, let it settle, and measure both phases.
+
+    Raises:
+        SystemExit: no pose was taken: the procedure does not follow the stream.
+    """
     with tempfile.TemporaryDirectory() as folder, Device(RATE, SECONDS, "turning") as device:
         command = [PYTHON, "-m", "imucal_wizard", "--port", device.port, "--sessions", folder]
         with Terminal(command, columns, rows) as terminal:
@@ -53,7 +62,10 @@ def run(columns: int, rows: int) -> list[Outcome]:
             terminal.pump(1.0)
             first = _measure(terminal, columns, rows)
             terminal.pump(2.0)
-            return [first, _measure(terminal, columns, rows)]
+            second = _measure(terminal, columns, rows)
+        if not second.taken > first.taken:
+            raise SystemExit(f"{second.taken} poses were taken of a device that goes through them")
+        return [first, second]
 
 
 def _measure(terminal: Terminal, columns: int, rows: int) -> Outcome:
@@ -62,21 +74,40 @@ def _measure(terminal: Terminal, columns: int, rows: int) -> Outcome:
     share = (terminal.cpu - cpu) / MEASURED
     pieces = [data for _, data in terminal.drawn]
     drawn = b"".join(pieces[before:])
-    pictures = _pictures(b"".join(pieces[:before]), drawn, columns, rows)
+    screen, stream = _screen(columns, rows)
+    stream.feed(b"".join(pieces[:before]))
+    pictures = _pictures(screen, stream, drawn)
     changes = sum(one != other for one, other in pairwise(pictures))
     return Outcome(
         share,
         drawn.count(FRAME_ENDS) / MEASURED,
         changes / MEASURED,
         len(drawn) / 1024.0 / MEASURED,
+        *_told(screen),
     )
 
 
-def _pictures(before: bytes, drawn: bytes, columns: int, rows: int) -> list[tuple[str, ...]]:
-    """What the frame titled "now" holds after each update of the screen."""
+def _screen(columns: int, rows: int) -> tuple[pyte.Screen, pyte.ByteStream]:
     screen = pyte.Screen(columns, rows)
-    stream = pyte.ByteStream(screen)
-    stream.feed(before)
+    return screen, pyte.ByteStream(screen)
+
+
+def _told(screen: pyte.Screen) -> tuple[int, int]:
+    """Samples lost and poses taken, as the screen says at the end of a phase.
+
+    Raises:
+        SystemExit: the program does not read any more: no figure must be made of that.
+    """
+    text = "\n".join(screen.display)
+    reading = re.search(r"(\d+\.\d) Hz, (\d+) lost", text)
+    poses = re.search(r"(\d) of 6 done", text)
+    if not (reading and poses) or abs(float(reading[1]) / RATE - 1.0) > 0.01:
+        raise SystemExit(f"the program does not read {RATE:,.0f} samples/s; it shows:\n{text}")
+    return int(reading[2]), int(poses[1])
+
+
+def _pictures(screen: pyte.Screen, stream: pyte.ByteStream, drawn: bytes) -> list[tuple[str, ...]]:
+    """What the frame titled "now" holds after each update of the screen."""
     place = _place_of(screen)
     found = []
     for update in drawn.split(FRAME_ENDS):
@@ -99,7 +130,7 @@ def main() -> None:
     print(machine())
     print(
         f"{'terminal':>9}  {'the device is':22}{'% of a core':>12}{'each run':>16}"
-        f"{'frames/s':>10}{'drawings/s':>12}{'KiB/s':>8}"
+        f"{'frames/s':>10}{'drawings/s':>12}{'KiB/s':>8}{'lost':>6}"
     )
     for columns, rows in SIZES:
         runs = [run(columns, rows) for _ in range(RUNS)]
@@ -110,7 +141,8 @@ def main() -> None:
                 f"{100.0 * statistics.median(one.share for one in outcomes):12.1f}{each:>16}"
                 f"{statistics.median(one.frames for one in outcomes):10.1f}"
                 f"{statistics.median(one.drawings for one in outcomes):12.1f}"
-                f"{statistics.median(one.kilobytes for one in outcomes):8.0f}",
+                f"{statistics.median(one.kilobytes for one in outcomes):8.0f}"
+                f"{max(one.lost for one in outcomes):6}",
                 flush=True,
             )
     print(

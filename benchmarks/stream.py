@@ -18,6 +18,7 @@ from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.reader import Reader
 from imucal_wizard.live.resume import begin
+from imucal_wizard.sessions import Session
 
 RATES = (1666.0, 8000.0)
 WAYS = ("decode + stillness", "+ session file", "+ 20 snapshots/s")
@@ -57,24 +58,53 @@ def run(rate: float, way: str) -> Outcome:
         share = _share(engine, reader, rate, looking=way == WAYS[2])
         while not device.done:
             time.sleep(_LOOK)
+            _still_reads(reader)
         reader.stop()
-        sent, _, length = device.sent()
+        sent, refused, length = device.sent()
+        if way != WAYS[0]:
+            _all_kept(Path(folder) / "stream.imucal", round(sent * length) - refused)
         return Outcome(share, sent, sent - engine.samples, length)
+
+
+def _still_reads(reader: Reader) -> None:
+    """A reader that has given up costs nothing: no figure must be made of that.
+
+    Raises:
+        SystemExit: it has ended, or lost the port.
+    """
+    stream = reader.snapshot().stream
+    if reader.finished or stream.problem:
+        raise SystemExit(f"the reader has given up: {stream.problem or 'it has ended by itself'}")
+
+
+def _all_kept(path: Path, came: int) -> None:
+    """The session file must hold every byte that the line has taken.
+
+    Raises:
+        SystemExit: it does not.
+    """
+    session = Session.open(path)
+    kept = sum(len(data) for *_, data in session.raw())
+    session.close()
+    if kept != came:
+        raise SystemExit(f"the session file holds {kept:,} bytes of the {came:,} that came")
 
 
 def _share(engine: Engine, reader: Reader, rate: float, *, looking: bool) -> float:
     """Parts of a core used between two moments of the stream."""
     while engine.samples < WARM * rate:
-        if reader.finished:
-            raise SystemExit("the reader has ended by itself")
+        _still_reads(reader)
         time.sleep(_LOOK)
-    cpu, wall = own_cpu(), time.monotonic()
+    cpu, wall, first = own_cpu(), time.monotonic(), engine.samples
     end = wall + SECONDS - WARM - 1.0
     while time.monotonic() < end:
         time.sleep(_LOOK)
         if looking:
-            reader.snapshot()
-    return (own_cpu() - cpu) / (time.monotonic() - wall)
+            _still_reads(reader)
+    spent, passed = own_cpu() - cpu, time.monotonic() - wall
+    if engine.samples - first < 0.9 * rate * passed:
+        raise SystemExit(f"only {engine.samples - first:,} samples in {passed:.1f} s")
+    return spent / passed
 
 
 def main() -> None:

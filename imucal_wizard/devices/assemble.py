@@ -8,6 +8,7 @@ from imucal_wizard.devices.formats.base import Column, Rows
 from imucal_wizard.devices.host_clock import HostClock
 from imucal_wizard.devices.rate import period_of, quantum_of
 from imucal_wizard.devices.resolve import places_of
+from imucal_wizard.devices.torn import TornTimes
 from imucal_wizard.readings import FloatArray, Readings, Series
 
 
@@ -34,6 +35,7 @@ class Assembler:
         self._count = where.get("counter") if self._time is None else None
         self._counter = SampleCounter()
         self._host = HostClock(rate)
+        self._torn: TornTimes | None = None
         self._device = self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
         self._index = 0.0
@@ -46,8 +48,10 @@ class Assembler:
             return None
         factor = units.factor("time", self.columns[self._time].unit)
         ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
-        self._device_period = period_of(ticks)
-        return DeviceClock(factor, self._device_period, quantum_of(ticks))
+        period, quantum = period_of(ticks), quantum_of(ticks)
+        self._device_period = period
+        self._torn = TornTimes(self._time, (1.5 * period + quantum) / factor)
+        return DeviceClock(factor, period, quantum)
 
     @property
     def device(self) -> DeviceClock | None:
@@ -64,6 +68,11 @@ class Assembler:
         """Samples missing by the device's time or count, or by the host's clock."""
         by_device = self._device.lost if self._device is not None else self._host.lost
         return by_device + self._counter.lost
+
+    @property
+    def torn(self) -> int:
+        """Rows left out because their time is a piece of two lines."""
+        return self._torn.count if self._torn is not None else 0
 
     @property
     def dropped(self) -> int:
@@ -84,8 +93,8 @@ class Assembler:
             values, indices = values[good], indices[good]
             if not len(values):
                 return None
-        if self._device is not None and self._time is not None:
-            return self._readings(self._device.feed(values[:, self._time]), values)
+        if self._torn is not None:
+            return self._timed(self._torn.feed(values))
         if self._count is not None:
             indices = self._counter.feed(values[:, self._count])
         self._waiting = np.concatenate((self._waiting, values))
@@ -93,7 +102,16 @@ class Assembler:
 
     def flush(self) -> Readings | None:
         """What still waits for its time, at the end of the stream."""
-        return None if self._device is not None else self._released(self._host.flush())
+        if self._torn is not None:
+            held = self._torn.flush()
+            return None if held is None else self._timed(held)
+        return self._released(self._host.flush())
+
+    def _timed(self, values: FloatArray) -> Readings | None:
+        """Samples that carry their time."""
+        if self._device is None or self._time is None:
+            return None
+        return self._readings(self._device.feed(values[:, self._time]), values)
 
     def _released(self, times: FloatArray) -> Readings | None:
         values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]

@@ -128,7 +128,7 @@ class Intake:
     @property
     def malformed(self) -> int:
         """How many lines or frames were thrown away."""
-        return self._malformed
+        return self._malformed + (self._assembler.torn if self._assembler else 0)
 
     @property
     def digits(self) -> int | None:
@@ -213,7 +213,7 @@ class Intake:
         if self._health is not None:
             if readings is not None:
                 self._health.feed(readings, arrival)
-            self._health.count(self._malformed, self._decimals)
+            self._health.count(self.malformed, self._decimals)
         return readings
 
 
