@@ -14,7 +14,7 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.view import View
 from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
-from imucal_wizard.procedure.steps import Machine
+from imucal_wizard.procedure.steps import Listener, Machine
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import SI_UNIT
 
@@ -31,6 +31,10 @@ class Engine:
         settings: how the procedure is carried out.
         source: what is read, in words.
         journal: where everything is written down.
+
+    Attributes:
+        listener: told of the status after each block of samples and each command; set it before
+            the first sample.
     """
 
     def __init__(
@@ -44,6 +48,7 @@ class Engine:
         self.source = source
         self.journal = journal or Journal()
         self.settings = settings or Settings()
+        self.listener: Listener | None = None
         self.finished = False
         self._setup = setup or StreamSetup()
         self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
@@ -126,6 +131,7 @@ class Engine:
             gyroscope_unit=SI_UNIT["gyroscope"] if gyroscope is None else gyroscope.unit,
             gravity=self.settings.gravity,
             gyroscope_range=self.settings.gyroscope_range if known else None,
+            listener=self.listener,
         )
         self._view.begin(rate, readings)
         waiting, self._waiting = self._waiting, []

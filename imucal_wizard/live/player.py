@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from imucal_wizard.errors import UsageError
 from imucal_wizard.live.engine import Engine
-from imucal_wizard.live.runner import Listener, Runner
+from imucal_wizard.live.runner import Runner
 from imucal_wizard.live.tape import Tape
 from imucal_wizard.procedure.state import StepKind
 
@@ -28,7 +28,6 @@ class Player(Runner):
         tape: what is played.
         engine: what it goes through.
         speed: seconds of the recording per second; ``inf`` for as fast as possible.
-        listener: told of every new status.
         clock: seconds that never go back.
 
     Raises:
@@ -41,12 +40,11 @@ class Player(Runner):
         engine: Engine,
         speed: float = 1.0,
         *,
-        listener: Listener | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         if not speed > 0.0:
             raise UsageError(f"a speed of {speed:g} plays nothing; give one above 0")
-        super().__init__(engine, listener=listener, clock=clock)
+        super().__init__(engine, clock=clock)
         self._tape = tape
         self._speed = speed
         self._position = 0.0

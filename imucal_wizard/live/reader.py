@@ -7,8 +7,9 @@ from imucal_wizard.devices.link import LINK_BREAK
 from imucal_wizard.errors import LinkError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.pump import Link, Pump
-from imucal_wizard.live.runner import Listener, Runner
+from imucal_wizard.live.runner import Runner
 from imucal_wizard.procedure.state import EventKind
+from imucal_wizard.procedure.steps import Listener
 
 RETRY = 0.25
 """Seconds between two looks for a device that is missing."""
@@ -23,7 +24,7 @@ class Reader(Runner):
         transport: the port, not yet open.
         engine: what its bytes go through.
         prepare: run first by the thread, before the port is opened (a session is read again).
-        listener: told of every new status.
+        listener: told of the status after each block of samples, by the thread.
         clock: seconds that never go back.
     """
 
@@ -36,7 +37,8 @@ class Reader(Runner):
         listener: Listener | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(engine, listener=listener, clock=clock)
+        super().__init__(engine, clock=clock)
+        engine.listener = listener
         self._transport = Pump(transport)
         self._prepare = prepare
         self._resumed = prepare is not None
@@ -74,8 +76,12 @@ class Reader(Runner):
                 self._engine.link("")
                 if self._resumed:
                     self._engine.receive(LINK_BREAK, self._now)
+                self._opened()
                 return True
         return False
+
+    def _opened(self) -> None:
+        """The port is open for the first time; nothing has been read from it yet."""
 
     def _read_on(self) -> None:
         while not self._stopping.is_set():

@@ -10,7 +10,7 @@ from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.procedure.state import Collected, Status
+from imucal_wizard.procedure.state import Collected
 
 FRAME = 0.03
 """Snapshots are made at most so often, s, and only when somebody has asked for one."""
@@ -23,16 +23,12 @@ STOPPED = (
 )
 """What is said when the thread ends unasked."""
 
-Listener = Callable[[Status], None]
-"""Told of every new status, by the thread that made it."""
-
 
 class Runner:
     """What a reader of a port and a player of a recording have in common.
 
     Args:
         engine: what the bytes go through; only the thread touches it once that runs.
-        listener: told of every new status of the procedure.
         clock: seconds that never go back.
     """
 
@@ -40,18 +36,15 @@ class Runner:
         self,
         engine: Engine,
         *,
-        listener: Listener | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._engine = engine
-        self._listener = listener
         self._clock = clock
         self._orders: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._stopping = threading.Event()
         self._asked = threading.Event()
         self._published = Snapshot(stream=StreamStatus(source=engine.source))
         self._published_at = -FRAME
-        self._told: Status | None = None
         self._thread: threading.Thread | None = None
 
     @property
@@ -82,7 +75,7 @@ class Runner:
 
     def set_setup(self, setup: StreamSetup) -> None:
         """Read the stream in another way."""
-        self._orders.put(lambda: self._engine.set_setup(setup))
+        self._orders.put(lambda: self._set_setup(setup))
 
     def collected(self) -> Collected:
         """What has been measured so far."""
@@ -103,6 +96,9 @@ class Runner:
 
     def _command(self, name: str, argument: str) -> None:
         self._engine.command(name, argument)
+
+    def _set_setup(self, setup: StreamSetup) -> None:
+        self._engine.set_setup(setup)
 
     def _live(self) -> None:
         """The thread: work until told to stop, then let go of everything."""
@@ -133,12 +129,7 @@ class Runner:
             return
 
     def _publish(self) -> None:
-        """Tell the listener, and make a snapshot when it is due and wanted."""
-        if self._listener is not None:
-            status = self._engine.status()
-            if status is not self._told:
-                self._told = status
-                self._listener(status)
+        """Make a snapshot when it is due and wanted."""
         now = self._clock()
         if self._asked.is_set() and now - self._published_at >= FRAME:
             self._asked.clear()

@@ -1,5 +1,7 @@
 """The procedure at work: a state machine fed with readings, that nobody has to press a key for."""
 
+from collections.abc import Callable
+
 from imucal_wizard.procedure.commands import Commands
 from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.moments import MomentMaker
@@ -10,7 +12,10 @@ from imucal_wizard.procedure.state import Collected, Event, Status
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import STANDARD_GRAVITY
 
-__all__ = ["Machine", "Procedure", "Step", "standard"]
+__all__ = ["Listener", "Machine", "Procedure", "Step", "standard"]
+
+Listener = Callable[[Status, int], None]
+"""Told of the status and of how many samples are behind it."""
 
 
 class Machine:
@@ -26,6 +31,7 @@ class Machine:
         gyroscope_unit: ``rad/s`` or ``count``.
         gravity: local gravity, m/s².
         gyroscope_range: full scale of the gyroscope in its unit, or None when not known.
+        listener: told of the status after each block and each command, however they are cut.
     """
 
     def __init__(
@@ -37,20 +43,22 @@ class Machine:
         gyroscope_unit: str = "rad/s",
         gravity: float = STANDARD_GRAVITY,
         gyroscope_range: float | None = None,
+        listener: Listener | None = None,
     ) -> None:
         units = Scales(accelerometer_unit, gyroscope_unit, gravity)
         self._moments = MomentMaker(rate)
         self._conductor = Conductor(procedure or Procedure(), units, gyroscope_range)
         self._commands = Commands(self._conductor)
         self._status: Status | None = None
+        self._listener = listener
+        self._judged = 0
 
     def feed(self, readings: Readings) -> tuple[Event, ...]:
         """Take the next readings; what happened in them."""
-        moments = self._moments.feed(readings)
-        for moment in moments:
+        for moment in self._moments.feed(readings):
             self._conductor.follow(moment)
-        if moments:
-            self._status = None
+            self._judged += len(moment.time)
+            self._changed()
         return self._conductor.scene.drain()
 
     def command(self, name: str, argument: str = "") -> tuple[Event, ...]:
@@ -65,14 +73,19 @@ class Machine:
             UsageError: there is no such command or step.
         """
         self._commands.obey(name, argument)
-        self._status = None
+        self._changed()
         return self._conductor.scene.drain()
 
     def flush(self) -> tuple[Event, ...]:
         """The data have ended: a hold still running is complete as it is."""
         self._conductor.holding.restart()
-        self._status = None
+        self._changed()
         return self._conductor.scene.drain()
+
+    def _changed(self) -> None:
+        self._status = None
+        if self._listener is not None:
+            self._listener(self.status(), self._judged)
 
     def status(self) -> Status:
         """Everything a screen shows, frozen."""

@@ -1,12 +1,19 @@
 """The virtual IMU as a source: its line is read like any port, its hand is moved by keys."""
 
+import time
 from collections.abc import Callable
 
 from imucal_wizard.devices.link import Transport
+from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.devices.virtual import VirtualHand, VirtualImu
+from imucal_wizard.devices.virtual.hand import PREVIEW
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.reader import Reader
-from imucal_wizard.procedure.state import Status
+from imucal_wizard.procedure.state import Collected, Status
+
+_CATCH_UP = 5.0
+"""Wall seconds, beyond those of the samples, after which an order waits no more for the samples."""
+_POLL = 0.01
 
 
 class KeyHand:
@@ -15,11 +22,17 @@ class KeyHand:
     Args:
         hand: the hand.
         following: whether it does by itself what the wizard asks.
+
+    Attributes:
+        first: which of the procedure's samples is the device's first.
     """
 
     def __init__(self, hand: VirtualHand, *, following: bool) -> None:
         self._hand = hand
         self._following = following
+        self.first: int | None = None
+        if following:
+            hand.heed()
 
     @property
     def following(self) -> bool:
@@ -52,10 +65,21 @@ class KeyHand:
         """Hold the device in the hand, or lay it down."""
         self._hand.tremble(on)
 
-    def hear(self, status: Status) -> None:
-        """What the wizard says; followed when the hand is to follow."""
-        if self._following:
-            self._hand.follow(status)
+    def hear(self, status: Status, samples: int) -> None:
+        """What the wizard says of so many samples; followed when the hand is to follow."""
+        if self._following and self.first is not None:
+            self._hand.follow(status, samples - self.first)
+
+    @property
+    def halting(self) -> bool:
+        """Whether the device stands still as soon as it has made what was asked of it."""
+        return self._following and self._hand.halting
+
+    def resting(self, samples: int) -> bool:
+        """Whether the device waits for the wizard, which has been fed all there is."""
+        if self.first is None or not self._hand.standing:
+            return False
+        return samples - self.first == self._hand.sample
 
 
 class _VirtualLine(Transport):
@@ -69,6 +93,9 @@ class _VirtualLine(Transport):
 
 class VirtualReader(Reader):
     """Reads the line of a virtual IMU that lives as long as this reader.
+
+    While the hand follows, an order in a step in which the device stands still waits until all its
+    samples have come, so that it falls on the same sample in every run.
 
     Args:
         imu: the device, not started.
@@ -93,6 +120,7 @@ class VirtualReader(Reader):
     ) -> None:
         self.hand = KeyHand(imu.hand, following=following)
         self._imu = imu
+        self._late: list[tuple[str, str, float]] = []
         super().__init__(
             _VirtualLine(imu.start()), engine, prepare=prepare, listener=self.hand.hear
         )
@@ -101,3 +129,38 @@ class VirtualReader(Reader):
         """End both threads."""
         super().stop()
         self._imu.stop()
+
+    def collected(self) -> Collected:
+        """What has been measured, once the samples that are on their way have come."""
+        end = time.monotonic() + self._patience
+        while self._running and self._on_the_way and time.monotonic() < end:
+            time.sleep(_POLL)
+        return super().collected()
+
+    @property
+    def _on_the_way(self) -> bool:
+        """Whether the device will stand still, and has not yet, or has not been heard out."""
+        return self.hand.halting and not self.hand.resting(self._engine.samples)
+
+    @property
+    def _patience(self) -> float:
+        return _CATCH_UP + PREVIEW / self._imu.speed
+
+    def _opened(self) -> None:
+        self.hand.first = self._engine.samples
+
+    def _set_setup(self, setup: StreamSetup) -> None:
+        if self.hand.first is not None:  # what was read is forgotten, and counted anew
+            self.hand.first -= self._engine.samples
+        super()._set_setup(setup)
+
+    def _command(self, name: str, argument: str) -> None:
+        if self._on_the_way:
+            self._late.append((name, argument, time.monotonic() + self._patience))
+        else:
+            super()._command(name, argument)
+
+    def _publish(self) -> None:
+        while self._late and (not self._on_the_way or time.monotonic() > self._late[0][2]):
+            super()._command(*self._late.pop(0)[:2])
+        super()._publish()

@@ -26,7 +26,7 @@ def led(*hidden: str, rotations: int = 1, seed: int = 3) -> Collected:
     """What the wizard collects from a hand that does what it is asked."""
     hand = VirtualHand(seed=seed)
     stream = VirtualStream(hand, SensorModel.drawn(seed), hidden, seed=seed)
-    machine = Machine(standard(rotations_per_axis=rotations), rate=100.0)
+    machine = Machine(standard(rotations_per_axis=rotations), rate=100.0, listener=hand.follow)
     machine.command("start")
     while hand.time < LONGEST and machine.status().step is not StepKind.RESULT:
         samples = stream.take(20)
@@ -34,7 +34,6 @@ def led(*hidden: str, rotations: int = 1, seed: int = 3) -> Collected:
         force = Series(t, samples.accelerometer, "m/s^2")
         rate = Series(t, samples.gyroscope, "rad/s")
         machine.feed(Readings(force, rate, None, Series(t, samples.temperature[:, None], "degC")))
-        hand.follow(machine.status(), float(t[-1]))
     assert machine.status().step is StepKind.RESULT
     return machine.collected()
 

@@ -1,7 +1,6 @@
 """The hand that follows: whatever the wizard asks for, it does, the same at any speed."""
 
 import time
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +8,8 @@ import pytest
 import serial
 
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand, VirtualImu
-from imucal_wizard.devices.virtual.follow import LISTENING, REACTION, tilt_about
+from imucal_wizard.devices.virtual.follow import tilt_about
+from imucal_wizard.devices.virtual.hand import REACTION
 from imucal_wizard.devices.virtual.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.procedure.state import (
@@ -32,13 +32,12 @@ class _Outcome:
     collected: Collected
 
 
-def _led(batch: int, late: int = 0) -> _Outcome:
-    """The whole procedure: the machine asks, the hand does, ``late`` batches behind."""
+def _led(batch: int) -> _Outcome:
+    """The whole procedure: the machine asks, the hand does."""
     hand = VirtualHand(seed=3)
     stream = VirtualStream(hand, SensorModel.drawn(3), seed=3)
-    machine = Machine(standard(rotations_per_axis=2), rate=100.0)
+    machine = Machine(standard(rotations_per_axis=2), rate=100.0, listener=hand.follow)
     machine.command("start")
-    told: deque[tuple[Status, float]] = deque(maxlen=late + 1)
     while hand.time < LONGEST and machine.status().step is not StepKind.SAVE:
         samples = stream.take(batch)
         t = samples.time
@@ -47,9 +46,6 @@ def _led(batch: int, late: int = 0) -> _Outcome:
         machine.feed(Readings(force, rate, None, Series(t, samples.temperature[:, None], "degC")))
         if machine.status().step is StepKind.RESULT:
             machine.command("validate")
-        told.append((machine.status(), float(t[-1])))
-        if len(told) > late:
-            hand.follow(*told[0])
     return _Outcome(machine.status().step, hand.time, machine.collected())
 
 
@@ -78,12 +74,12 @@ def test_turns_are_taken_in_both_senses(led: _Outcome) -> None:
         assert min(mean) < 0.0 < max(mean)
 
 
-@pytest.mark.parametrize(("batch", "late"), [(33, 0), (10, 9)], ids=["other batches", "later"])
+@pytest.mark.parametrize("batch", [33, 140])
 def test_what_is_measured_does_not_depend_on_when_the_wizard_is_heard(
-    led: _Outcome, batch: int, late: int
+    led: _Outcome, batch: int
 ) -> None:
-    """The same holds to the last bit with other batches, or a wizard 0.9 s behind."""
-    other = _led(batch, late)
+    """The same holds to the last bit in pieces of a third of a second and of nearly two."""
+    other = _led(batch)
     assert [hold.start for hold in other.collected.holds] == [
         hold.start for hold in led.collected.holds
     ]
@@ -95,28 +91,46 @@ def _status(step: StepKind, **more: object) -> Status:
     return Status(step=step, still=StillStatus(held=9.0, needed=2.0), **more)  # type: ignore[arg-type]  # a shorthand for the tests below
 
 
+def _hears(hand: VirtualHand, status: Status) -> None:
+    """The hand is told of all samples so far, and its reaction time passes."""
+    hand.follow(status, hand.sample)
+    hand.advance(round(REACTION * 100.0))
+
+
 def test_the_hand_rests_where_nothing_is_asked() -> None:
     """In settle, result and save it does not touch the device."""
     hand = VirtualHand()
     for step in (StepKind.SOURCE, StepKind.SETTLE, StepKind.RESULT, StepKind.SAVE):
-        hand.follow(_status(step), 5.0)
-        assert not hand.busy
+        hand.advance(100)
+        _hears(hand, _status(step))
+        assert not np.any(hand.advance(300).rate)
+
+
+def test_a_word_is_acted_on_after_the_reaction_time_and_not_a_sample_sooner() -> None:
+    """Also when it was heard only a moment before."""
+    hand = VirtualHand()
+    hand.advance(100)
+    hand.follow(_status(StepKind.POSES, wanted="+x"), 50)
+    before = hand.advance(100)
+    assert not before.rate.any()
+    assert np.abs(hand.advance(50).rate).max() > 0.5
 
 
 def test_a_pose_asked_for_is_placed_once_and_again_when_it_is_not_taken() -> None:
     """It waits for the wizard's word, and tries once more after some seconds."""
     hand = VirtualHand()
     asked = _status(StepKind.POSES, wanted="+x-y")
-    hand.follow(asked, 0.5)
+    hand.advance(10)
+    _hears(hand, asked)
     hand.advance(500)
     before = hand.up
     assert before[0] > 0.6
     assert before[1] < -0.6
-    hand.follow(asked, 5.0)
-    assert not hand.busy
+    _hears(hand, asked)
+    assert not np.any(hand.advance(10).rate)
     hand.advance(1500)
-    hand.follow(asked, 20.0)
-    assert hand.busy
+    _hears(hand, asked)
+    assert np.any(hand.advance(10).rate)
 
 
 def test_a_status_from_before_the_last_move_is_not_obeyed() -> None:
@@ -124,18 +138,20 @@ def test_a_status_from_before_the_last_move_is_not_obeyed() -> None:
     hand = VirtualHand()
     hand.snap_to("+x")
     hand.advance(300)
-    hand.follow(_status(StepKind.POSES, wanted="-y"), 0.5)
-    assert not hand.busy
+    hand.follow(_status(StepKind.POSES, wanted="-y"), 50)
+    hand.advance(300)
+    assert hand.up[0] > 0.9
 
 
 def test_rotations_begin_in_their_start_pose() -> None:
     """For z the x face is brought up first, then the turn is about z."""
     hand = VirtualHand()
     asked = _status(StepKind.ROTATIONS, rotation=RotationStatus("z", "+x"))
-    hand.follow(asked, 0.1)
+    hand.advance(10)
+    _hears(hand, asked)
     hand.advance(800)
     assert hand.up[0] > 0.99
-    hand.follow(asked, 7.9)
+    _hears(hand, asked)
     motion = hand.advance(800)
     assert np.abs(motion.rate).max(0).argmax() == 2
 
@@ -157,17 +173,36 @@ def test_the_tilt_is_read_from_where_up_has_gone() -> None:
     assert tilt_about(0, np.array([0.0, 0.0, 1.0]), hand.up) == pytest.approx(50.0, abs=2.5)
 
 
+def _lines(port: serial.Serial, enough: int, seconds: float) -> int:
+    """How many lines come, until there are enough or the time is over."""
+    data, end = b"", time.monotonic() + seconds
+    while data.count(b"\n") < enough and time.monotonic() < end:
+        data += port.read(1024)
+    return data.count(b"\n")
+
+
 def test_the_device_waits_for_the_wizard_but_not_for_ever() -> None:
     """It runs ahead of the newest status by the reaction time, and goes on when none comes."""
-    with VirtualImu(speed=float("inf")) as imu:
-        imu.hand.follow(_status(StepKind.SETTLE), 1.0)
+    with VirtualImu(speed=float("inf"), patience=1.0) as imu:
+        imu.hand.follow(_status(StepKind.SETTLE), 100)
         port = serial.serial_for_url(imu.start(), timeout=0.05)
-        end = time.monotonic() + 15.0
-        data = b""
-        while data.count(b"\n") < 200 and time.monotonic() < end:
-            data += port.read(1024)
-        assert imu.hand.time == pytest.approx(1.0 + REACTION - LISTENING)
-        while data.count(b"\n") < 1000 and time.monotonic() < end:
-            data += port.read(1024)
+        assert _lines(port, 251, 15.0) == 251
+        assert imu.hand.sample == 100 + 150
+        assert _lines(port, 800, 15.0) >= 800
         port.close()
-    assert data.count(b"\n") >= 1000
+
+
+@pytest.mark.parametrize("step", [StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE])
+def test_where_nobody_moves_it_the_device_stands_still_as_long_as_it_takes(step: StepKind) -> None:
+    """Whoever reads a result takes his time; the samples after it are the same in every run."""
+    with VirtualImu(speed=float("inf"), patience=0.1) as imu:
+        imu.hand.heed()
+        imu.hand.follow(_status(step), 100)
+        imu.hand.follow(_status(step), 110)
+        port = serial.serial_for_url(imu.start(), timeout=0.05)
+        expected = 200 if step is StepKind.SOURCE else 250
+        _lines(port, 800, 0.5)
+        assert imu.hand.sample == expected
+        imu.hand.follow(_status(StepKind.VALIDATE), 110)
+        assert _lines(port, 260 - expected, 15.0) >= 260 - expected
+        port.close()

@@ -20,13 +20,6 @@ class Rest:
 
 
 @dataclass(frozen=True)
-class RestUntil:
-    """Lie still until the sample time ``time``, s; nothing when it has passed."""
-
-    time: float
-
-
-@dataclass(frozen=True)
 class Turn:
     """Turn about one body axis, with the wobble of a hand about the others.
 
@@ -72,7 +65,7 @@ class Shake:
     rms: float
 
 
-Action = Rest | RestUntil | Turn | Place | Tremble | Shake
+Action = Rest | Turn | Place | Tremble | Shake
 
 
 def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ import select
 import socket
 import struct
 import sys
+import time
 from typing import Protocol
 
 if sys.platform != "win32":
@@ -25,6 +26,9 @@ class Endpoint(Protocol):
 
     def wait(self, wake: socket.socket, seconds: float, *, to_write: bool = False) -> None:
         """Wait so long, or until ``wake`` has something, or until there is room to write."""
+
+    def settle(self, wake: socket.socket, seconds: float) -> None:
+        """Wait until the other side has set itself up, at most so long, or until ``wake``."""
 
     def read(self) -> bytes:
         """What the other side sent; empty when nothing."""
@@ -67,6 +71,18 @@ class Pty:
         if to_write:
             poll.register(self._master, select.POLLOUT)
         poll.poll(seconds * 1000.0)
+
+    def settle(self, wake: socket.socket, seconds: float) -> None:
+        """Wait until the slave's input is emptied: what is written before that is lost."""
+        end = time.monotonic() + seconds
+        poll = select.poll()
+        poll.register(wake, select.POLLIN)
+        poll.register(self._master, select.POLLIN)
+        while not self._emptied and not self._hung_up() and (left := end - time.monotonic()) > 0.0:
+            if any(fd == wake.fileno() for fd, _ in poll.poll(left * 1000.0)):
+                return
+            self.read()
+        self._emptied = False
 
     def read(self) -> bytes:
         """Bytes written to the slave."""
@@ -126,6 +142,10 @@ class Loopback:
         """Wait; a client that calls or speaks ends it too."""
         line = self._client or self._server
         select.select([wake, line], [line] if to_write else [], [], seconds)
+
+    def settle(self, wake: socket.socket, seconds: float) -> None:
+        """Wait all the time: a socket does not tell when it is emptied."""
+        self.wait(wake, seconds)
 
     def read(self) -> bytes:
         """Bytes from the client; forgets a client that has gone."""

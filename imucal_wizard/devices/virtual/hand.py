@@ -12,11 +12,18 @@ from collections.abc import Iterable
 import numpy as np
 
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Tremble, Turn, check
-from imucal_wizard.devices.virtual.follow import Follower, StatusLike
+from imucal_wizard.devices.virtual.asks import StatusLike
+from imucal_wizard.devices.virtual.follow import Follower
 from imucal_wizard.devices.virtual.motion import Motion
 from imucal_wizard.devices.virtual.moves import Mover
+from imucal_wizard.devices.virtual.words import Words
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
+
+REACTION = 1.5
+"""From the wizard's word to the hand's move, s of samples."""
+PREVIEW = 2.0
+"""What a device that waits for the wizard puts out before the first word, s of samples."""
 
 
 class VirtualHand:
@@ -39,6 +46,12 @@ class VirtualHand:
         self._lock = threading.RLock()
         self._queue: deque[Action] = deque()
         self._follower = Follower()
+        self._words = Words(round(REACTION * rate), round(PREVIEW * rate))
+
+    @property
+    def sample(self) -> int:
+        """Index of the next sample."""
+        return self._mover.sample
 
     @property
     def time(self) -> float:
@@ -109,38 +122,56 @@ class VirtualHand:
         with self._lock:
             self._queue.clear()
 
-    def follow(self, status: StatusLike, time: float | None = None) -> None:
-        """Do what the wizard asks for now.
+    def follow(self, status: StatusLike, samples: int) -> None:
+        """Do what the wizard asks for, ``REACTION`` after the samples it is about.
 
         Args:
             status: what the procedure says (``procedure.state.Status``).
-            time: device time of the newest sample behind that status, s; taken from
-                ``status.elapsed`` when not given.
+            samples: how many of the device's samples it has judged.
         """
         with self._lock:
-            idle = not self.busy
-            rest_since = self._mover.rest_since / self._rate
-            self._queue.extend(
-                self._follower.react(status, time, self.time, idle, rest_since, self._mover.up)
-            )
+            self._words.hear(status, samples)
 
     @property
-    def horizon(self) -> float | None:
-        """Sample time up to which it may go before the wizard is heard again; None: any."""
-        return self._follower.horizon
+    def ahead(self) -> int | None:
+        """Samples it may go on before the wizard is heard again; None: any number."""
+        with self._lock:
+            horizon = self._words.horizon
+            return None if horizon is None else max(0, horizon - self._mover.sample)
+
+    @property
+    def halting(self) -> bool:
+        """Whether the wizard asks nothing of it now: it makes no more than the reaction time."""
+        with self._lock:
+            return self._words.halting
+
+    @property
+    def standing(self) -> bool:
+        """Whether it waits, as long as it takes, for a wizard that asks nothing of it now."""
+        with self._lock:
+            return self._words.standing and self.ahead == 0
+
+    def heed(self) -> None:
+        """Wait for the wizard's word from now on."""
+        with self._lock:
+            self._words.listen()
 
     def unhand(self) -> None:
         """Stop waiting for the wizard until it speaks again."""
-        self._follower.horizon = None
+        with self._lock:
+            self._words.forget()
 
     def advance(self, n: int) -> Motion:
         """The next ``n`` samples of true motion; what they are does not depend on ``n``."""
         parts = []
         with self._lock:
             while n > 0:
+                self._react()
+                due = self._words.before(self._mover.sample)
+                most = n if due is None else min(n, due)
                 if self._mover.left <= 0 and not self._begin():
-                    self._mover.idle(n)
-                count = min(n, self._mover.left)
+                    self._mover.idle(most)
+                count = min(most, self._mover.left)
                 parts.append(self._mover.advance(count))
                 n -= count
         return _joined(parts)
@@ -151,6 +182,15 @@ class VirtualHand:
             if self._mover.left <= 0:
                 self._begin()
             return min(most, self._mover.left)
+
+    def _react(self) -> None:
+        """Act on the words that are due; one from before the last move's end is out of date."""
+        mover = self._mover
+        while (word := self._words.take(mover.sample)) is not None:
+            seen, status = word
+            rested = (seen - mover.rest_since) / self._rate
+            if not self.busy and rested > 0.0:
+                self._queue.extend(self._follower.decide(status, rested, mover.up))
 
     def _begin(self) -> bool:
         """Begin the next command that takes time; False when there is none."""

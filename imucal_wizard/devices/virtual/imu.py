@@ -20,9 +20,9 @@ from imucal_wizard.errors import LinkError, UsageError
 TICK = 0.02
 """How often lines are written, s of the wall clock."""
 LARGEST_BATCH = 512
-GRACE = 0.05
-"""Whoever opens a port first sets it up and empties it; wait so long before the first line, s."""
-DEAF = 1.0
+GRACE = 0.3
+"""Whoever opens a port sets it up and empties it; that is waited for before the first line, s."""
+DEAF = 10.0
 """A wizard that says nothing for so long, s of the wall clock, is not waited for."""
 BACKLOG = 0.25
 """A reader that falls behind by more, s of the wall clock, is not chased: the device slows down."""
@@ -40,6 +40,7 @@ class VirtualImu:
         sensor: the sensor; drawn from the seed when not given.
         hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
         loopback: use the socket even where there are pseudo-terminals.
+        patience: how long a wizard that the hand follows is waited for, s of the wall clock.
 
     Attributes:
         hand: moves the device.
@@ -58,6 +59,7 @@ class VirtualImu:
         sensor: SensorModel | None = None,
         hidden: Iterable[Hidden | str] = (),
         loopback: bool = False,
+        patience: float = DEAF,
     ) -> None:
         if not speed > 0.0:
             raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
@@ -69,6 +71,7 @@ class VirtualImu:
         self._printer = LinePrinter(self.sensor)
         self._rate = rate
         self._loopback = loopback
+        self._patience = patience
         self._header_in = 0
         self._pending = b""
         self._thread: threading.Thread | None = None
@@ -129,7 +132,7 @@ class VirtualImu:
 
     def _serve(self, endpoint: Endpoint, wake: socket.socket) -> None:
         """Write to one listener until it goes."""
-        endpoint.wait(wake, GRACE)
+        endpoint.settle(wake, GRACE)
         self._pending, self._header_in = b"", 0
         pace = _Pace()
         while not self._stopping.is_set():
@@ -147,13 +150,12 @@ class VirtualImu:
     def _allowed(self, pace: "_Pace") -> int:
         """How many samples are due now and not further than the wizard has asked for."""
         due = pace.due(self._rate, self.speed)
-        horizon = self.hand.horizon
-        if horizon is None:
+        ahead = self.hand.ahead
+        if ahead is None:
             return pace.take(due)
-        ahead = math.floor((horizon - self.hand.time) * self._rate)
-        if ahead <= 0 and pace.deaf():
+        if ahead == 0 and not self.hand.standing and pace.deaf(self._patience):
             self.hand.unhand()
-        return pace.take(max(0, min(due, ahead)))
+        return pace.take(min(due, ahead))
 
     def _batch(self, n: int) -> bytes:
         """The next ``n`` lines, with the header where it is due."""
@@ -192,5 +194,5 @@ class _Pace:
             self._taken = time.monotonic()
         return n
 
-    def deaf(self) -> bool:
-        return time.monotonic() - self._taken > DEAF
+    def deaf(self, patience: float) -> bool:
+        return time.monotonic() - self._taken > patience

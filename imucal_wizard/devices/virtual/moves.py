@@ -8,7 +8,6 @@ from imucal_wizard.devices.virtual.actions import (
     Action,
     Place,
     Rest,
-    RestUntil,
     Shake,
     Tremble,
     Turn,
@@ -87,9 +86,6 @@ class Mover:
         match action:
             case Rest(seconds):
                 count = round(seconds * self._rate)
-                return self._lying(count) if count > 0 else None
-            case RestUntil(time):
-                count = round(time * self._rate) - self.sample
                 return self._lying(count) if count > 0 else None
             case Shake(rms):
                 self._shake = rms
