@@ -10,8 +10,10 @@ from imucal_wizard.devices.intake import Intake, StreamSetup
 from imucal_wizard.errors import UsageError
 from imucal_wizard.live.health import Health
 from imucal_wizard.live.journal import Journal
+from imucal_wizard.live.remarks import Remarks
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.live.stream import stream_status
 from imucal_wizard.live.view import View
 from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Listener, Machine
@@ -65,7 +67,7 @@ class Engine:
         self._fed = 0
         self._time = 0.0
         self._noted: tuple[str, ...] = ()
-        self._warned: set[str] = set()
+        self._remarks = Remarks()
         self._view = View(self._view.serial)
         self.finished = False
 
@@ -90,18 +92,15 @@ class Engine:
         self._view.changed()
         if readings is not None:
             self.receive_readings(readings)
-        self._warn()
+        self._remark()
 
-    def _warn(self) -> None:
-        """Say what the stream's reader has noticed; in the source step the preview shows it."""
-        warnings = self.intake.warnings
-        if len(warnings) == len(self._warned):
-            return
-        new = [text for text in warnings if text not in self._warned]
-        self._warned.update(new)
-        if self.status().step is not StepKind.SOURCE:
-            for text in new:
-                self.tell(EventKind.WARNING, text)
+    def _remark(self) -> None:
+        """Say what the stream's reader has noticed, and how the session is."""
+        noticed = self._remarks.of_stream(self.intake.warnings)
+        if self.status().step is StepKind.SOURCE:  # the preview shows it
+            noticed = []
+        for kind, text in (*noticed, *self._remarks.of_session(self.journal.problem)):
+            self.tell(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
         """Take samples that are decoded already, all sensors at the same times.
@@ -188,6 +187,7 @@ class Engine:
     def idle(self, arrival: float) -> None:
         """Nothing came until now."""
         self.journal.idle()
+        self._remark()
         if self._health.silent(arrival):
             self._view.changed()
 
@@ -225,21 +225,12 @@ class Engine:
         )
 
     def _stream(self) -> StreamStatus:
-        intake = self.intake
-        from_bytes = intake.samples > 0
-        return StreamStatus(
+        return stream_status(
+            self.intake,
+            self._health,
             source=self.source,
-            format=intake.format,
-            connected=self._health.connected,
-            problem=self._health.problem(self.intake, self.journal.problem),
-            rate=intake.measured_rate if from_bytes else self._view.rate,
+            rate=self._view.rate,
             samples=self._fed,
-            lost=intake.lost,
-            malformed=intake.malformed,
-            digits=intake.digits,
-            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
-            needs=intake.needs,
-            columns=intake.columns,
-            line=intake.preview.line,
-            values=intake.preview.values,
+            unwritten=self.journal.problem,
+            noted=self._noted,
         )

@@ -40,10 +40,11 @@ class Health:
 
         Args:
             intake: what reads the stream.
-            journal: why nothing is written down any more, or ``""``.
+            journal: why nothing is written down at present, or ``""``.
         """
-        if self._link or journal or intake.problem:
-            return self._link or journal or intake.problem
+        unwritten = f"the session is {journal}" if journal else ""
+        if self._link or unwritten or intake.problem:
+            return self._link or unwritten or intake.problem
         if self._silent >= SILENCE:
             return (
                 f"no data for {int(self._silent)} s: is the device switched on and sending,"

@@ -1,6 +1,7 @@
-"""What the engine writes down, and what it says when that is no longer possible."""
+"""What the engine writes down, and what it says while that is not possible."""
 
 import json
+import time
 from collections.abc import Callable, Sequence
 
 from imucal_wizard.devices.setup import StreamSetup
@@ -10,23 +11,44 @@ from imucal_wizard.sessions import Session
 
 SETUP = "setup"
 """The command by which a changed setup of the stream is written down."""
+RETRY = 5.0
+"""Seconds between two attempts to write what could not be written."""
+MOST_OWED = 1 << 26
+"""Bytes from the device that wait in memory at most for a place on the disk."""
+
+_Write = Callable[[Session], None]
 
 
 class Journal:
-    """Writes to a session; a full disk stops the writing and never the measuring.
+    """Writes to a session; a full disk delays the writing and never stops the measuring.
+
+    What is not on the disk yet is kept in memory, so that it can be written again.
+
+    Args:
+        session: where to write; None to write nothing.
+        clock: seconds that never go back.
 
     Attributes:
-        problem: why nothing is written any more, and what to do; "" while all is well.
+        problem: why nothing is written at present, and what to do; "" while all is well, and after
+            the end when all is on the disk.
     """
 
-    def __init__(self, session: Session | None = None) -> None:
+    def __init__(
+        self, session: Session | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self._session = session
+        self._clock = clock
         self._step = ""
+        self._owed: list[_Write] = []
+        self._size = 0
+        self._commits = session.commits if session is not None else 0
+        self._next = 0.0
+        self._why = ""
         self.problem = ""
 
     def raw(self, arrival: float, data: bytes) -> None:
         """Bytes, before anything is made of them."""
-        self._do(lambda session: session.write_raw(arrival, data))
+        self._do(lambda session: session.write_raw(arrival, data), len(data))
 
     def command(self, sample_index: int, name: str, argument: str) -> None:
         """A command, before it is obeyed."""
@@ -53,22 +75,64 @@ class Journal:
 
     def idle(self) -> None:
         """Nothing came: bring what is written to the disk when it is time."""
-        self._do(lambda session: session.commit_when_due())
+        if self.problem:
+            self._again(self._clock())
+        elif self._owed:
+            self._attempt([Session.commit_when_due])
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Let go of the file, after a last attempt to write what is owed."""
+        if self.problem:
+            self._again(self._next)
         session, self._session = self._session, None
         if session is not None:
             try:
                 session.close()
             except SessionError as error:
-                self.problem = str(error)
+                self.problem = f"not written down: {error}"
+            else:
+                self.problem = f"not written down: {self._why}" if self.problem else ""
 
-    def _do(self, write: Callable[[Session], None]) -> None:
+    def _do(self, write: _Write, size: int = 0) -> None:
         if self._session is None:
             return
+        self._owed.append(write)
+        self._size += size
+        if self.problem:
+            self._again(self._clock())
+        else:
+            self._attempt([write])
+
+    def _again(self, now: float) -> None:
+        """Write everything that is owed, when it is time to try."""
+        if now < self._next or self._session is None:
+            return
+        self._attempt([Session.roll_back, *self._owed, Session.commit])
+
+    def _attempt(self, writes: Sequence[_Write]) -> None:
+        session = self._session
+        if session is None:
+            return
         try:
-            write(self._session)
+            for write in writes:
+                write(session)
         except SessionError as error:
-            self.problem = f"nothing more is written down: {error}"
-            self._session = None
+            self._failed(error)
+            return
+        self.problem = ""
+        if session.commits != self._commits:  # all of it is on the disk
+            self._commits, self._size = session.commits, 0
+            self._owed.clear()
+
+    def _failed(self, error: SessionError) -> None:
+        self._next = self._clock() + RETRY
+        self._why = str(error)
+        if self._size <= MOST_OWED:
+            self.problem = (
+                f"not written down for now: {error}. It is tried again every {RETRY:.0f} s, and "
+                "nothing is missing as long as this program runs"
+            )
+            return
+        self.problem = f"nothing more is written down: {error}"
+        self._session = None
+        self._owed.clear()

@@ -18,6 +18,7 @@ class StreamStatus:
         format: name of the format, or "" before it is known.
         connected: False while the port is lost or not yet open.
         problem: what is wrong and what to do, or "".
+        unwritten: why what arrives is not written down at present, or "".
         rate: samples per second, 0 before it is known.
         samples: samples decoded so far.
         lost: samples missing by the device's own count or time.
@@ -40,6 +41,7 @@ class StreamStatus:
     format: str = ""
     connected: bool = False
     problem: str = ""
+    unwritten: str = ""
     rate: float = 0.0
     samples: int = 0
     lost: int = 0

@@ -41,6 +41,7 @@ class EventKind(StrEnum):
     UNDONE = "undone"
     LINK_LOST = "link-lost"
     LINK_BACK = "link-back"
+    WRITTEN_AGAIN = "written-again"
     WARNING = "warning"
     FINISHED = "finished"
 

@@ -45,6 +45,9 @@ class Session:
     """A session file being written. Used by one thread at a time.
 
     Every method raises ``SessionError`` when the file can no longer be read or written.
+
+    Attributes:
+        commits: how often what was written has been brought to the disk.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class Session:
         self._last_raw = 0
         self._last_arrival: float | None = None
         self._findings = Findings()
+        self.commits = 0
 
     @classmethod
     def create(
@@ -101,10 +105,8 @@ class Session:
         with session._explaining(), ExitStack() as on_failure:
             on_failure.callback(session._connection.close)
             session._write_ahead()
-            session._connection.execute("BEGIN IMMEDIATE")
-            last = session._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
+            session._begin()
             on_failure.pop_all()
-        session._last_raw, session._last_arrival = last[0] or 0, last[1]
         return session
 
     def _set_up(self) -> None:
@@ -113,6 +115,12 @@ class Session:
         self._write_ahead()
         self._connection.executescript(session_file.SCHEMA)
         self._connection.execute("BEGIN IMMEDIATE")
+
+    def _begin(self) -> None:
+        """Write on after what is on the disk."""
+        self._connection.execute("BEGIN IMMEDIATE")
+        last = self._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
+        self._last_raw, self._last_arrival = last[0] or 0, last[1]
 
     def _write_ahead(self) -> None:
         self._connection.execute("PRAGMA journal_mode = WAL")
@@ -203,6 +211,15 @@ class Session:
                 self._connection.execute("COMMIT")
             self._connection.execute("BEGIN IMMEDIATE")
         self._committed = self._clock()
+        self.commits += 1
+
+    def roll_back(self) -> None:
+        """Forget what is not on the disk, after a failure, so that it can be written once more."""
+        with self._explaining():
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            self._begin()
+        self._findings = Findings()
 
     def close(self) -> None:
         """Write everything and let go of the file."""

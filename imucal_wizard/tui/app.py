@@ -60,6 +60,7 @@ class WizardApp(App[Saved]):
         self.report: FitReport | None = None
         self.saved: Saved | None = None
         self.failure: ImucalError | None = None
+        self.unwritten = ""
         self.sounds = Sounds(self.bell, self.set_timer, time.monotonic)
         self.sounds.muted = self.settings.muted
         self._heard = 0
@@ -90,6 +91,7 @@ class WizardApp(App[Saved]):
         source, self.source, self.hand_keys = self.source, None, None
         if source is not None:
             source.stop()
+            self.unwritten = source.snapshot().stream.unwritten
 
     def tick(self) -> None:
         """Take one snapshot and show it where it says something new."""

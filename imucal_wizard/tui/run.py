@@ -38,6 +38,8 @@ def run_wizard(options: WizardOptions) -> int:
         saved = app.run()
     finally:
         app.drop_source()
+    if app.unwritten:
+        say(f"▲ the end of the session is {app.unwritten}")
     if app.failure is not None:
         raise app.failure
     if saved is not None:

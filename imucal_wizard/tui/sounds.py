@@ -21,6 +21,7 @@ PATTERNS: dict[str, tuple[int, float]] = {
     "already-done": (2, SLOW),
     "wrong-pose": (2, SLOW),
     "link-back": (2, QUICK),
+    "written-again": (2, QUICK),
     "step-skipped": (3, QUICK),
     "step-done": (3, QUICK),
     "rotation-rejected": (3, SLOW),

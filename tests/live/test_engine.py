@@ -9,7 +9,6 @@ import pytest
 
 from imucal_wizard.devices.intake import StreamSetup
 from imucal_wizard.live.engine import Engine
-from imucal_wizard.live.journal import Journal
 from imucal_wizard.live.resume import begin
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.procedure.plan import standard
@@ -156,29 +155,6 @@ def test_bytes_of_a_wrong_speed_are_named() -> None:
     garbage = bytes((17 * i * i + 128 * (i % 3)) % 256 for i in range(6000))
     engine.receive(garbage, 0.0)
     assert "speed" in engine.snapshot().stream.problem
-
-
-class _FullDisk(Session):
-    """A session that may not grow after its first piece."""
-
-    def write_raw(self, arrival: float, data: bytes) -> None:
-        """Write, with the file limited to the size it had after the first piece."""
-        if self.last_raw:
-            size = self._connection.execute("PRAGMA page_count").fetchone()[0]
-            self._connection.execute(f"PRAGMA max_page_count = {size}")
-        super().write_raw(arrival, data)
-
-
-def test_a_full_disk_stops_the_writing_and_not_the_measuring(tmp_path: Path) -> None:
-    session = _FullDisk.create(tmp_path / "a.imucal", {})
-    engine = Engine(journal=Journal(session))
-    data = contract(600)
-    for start in range(0, len(data), 5000):
-        engine.receive(data[start : start + 5000], start / 8000)
-    stream = engine.snapshot().stream
-    assert "nothing more is written down" in stream.problem
-    assert "the disk is full" in stream.problem
-    assert stream.samples == 600
 
 
 def test_steps_holds_and_events_are_in_the_session(tmp_path: Path) -> None:

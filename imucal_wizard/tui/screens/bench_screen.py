@@ -1,6 +1,5 @@
 """The bench: compare model and measurement, see where it fails, add what is missing."""
 
-import asyncio
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -20,6 +19,7 @@ from imucal_wizard.tui.screens.bench_layout import BenchLayout
 from imucal_wizard.tui.screens.formula_screen import FormulaScreen
 from imucal_wizard.tui.screens.guess_screen import GuessScreen
 from imucal_wizard.tui.screens.page_screen import PageScreen
+from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.key_footer import Keys
 
 Act = Callable[[Bench], object]
@@ -88,7 +88,7 @@ class BenchScreen(BenchLayout):
     async def open(self) -> None:
         """Make the benches and look at the first."""
         try:
-            benches = await asyncio.to_thread(self._make)
+            benches = await in_thread(self._make)
         except ImucalError as error:
             self.busy, self.note = "", (str(error), "bad")
             self.redraw()
@@ -110,7 +110,7 @@ class BenchScreen(BenchLayout):
     @work
     async def _work(self, benches: Benches, sensor: str, act: Act) -> None:
         try:
-            sight = await asyncio.to_thread(_done, benches, sensor, act)
+            sight = await in_thread(lambda: _done(benches, sensor, act))
         except ImucalError as error:
             self.note = (str(error), "bad")
         else:

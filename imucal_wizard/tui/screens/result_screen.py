@@ -1,6 +1,5 @@
 """The result: what was found, how good it is, what is missing."""
 
-import asyncio
 import math
 import time
 from typing import ClassVar
@@ -16,6 +15,7 @@ from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.table_screen import TableScreen
 from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.key_footer import Keys
 from imucal_wizard.tui.widgets.lines import Lines
 
@@ -72,7 +72,7 @@ class ResultScreen(LiveScreen):
         if source is None or snapshot is None:
             return
         try:
-            self.wizard.report = await asyncio.to_thread(
+            self.wizard.report = await in_thread(
                 lambda: self.wizard.services.fit(source.collected(), snapshot)
             )
         except ImucalError as error:

@@ -13,6 +13,7 @@ from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.table_screen import TableScreen
 from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.key_footer import Keys
 from imucal_wizard.tui.widgets.lines import Lines
@@ -64,9 +65,7 @@ class SaveScreen(LiveScreen):
         if source is None or snapshot is None:
             return
         try:
-            app.report = await asyncio.to_thread(
-                lambda: app.services.fit(source.collected(), snapshot)
-            )
+            app.report = await in_thread(lambda: app.services.fit(source.collected(), snapshot))
             app.saved = await asyncio.to_thread(app.services.save, app.report)
         except ImucalError as error:
             app.fail(error)

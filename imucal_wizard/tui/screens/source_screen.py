@@ -4,6 +4,7 @@ import asyncio
 import re
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
@@ -18,6 +19,7 @@ from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.text import clean, line, wrapped
+from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.preview import Preview
@@ -116,7 +118,7 @@ class SourceScreen(LiveScreen):
         services = self.wizard.services
         found = [VIRTUAL]
         for look in (services.ports, services.earlier):
-            found += await asyncio.to_thread(self._found, look)
+            found += await in_thread(partial(self._found, look))
         self._choices = found
         self._list()
 
@@ -152,7 +154,7 @@ class SourceScreen(LiveScreen):
         self._chosen = choice
         self._say(f"Opening {choice.title or choice.target} …")
         try:
-            source = await asyncio.to_thread(self.wizard.services.open_source, choice)
+            source = await in_thread(lambda: self.wizard.services.open_source(choice))
             self.wizard.use_source(source)
         except ImucalError as error:
             self._chosen = None

@@ -12,6 +12,7 @@ _SIGNS: dict[str, tuple[str, str]] = {
     EventKind.STEP_DONE: ("✓", "good"),
     EventKind.FINISHED: ("✓", "good"),
     EventKind.LINK_BACK: ("✓", "good"),
+    EventKind.WRITTEN_AGAIN: ("✓", "good"),
     EventKind.UNDONE: ("↶", "accent"),
     EventKind.STEP_SKIPPED: ("▲", "warn"),
     EventKind.HOLD_BROKEN: ("▲", "warn"),
