@@ -240,11 +240,16 @@ def _unexplained(said: Statement) -> list[str]:
     left = [term for term in BASE if term not in bench.fit.base]
     if left:
         return [f"More than noise is left: {_stands(bench)}. Put back {' and '.join(left)} first."]
+    known = ", ".join(term.name for term in bench.fit.terms)
+    none = (
+        f"No effect known here explains what {known} leaves, so nothing more is named."
+        if known
+        else "No effect known here explains it, so none is named and none added."
+    )
     return [
         (
-            f"More than noise is left: {_stands(bench)}. No effect known here explains it, so "
-            "none is named and none added. Corners and repeats would show whether it is the "
-            "sensor or the way it was held."
+            f"More than noise is left: {_stands(bench)}. {none} Corners and repeats would show "
+            "whether it is the sensor or the way it was held."
         )
     ]
 

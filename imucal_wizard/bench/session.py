@@ -8,8 +8,9 @@ from imucal_wizard.bench.floors import Rounding
 from imucal_wizard.bench.from_fit import misfit_of
 from imucal_wizard.bench.ladder import Rung, confirmed, rung
 from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.settling import settled
 from imucal_wizard.bench.suspects import Suspect, rank
-from imucal_wizard.bench.verdict import Opinion, Verdict, judge
+from imucal_wizard.bench.verdict import Opinion, judge
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.errors import DataError, UsageError
@@ -18,9 +19,6 @@ from imucal_wizard.solver.extended.hold_data import BASE
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
 from imucal_wizard.solver.extended.turn_data import TurnData
-
-MOST_ADDED = 4
-"""Effects that are added without being asked; a sensor with more has another problem."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +98,13 @@ class Bench:
         self.catalogue = (*self.catalogue, effect)
         self._findings = None
 
-    def add(self, name: str, variant: float | None = None) -> Rung:
+    def add(self, name: str, variant: float | None = None, near: float | None = None) -> Rung:
         """Add an effect to the model, or put back a part of the base.
 
         Args:
             name: of the effect or the part of the base.
-            variant: its setting; None for the likeliest.
+            variant: its setting; None for the one that the data settle on.
+            near: of the settings tried, the one to settle near; None for the likeliest.
 
         Raises:
             UsageError: there is no such effect, or it is in the model already.
@@ -123,9 +122,7 @@ class Bench:
         lacking = self.lacking(effect)
         if lacking is not None:
             raise DataError(f"{name} cannot be added: {lacking}")
-        term = Term(effect, self._variant(name) if variant is None else variant)
-        fit = fit_with(self.measured, (*self.fit.terms, term), self.fit.base)
-        return self._climb(fit, name)
+        return self._climb(self._with(effect, variant, near), name)
 
     def remove(self, name: str) -> Rung:
         """Take a term out of the model, an effect or a part of the base.
@@ -160,53 +157,21 @@ class Bench:
         of_time = any(kinds.get(name) == "time" for name in added)
         return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
 
-    def automatic(self) -> Findings:
-        """Add what the evidence carries and data held out confirm; stop by itself.
-
-        Parts of the base that were left out come first: what they leave looks like any effect.
-
-        Returns:
-            The findings that led to the last step: those of the model before it where something was
-            added and nothing is left to say, so that the verdict names what was missing.
-        """
-        self._complete_base()
-        said = self.look()
-        for _ in range(MOST_ADDED if self.fit.base == BASE else 0):
-            found = self.look()
-            named = found.opinion.terms
-            if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
-                break
-            if not self._try(named):
-                break
-            said = found
-        last = self.look()
-        return said if last.opinion.verdict is Verdict.COMPLETE else last
-
-    def _complete_base(self) -> None:
-        """Put back what was left out of the base, where data held out are for it."""
-        for name in BASE:
-            if name not in self.fit.base:
-                self.add(name)
-                if not self.confirmed():
-                    self.undo()
-
-    def _try(self, families: tuple[tuple[str, ...], ...]) -> bool:
-        """Add the plainest likely member of each family; take all back when it is not confirmed."""
-        order = [effect.name for effect in self.catalogue]
-        chosen = [min(members, key=order.index) for members in families]
-        variants = {name: self._variant(name) for name in chosen}
-        for name in chosen:
-            self.add(name, variants[name])
-        if self.confirmed(len(chosen)):
-            return True
-        for _ in chosen:
-            self.undo()
-        return False
-
-    def _variant(self, name: str) -> float | None:
+    def likeliest_variant(self, name: str) -> float | None:
         """The likeliest setting of an effect for what the present model leaves."""
         candidates = (suspect.candidate for suspect in self.look().suspects if suspect.term == name)
         return next((c.variant for c in candidates if c is not None), None)
+
+    def _with(self, effect: Effect, variant: float | None, near: float | None) -> Extended:
+        """The fit with one more effect; a setting that was not given is settled by the data."""
+
+        def fit(term: Term) -> Extended:
+            return fit_with(self.measured, (*self.fit.terms, term), self.fit.base)
+
+        if variant is not None:
+            return fit(Term(effect, variant))
+        begin = self.likeliest_variant(effect.name) if near is None else near
+        return settled(fit, Term(effect, begin), effect.variants(self.measured.circumstances))
 
     def _climb(self, fit: Extended, added: str | None) -> Rung:
         self._fits.append(fit)

@@ -82,14 +82,16 @@ def _verdict(findings: Findings, lacking: str, waiting: bool) -> Verdict:
     """The word.
 
     While a part of the base is left out nothing is named: what it leaves looks like any effect.
-    While the accelerometer has not passed no effect is the gyroscope's for sure.
+    While the accelerometer has not passed, what it lacks tilts the reference: neither an effect nor
+    a disturbed rotation is the gyroscope's for sure.
     """
     if lacking:
         return Verdict.INSUFFICIENT
     verdict = findings.opinion.verdict
     if findings.fit.base != BASE and verdict is not Verdict.COMPLETE:
         return Verdict.UNEXPLAINED
-    return Verdict.AMBIGUOUS if waiting and verdict is Verdict.MISSING else verdict
+    named = verdict in (Verdict.MISSING, Verdict.DISTURBED)
+    return Verdict.AMBIGUOUS if waiting and named else verdict
 
 
 def lacking_base(bench: Bench) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from imucal_wizard.bench.automatic import add_by_itself
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement, nothing_carried, statement
@@ -44,7 +45,7 @@ def survey(
 def _surveyed(benches: Benches, bench: Bench, added: Sequence[str], automatic: bool) -> Statement:
     for name in added:
         bench.add(name)
-    findings = bench.automatic() if automatic else bench.look()
+    findings = add_by_itself(bench) if automatic else bench.look()
     return statement(benches, bench, findings)
 
 

@@ -138,6 +138,7 @@ class Effect(ABC):
         equation: its formula on axis ``i``, ``x`` being the true input.
         order: place in lists; the plainest of a family first.
         against: what to draw the residuals over, to see it.
+        graded: whether what lies between two of its ``variants`` is a setting, too.
         stories: what to tell about it, by sensor.
     """
 
@@ -149,6 +150,7 @@ class Effect(ABC):
     equation: str
     order: int = 100
     against: Against = "input"
+    graded: bool = False
     stories: Mapping[str, Story] = {}
 
     @abstractmethod

@@ -6,6 +6,7 @@ behind the screens; what the procedure collected goes to the fit and on to the b
 
 from pathlib import Path
 
+from imucal_wizard.bench.automatic import add_by_itself
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.survey import survey
 from imucal_wizard.bench.verdict import Verdict
@@ -71,7 +72,7 @@ def test_an_exercise_that_chance_made_is_solved(tmp_path: Path) -> None:
     made = make_exercise(tmp_path / "exercise.csv", seed=12)
     readings = read([made.recording])
     bench = Benches(fit_readings(readings), readings).accelerometer
-    bench.automatic()
+    add_by_itself(bench)
     first, last = bench.ladder
     assert first.rms_held_out is not None
     assert last.rms_held_out is not None

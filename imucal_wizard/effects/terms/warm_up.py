@@ -10,7 +10,7 @@ from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances
 from imucal_wizard.readings import FloatArray
 
 TIME_CONSTANTS = (60.0, 100.0, 180.0, 300.0, 600.0, 1200.0)
-"""Time constants tried, s: so near each other that any between two is met well by one of them."""
+"""Time constants tried, s; the fit then settles on one between them."""
 USUAL = 180.0
 
 
@@ -26,6 +26,7 @@ class WarmUp(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
+    graded = True
     title = "warm-up after switching on"
     equation = "ε_i = Wᵢ exp(−t/τ)"
     order = 32
