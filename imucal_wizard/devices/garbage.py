@@ -31,11 +31,12 @@ class Garbage:
     def feed(self, data: bytes) -> None:
         """Look at what has come."""
         self._text_since_line = 0 if b"\n" in data else self._text_since_line + len(data)
-        self._block += data
-        while len(self._block) >= _BLOCK:
-            block, self._block = self._block[:_BLOCK], self._block[_BLOCK:]
-            self._seen = (self._seen + block)[-_SEEN:]
+        data = self._block + data
+        whole = len(data) - len(data) % _BLOCK
+        for start in range(0, whole, _BLOCK):
+            self._seen = (self._seen + data[start : start + _BLOCK])[-_SEEN:]
             self._judge()
+        self._block = data[whole:]
 
     def _judge(self) -> None:
         if unreadable(self._seen) > _TOO_MANY:

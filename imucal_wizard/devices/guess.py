@@ -9,6 +9,10 @@ from imucal_wizard import units
 from imucal_wizard.readings import FloatArray
 
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
+_STEADY = 0.1
+"""The size of gravity varies less at rest, as a share of it; that of a gyroscope's bias more."""
+_WHOLE = 100.0
+"""Gravity of a smaller size is not printed in whole numbers."""
 _FIELDS = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
 
 
@@ -109,6 +113,8 @@ def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
     """
     width = values.shape[1]
     found = [""] * width
+    if not width:
+        return (), False
     rest = list(range(width))
     for place in (0, width - 1):
         column = values[:, place]
@@ -124,17 +130,38 @@ def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
     if len(rest) % 3 == 1:
         found[rest.pop()] = "temp"
     triples = [rest[i : i + 3] for i in range(0, len(rest), 3)]
-    sizes = [float(np.median(np.linalg.norm(values[:, t], axis=1))) for t in triples]
-    plain = [i for i, size in enumerate(sizes[:2]) if _is_gravity(size)]
-    order = "gam" if plain == [1] else "agm"
+    order, sure = _order([values[:, triple] for triple in triples])
     for sensor, triple in zip(order, triples, strict=False):
         for axis, place in zip("xyz", triple, strict=True):
             found[place] = sensor + axis
-    return tuple(found), len(plain) == 1
+    return tuple(found), sure
 
 
-def _is_gravity(size: float) -> bool:
-    return any(abs(size / g - 1) < 0.15 for g in (9.80665, 1.0, 1000.0))
+def _order(triples: list[FloatArray]) -> tuple[str, bool]:
+    """Which sensor each three columns are, and whether gravity says it plainly."""
+    sizes = [float(np.median(np.linalg.norm(three, axis=1))) for three in triples]
+    plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
+    order = "gam" if plain == [1] else "agm"
+    if len(plain) != 1:
+        return order, False
+    others = [i for i in range(min(2, len(triples))) if i != plain[0]]
+    counted = any(_is_counted_gravity(triples[i], sizes[i]) for i in others)
+    # at rest the Earth's field is larger than any rate, in whichever units both are printed
+    field_last = len(triples) < len("agm") or sizes[others[0]] < sizes[2]
+    return order, field_last and not counted
+
+
+def _is_gravity(three: FloatArray, size: float) -> bool:
+    """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
+    steady = float(np.std(np.linalg.norm(three, axis=1))) < _STEADY * size
+    fine = size > _WHOLE or not bool(np.all(three == np.round(three)))
+    return steady and fine and any(abs(size / g - 1) < 0.15 for g in (9.80665, 1.0, 1000.0))
+
+
+def _is_counted_gravity(three: FloatArray, size: float) -> bool:
+    """Whether these may be counts of an accelerometer."""
+    whole = bool(np.all(three == np.round(three)))
+    return whole and any(abs(size / counts - 1) < 0.15 for counts in _COUNTS_PER_G)
 
 
 def _offset_binary(values: FloatArray) -> bool:

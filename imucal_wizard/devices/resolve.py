@@ -8,6 +8,7 @@ from imucal_wizard import units
 from imucal_wizard.devices import guess
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.devices.formats.names import sensor_of
+from imucal_wizard.devices.formats.words import no_reading, squeezed
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.readings import FloatArray
 
@@ -97,6 +98,8 @@ def _unit_guess(
     sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
 ) -> guess.UnitGuess:
     good = own[np.isfinite(own).all(axis=1)]
+    if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
+        return guess.UnitGuess(units.COUNT, "")
     if not len(good):
         return guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
@@ -184,9 +187,11 @@ def places_of(columns: tuple[Column, ...], sensor: str) -> list[int]:
 
 
 def _guessed(columns: tuple[Column, ...], values: FloatArray) -> tuple[tuple[Column, ...], bool]:
-    found, sure = guess.channels(values)
-    named = tuple(replace(c, channel=channel) for c, channel in zip(columns, found, strict=True))
-    return named, sure
+    """A proposal for columns without names; those that say that they are no reading stay out."""
+    places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
+    found, sure = guess.channels(values[:, places])
+    channels = dict(zip(places, found, strict=True))
+    return tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns)), sure
 
 
 def _set_unit(columns: tuple[Column, ...], places: list[int], unit: str) -> tuple[Column, ...]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 _COMMA_NUMBER = re.compile(r"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?")
 _SHOWN = 48
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_OPENING = ("(", "[", "{")
+_NO_BRACKETS = str.maketrans("", "", "()[]{}")
 LONGEST = 65_536
 """Characters; a longer line is no sample."""
 
@@ -60,7 +62,9 @@ def _between_quotes(line: str) -> str:
 
 
 def split(line: str, separator: str | None) -> list[str]:
-    """The fields of one line without the white space and the quotes around them."""
+    """The fields of one line without the white space, quotes and brackets around them."""
+    if line.lstrip()[:1] in _OPENING:
+        line = line.translate(_NO_BRACKETS)
     if '"' in line and separator is not None and line.count('"') % 2 == 0:
         with contextlib.suppress(csv.Error):
             fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])

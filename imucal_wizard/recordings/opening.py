@@ -52,14 +52,14 @@ class Line:
         return split(self.content, separator_of(self.content)[0])
 
 
-class NamelessError(RecordingError):
-    """Nothing says what the columns are; the reader of the file adds what to give.
+class NoTableError(RecordingError):
+    """There is no table of numbers with names; the reader of the file adds what to give.
 
     Attributes:
-        line: the first line of data.
+        line: the first line of data, where only the names are missing; else None.
     """
 
-    def __init__(self, line: Line, words: str) -> None:
+    def __init__(self, line: Line | None, words: str) -> None:
         super().__init__(words)
         self.line = line
 
@@ -73,7 +73,8 @@ def read_opening(text: str, options: RecordingOptions, file: str = "") -> Openin
         file: the file's name.
 
     Raises:
-        RecordingError: there are no lines of numbers, or nothing says what the columns are.
+        NoTableError: there are no lines of numbers, or nothing says what the columns are.
+        RecordingError: names and columns do not fit.
     """
     header, data, names = _search(text, file, wants_header=not options.columns)
     warnings: tuple[str, ...] = ()
@@ -119,8 +120,7 @@ def _search(text: str, file: str, wants_header: bool) -> tuple[Line | None, Line
     A log may begin in the middle of the stream, so the header may come after the first data.
 
     Raises:
-        RecordingError: there are no data.
-        NamelessError: there are data, but no names.
+        NoTableError: there are no data, or no names.
     """
     header: Line | None = None
     data: Line | None = None
@@ -137,15 +137,14 @@ def _search(text: str, file: str, wants_header: bool) -> tuple[Line | None, Line
         if data is not None and (header is not None or not wants_header):
             break
     if data is None:
-        raise RecordingError(
-            "there is no line of data in it: no line of plain numbers; record again"
-        )
+        says = "there is no line of data in it: no line of plain numbers; record again"
+        raise NoTableError(None, says)
     if header is not None or not wants_header:
         return header or words, data, with_units(header.fields, below) if header else []
     if names := _comment_header(text, data):
         return None, data, names
     says = f"no name in {shown(words.content)} is known" if words else "it has no header"
-    raise NamelessError(data, says)
+    raise NoTableError(data, says)
 
 
 def _lines(text: str) -> Iterator[Line]:

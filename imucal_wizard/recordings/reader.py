@@ -3,19 +3,24 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from imucal_wizard.devices import formats
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.output import harmless
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings.checks import check
 from imucal_wizard.recordings.columns import Samples
-from imucal_wizard.recordings.delimited import read_delimited
+from imucal_wizard.recordings.delimited import read_text
 from imucal_wizard.recordings.exchanged import refuse
 from imucal_wizard.recordings.imu_tk import read_imu_tk
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.text import is_database
 
-FORMATS = ("csv", "imu_tk")
-"""Names that ``--as`` takes; a session is known by its content."""
+_IMU_TK = "imu_tk"
+
+
+def format_names() -> tuple[str, ...]:
+    """Names that ``--as`` takes; a session is known by its content."""
+    return (_IMU_TK, *formats.format_names())
 
 
 def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Readings:
@@ -63,9 +68,10 @@ def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Read
 
 
 def _each(paths: Sequence[Path], options: RecordingOptions) -> list[Samples]:
-    if options.as_format not in (None, *FORMATS):
-        raise UsageError(f"--as {options.as_format} is not known; give one of {', '.join(FORMATS)}")
-    if options.as_format == "imu_tk":
+    if options.as_format not in (None, *format_names()):
+        known = ", ".join(format_names())
+        raise UsageError(f"--as {options.as_format} is not known; give one of {known}")
+    if options.as_format == _IMU_TK:
         return read_imu_tk(paths, options)
     samples = []
     for path in paths:
@@ -82,7 +88,7 @@ def _one(path: Path, options: RecordingOptions) -> Samples:
         from imucal_wizard.recordings.session import read_session
 
         return read_session(path, options)
-    return read_delimited(path, options)
+    return read_text(path, options)
 
 
 def _merge(

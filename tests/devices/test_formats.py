@@ -384,3 +384,11 @@ def test_the_fields_of_a_ros_message_are_read_from_json() -> None:
     assert readings.gyroscope is not None
     np.testing.assert_allclose(readings.accelerometer.values[0], [0.1, -0.2, 9.8])
     np.testing.assert_allclose(readings.gyroscope.values[0], [0.1, 0.2, 0.3])
+
+
+def test_yaw_pitch_and_roll_are_not_taken_for_a_gyroscope() -> None:
+    """Words say that the first three are angles, gravity that the last three are accelerations."""
+    intake, _ = heard(b"ypr\t1.20\t-2.10\t3.30\tacc\t0.10\t0.20\t9.80\r\n")
+    assert [c.channel for c in intake.columns] == ["", "", "", "ax", "ay", "az"]
+    intake, _ = heard(b"ypr\t1.20\t-2.10\t3.30\tareal\t0.10\t0.20\t9.80\r\n")
+    assert intake.needs == ("columns",)

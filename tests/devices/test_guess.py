@@ -73,7 +73,7 @@ def test_a_column_that_is_no_time_is_said_to_be_none() -> None:
 
 
 def _columns(*parts: FloatArray) -> FloatArray:
-    return np.column_stack(parts)
+    return np.column_stack(parts) if parts else np.zeros((50, 0))
 
 
 GYRO = np.random.default_rng(5).normal(0.01, 0.002, (50, 3))
@@ -94,6 +94,13 @@ HEAT = np.full(50, 25.0)
         (_columns(at(133.0), GYRO), "ax ay az gx gy gz", False),
         (_columns(at(1.0), at(1.0)), "ax ay az gx gy gz", False),
         (_columns(at(9.8), HEAT, HEAT), "- - - - -", False),
+        # whole counts of an MPU6050 whose gyroscope's bias happens to be 9.8 counts
+        (_columns(np.round(at(16384.0)), np.round(at(9.8, 0.05))), "ax ay az gx gy gz", False),
+        # counts of an accelerometer beside a bias of 1 °/s
+        (_columns(np.round(at(16384.0)), at(1.0, 0.01)), "gx gy gz ax ay az", False),
+        (_columns(at(1.0, 0.3), GYRO), "ax ay az gx gy gz", False),
+        (_columns(at(1.0), at(45.0), GYRO), "ax ay az gx gy gz mx my mz", False),
+        (_columns(), "", False),
     ],
 )
 def test_columns_are_proposed_and_taken_only_where_gravity_is_plain(

@@ -38,7 +38,7 @@ def described(line: str) -> tuple[str, tuple[Column, ...]]:
         bracket = _BRACKETED_UNIT.search(label)
         if bracket or _WORD.search(label):
             unit = units.canonical(bracket[1]) if bracket else unit
-        name = " ".join(_WORD.findall(label)) or channel
+        name = " ".join(_WORD.findall(label)) or channel or (found[-1].name if found else "")
         found.append(Column(channel, unit if belongs(channel, unit) else "", name))
     found, _ = _unit_behind(found, line[position:], last=True)
     return prefix, _once(found)

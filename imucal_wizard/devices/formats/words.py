@@ -58,7 +58,8 @@ _BESIDE_SENSORS = _set_of(
 
 # the device has already taken gravity out of these, or left only gravity in
 _NOT_A_READING = re.compile(
-    r"linear|(?<!including)gravity|quat|euler|orient|yaw|pitch|roll|heading"
+    r"linear|(?<!including)gravity|quat|euler|orient|angle|yaw|pitch|roll|heading"
+    r"|^(?:ypr|rpy|areal|aworld)$"
 )
 
 
