@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.calibration import sensor_record
 from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport
 
 SCHEMA = "imucal-wizard/fit/1"
@@ -31,10 +32,34 @@ def fit_document(report: FitReport) -> dict[str, Any]:
             for rotation, angle in zip(report.rotations, report.angles, strict=False)
         ],
         "sensors": {name: sensor_record(fit) for name, fit in report.sensors.items()},
+        **({} if report.magnetic is None else {"magnetometer": _magnetic(report.magnetic)}),
         "comparison": [
             {name: getattr(row, name) for name in row.__dataclass_fields__}
             for row in report.comparison
         ],
+    }
+
+
+def _magnetic(found: MagnetometerFit) -> dict[str, Any]:
+    """What belongs to a magnetometer alone: the field's size, N's figure, what was left out."""
+    return {
+        "field": found.magnitude,
+        "unit": found.fit.unit,
+        "relative_error": found.relative_error,
+        "relative_error_held_out": found.relative_error_held_out,
+        "samples": int(found.kept.sum()),
+        "left_out": [
+            {
+                "start": run.start,
+                "end": run.end,
+                "samples": run.samples,
+                "size": run.size,
+                "single": run.single,
+            }
+            for run in found.left_out
+        ],
+        "covered": int((found.filled > 0).sum()),
+        "directions": found.filled.astype(int).tolist(),
     }
 
 

@@ -4,6 +4,7 @@ import textwrap
 
 from imucal_wizard.digits import decimals
 from imucal_wizard.fitting.verdict import shown
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 
 _WIDTH = 80
@@ -12,11 +13,15 @@ _WIDTH = 80
 def summary(report: FitReport) -> str:
     """What was found, in lines of at most 80 columns."""
     lines = [
-        f"{len(report.holds)} holds, {len(report.rotations)} rotations, "
-        + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items()),
+        _wrapped(
+            f"{len(report.holds)} holds, {len(report.rotations)} rotations, "
+            + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
+        ),
     ]
     for name, fit in report.sensors.items():
         lines += ["", *_sensor(name, fit)]
+        if name == "magnetometer" and report.magnetic is not None:
+            lines += _field(report.magnetic, fit)
     if report.comparison:
         lines += ["", *_comparison(report)]
     if report.warnings:
@@ -36,6 +41,16 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
         f"held out {shown(fit, fit.rms_held_out)}, noise {shown(fit, fit.floor)}"
     )
     return lines
+
+
+def _field(found: MagnetometerFit, fit: SensorFit) -> list[str]:
+    """The field's size, N's figure of merit, and how much of the sphere was seen."""
+    held_out = found.relative_error_held_out
+    out = "" if held_out is None else f", held out {100.0 * held_out:.2f} %"
+    error = f"relative error {100.0 * found.relative_error:.2f} %{out}"
+    covered = f"{int((found.filled > 0).sum())} of {len(found.filled)} directions covered"
+    used = f"{int(found.kept.sum())} of {len(found.kept)} samples used"
+    return [f"  field {shown(fit, found.magnitude)}, {error}", f"  {covered}, {used}"]
 
 
 def _parameter(parameter: Parameter) -> str:

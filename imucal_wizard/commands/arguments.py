@@ -55,6 +55,19 @@ def add_methods(parser: argparse.ArgumentParser) -> None:
         default="vector",
         help="the gyroscope's method (default vector)",
     )
+    parser.add_argument(
+        "--mag-method",
+        choices=("orthogonal", "algebraic", "two-step", "numeric"),
+        default="orthogonal",
+        help="the magnetometer's method (default orthogonal)",
+    )
+    parser.add_argument(
+        "--field",
+        type=_field,
+        metavar="UT",
+        help="magnitude of the local magnetic field, µT; without it the magnetometer's matrix has "
+        "determinant 1",
+    )
 
 
 def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
@@ -102,6 +115,15 @@ def _gravity(text: str) -> float:
     if not 9.7 <= value <= 9.9:
         raise argparse.ArgumentTypeError(
             f"{text!r} is not a gravity on Earth; it lies between 9.76 and 9.84 m/s²"
+        )
+    return value
+
+
+def _field(text: str) -> float:
+    value = _number(text)
+    if not 20.0 <= value <= 70.0:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not the Earth's field; it lies between 22 and 67 µT"
         )
     return value
 

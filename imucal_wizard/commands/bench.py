@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -125,7 +126,8 @@ def benches_of(arguments: Namespace, readings: "Readings", own: "Sequence[Effect
     from imucal_wizard.bench.benches import Benches
     from imucal_wizard.fitting import FitOptions, fit_readings
 
-    report = fit_readings(readings, FitOptions(arguments.gravity))
+    # the bench looks at accelerometer and gyroscope, and needs the accelerometer
+    report = fit_readings(replace(readings, magnetometer=None), FitOptions(arguments.gravity))
     return Benches(report, readings, base_terms(arguments.base), own)
 
 

@@ -38,8 +38,14 @@ def run(argv: Sequence[str]) -> int:
     from imucal_wizard.fitting import FitOptions, fit_readings
     from imucal_wizard.recordings import read
 
-    readings = read(arguments.files, recording_options(arguments))
-    options = FitOptions(arguments.gravity, arguments.method, arguments.gyro_method)
+    readings = read(arguments.files, recording_options(arguments), field_alone=True)
+    options = FitOptions(
+        arguments.gravity,
+        arguments.method,
+        arguments.gyro_method,
+        arguments.mag_method,
+        arguments.field,
+    )
     try:
         report = fit_readings(readings, options)
     except DataError as error:

@@ -12,6 +12,7 @@ from imucal_wizard.fitting.checks import (
     rotation_warnings,
 )
 from imucal_wizard.fitting.gyroscope import GyroscopeReport, fit_gyroscope
+from imucal_wizard.fitting.magnetometer import with_magnetometer
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
@@ -37,20 +38,44 @@ class FitOptions:
         gravity: local gravity, m/s².
         method: the accelerometer's method.
         gyroscope_method: ``vector``, ``static`` or ``dynamic``; which of the three is the result.
+        magnetometer_method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+        field: magnitude of the local magnetic field, µT, or None when it is not known.
     """
 
     gravity: float = STANDARD_GRAVITY
     method: str = "least_squares"
     gyroscope_method: str = "vector"
+    magnetometer_method: str = "orthogonal"
+    field: float | None = None
 
 
 def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
-    """Find the holds and rotations of a recording and fit both sensors.
+    """Find the holds and rotations of a recording and fit every sensor.
 
     Raises:
         DataError: the recording does not carry a calibration.
     """
     options = options or FitOptions()
+    if readings.magnetometer is None:
+        return _inertial(readings, options)
+    return with_magnetometer(
+        lambda: _inertial(readings, options),
+        readings.magnetometer,
+        options.field,
+        options.magnetometer_method,
+        options.gravity,
+        readings.warnings,
+    )
+
+
+def _inertial(readings: Readings, options: FitOptions) -> FitReport:
+    """Accelerometer and gyroscope.
+
+    Raises:
+        DataError: the recording does not carry an accelerometer's calibration.
+    """
+    if not len(readings):
+        raise DataError("the recording has no accelerometer")
     holds = _find_holds(readings, options)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):

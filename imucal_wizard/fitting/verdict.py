@@ -34,11 +34,13 @@ def verdict(report: FitReport) -> tuple[str, ...]:
 
 
 def shown(fit: SensorFit, value: float | None) -> str:
-    """An error of this sensor in the unit people read: mg, or degrees."""
+    """An error of this sensor in the unit people read: mg, degrees, µT or counts."""
     if value is None:
         return "not known"
     if fit.unit == "rad":
         return f"{np.degrees(value):.2f}°"
+    if fit.sensor == "magnetometer":
+        return f"{value:.3g} {'µT' if fit.unit == 'uT' else fit.unit}"
     return f"{value / STANDARD_GRAVITY * 1000.0:.2f} mg"
 
 
@@ -86,11 +88,13 @@ def _against_floors(fit: SensorFit, held_out: float) -> str:
 
 def _noise_of(fit: SensorFit) -> str:
     """What makes the floor: a gyroscope is judged by directions, which have errors of their own."""
-    return "the noise" if fit.sensor == "accelerometer" else "the noise of rates and directions"
+    return "the noise of rates and directions" if fit.sensor == "gyroscope" else "the noise"
 
 
 def _missing(fit: SensorFit) -> str:
     what = "Something is missing in the model"
+    if fit.sensor == "magnetometer":
+        return f"{what}, or the field is not the same everywhere: repeat it one metre away"
     return (
         what if "non-orthogonality" in fit.model else f"{what}, its cross-axis gains to begin with"
     )
@@ -118,4 +122,4 @@ def lack_of_fit(fit: SensorFit) -> float:
 
 
 def _left_out(fit: SensorFit) -> str:
-    return "direction" if fit.sensor == "accelerometer" else "rotation"
+    return "rotation" if fit.sensor == "gyroscope" else "direction"

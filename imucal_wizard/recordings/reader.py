@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from imucal_wizard.devices import formats
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.output import harmless
@@ -14,6 +16,7 @@ from imucal_wizard.recordings.exchanged import refuse
 from imucal_wizard.recordings.imu_tk import read_imu_tk
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.text import is_database
+from imucal_wizard.units import SI_UNIT
 
 _IMU_TK = "imu_tk"
 
@@ -23,7 +26,9 @@ def format_names() -> tuple[str, ...]:
     return (_IMU_TK, *formats.format_names())
 
 
-def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Readings:
+def read(
+    paths: Sequence[Path], options: RecordingOptions | None = None, *, field_alone: bool = False
+) -> Readings:
     """The readings in the files of one session.
 
     Files that hold different sensors, each with its own times, become one recording.
@@ -31,6 +36,7 @@ def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Read
     Args:
         paths: the files.
         options: what is known about them beyond their content.
+        field_alone: a magnetometer alone will do; the accelerometer then has no samples.
 
     Raises:
         RecordingError: a file cannot be read, or lacks something; the message says what to give.
@@ -41,6 +47,9 @@ def read(paths: Sequence[Path], options: RecordingOptions | None = None) -> Read
         raise UsageError("no recording was given; name at least one file")
     samples = _each(paths, options)
     series, warnings = _merge(paths, samples)
+    if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
+        nothing = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
+        return Readings(nothing, None, series["magnetometer"], None, tuple(warnings))
     if "accelerometer" not in series:
         names = ", ".join(sorted(series)) or "no sensor"
         raise RecordingError(

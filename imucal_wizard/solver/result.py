@@ -1,10 +1,14 @@
 """What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray
+
+if TYPE_CHECKING:
+    from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 
 
 @dataclass(frozen=True)
@@ -44,16 +48,19 @@ class SensorFit:
         bias: ``b``, reading unit, shape (3,).
         bias_unit: the reading's unit.
         parameters: all parameters, carried or not.
-        unit: unit of the errors below: ``m/s^2`` or ``rad``.
+        unit: unit of the errors below: ``m/s^2`` or ``rad``; of the magnetometer ``uT``, or its
+            reading's unit where the field's size is not known.
         rms_before: error with the nominal conversion only; None where there is none.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
             be left out.
         floor: what the noise alone would make of the error, or None.
-        residuals: error of each hold or rotation, in ``unit``.
+        residuals: error of each hold or rotation, in ``unit``; of the magnetometer the mean error
+            of each direction.
         held_out: error of each when it is left out, or None.
         covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
-            yy, yz, zz (accelerometer), or of M's nine entries by rows and the biases (gyroscope).
+            yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
+            (gyroscope).
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         warnings: what the user must know about this sensor.
@@ -132,6 +139,7 @@ class FitReport:
         comparison: the gyroscope's three methods side by side.
         verdict: plain sentences, the most important first.
         warnings: what the user must know.
+        magnetic: what a magnetometer's fit says beyond the others, or None without one.
     """
 
     gravity: float
@@ -143,3 +151,4 @@ class FitReport:
     angles: tuple[float, ...] = ()
     verdict: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = field(default=())
+    magnetic: "MagnetometerFit | None" = None

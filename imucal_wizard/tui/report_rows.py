@@ -25,7 +25,7 @@ SHOWN: dict[str, tuple[float, str]] = {
     "rad/s": (180.0 / math.pi, "°/s"),
 }
 """Factor and unit in which people read an error."""
-_ERROR = {"accelerometer": "|a|", "gyroscope": "closure"}
+_ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
 """What the error of a sensor is of: the magnitude, or the angle between carried and measured up."""
 _GAP = line("")
 
@@ -86,7 +86,7 @@ def _error_row(fit: SensorFit, validated: bool) -> Line:
 def plot_rows(fit: SensorFit, width: int) -> list[Line]:
     """The residual of each hold or rotation, with the band that noise makes."""
     factor, unit = SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
-    each = "rotation" if fit.sensor == "gyroscope" else "hold"
+    each = {"gyroscope": "rotation", "magnetometer": "direction"}.get(fit.sensor, "hold")
     noise = "" if fit.floor is None else f", ┈ = noise ±{shown(fit.floor, fit.unit, 2)}"
     head: Line = (
         (f"{fit.sensor}: ", "strong"),

@@ -28,7 +28,7 @@ from imucal_wizard.solver.magnetometer.report import MagnetometerFit, Measured, 
 FEWEST_KEPT = 0.6
 """Share of undisturbed samples below which nobody can say which of them the disturbed ones are."""
 SUBSET = 4000
-ROUNDS = 4
+ROUNDS = 3
 SMALLEST = 1e-9
 """Scatter below which readings are exact, in units of their span."""
 
