@@ -29,6 +29,7 @@ class Benches:
             vibration, and the step of the readings.
         base: terms of the base model, of both sensors.
         own: effects of the user's own.
+        before: the benches of the same session with less data; the models found there are kept.
 
     Raises:
         DataError: the holds do not carry the accelerometer's base model.
@@ -40,19 +41,22 @@ class Benches:
         readings: Readings | None = None,
         base: Sequence[str] = BASE,
         own: Sequence[Effect] = (),
+        before: "Benches | None" = None,
     ) -> None:
         self.report = report
-        self._readings = readings
-        self._base = tuple(base)
-        self._own = tuple(own)
+        self.readings = readings
+        self._base: tuple[str, ...] = tuple(base) if before is None else before._base
+        self._own: tuple[Effect, ...] = tuple(own) if before is None else before._own
         self.accelerometer = Bench(
             ACCELEROMETER,
             measured_accelerometer(report, readings),
-            base,
-            own,
+            self._base,
+            self._own,
             self._rounding(ACCELEROMETER),
         )
-        self._gyroscope: Bench | None = None
+        if before is not None:
+            self.accelerometer.retrace(before.accelerometer)
+        self._gyroscope: Bench | None = None if before is None else before._gyroscope
         self._under: Extended | None = None
 
     @property
@@ -87,18 +91,14 @@ class Benches:
         return self.accelerometer if sensor == ACCELEROMETER else self.gyroscope
 
     def _renewed(self, before: Bench | None) -> Bench:
-        measured = measured_gyroscope(self.report, self.accelerometer.fit, self._readings)
-        base = self._base if before is None else before.fit.base
-        bench = Bench(GYROSCOPE, measured, base, self._own, self._rounding(GYROSCOPE))
-        for effect in () if before is None else before.catalogue:
-            if effect not in bench.catalogue:
-                bench.offer(effect)
-        for term in () if before is None else before.fit.terms:
-            bench.add(term.name, term.variant)
+        measured = measured_gyroscope(self.report, self.accelerometer.fit, self.readings)
+        bench = Bench(GYROSCOPE, measured, self._base, self._own, self._rounding(GYROSCOPE))
+        if before is not None:
+            bench.retrace(before)
         return bench
 
     def _rounding(self, sensor: str) -> Rounding | None:
-        readings = self._readings
+        readings = self.readings
         series = None if readings is None else getattr(readings, sensor)
         gain = float(np.linalg.norm(self.report.sensors[sensor].matrix, ord=2))
         return rounding_of(series, self.report.holds, gain)

@@ -59,6 +59,8 @@ def _sensor(said: Statement) -> dict[str, Any]:
                 "why": pose.why,
                 "pose": pose.pose,
                 "warm": pose.warm,
+                "axis": pose.axis or None,
+                "turns": pose.turns,
             }
             for pose in said.advice.poses
         ],

@@ -7,6 +7,7 @@ from imucal_wizard.bench.pose import NextPose, turns
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.poses import (
+    AXES,
     CORNERS,
     DIRECTIONS,
     EDGES,
@@ -57,14 +58,22 @@ def again(bench: Bench, findings: Findings) -> tuple[NextPose, ...]:
         if isinstance(measured, TurnData):
             row = int(np.flatnonzero(measured.still_rows == hold)[0])
         up = up_of(bench)[row]
-        why = f"{_name(up)} again: hold {hold} is accused, and one more hold there decides it"
+        why = f"{_name(up)} again: hold {hold + 1} is accused, and one more hold there decides it"
         found.append(NextPose(up, why, _pose(up)))
     for number in rotations:
         if isinstance(measured, TurnData):
-            up = measured.before[int(np.flatnonzero(measured.rotations == number)[0])]
-            why = f"rotation {number} again, from {_name(up)}: one more turn decides it"
-            found.append(NextPose(up, why, _pose(up)))
+            place = int(np.flatnonzero(measured.rotations == number)[0])
+            up, axis = measured.before[place], _turned_about(measured, place)
+            why = f"rotation {number + 1} again, from {_name(up)}: one more turn decides it"
+            brief = f"turn {number + 1} once more, about {axis}"
+            found.append(NextPose(up, why, _pose(up), axis=axis, turns=1, brief=brief))
     return tuple(found)
+
+
+def _turned_about(measured: TurnData, place: int) -> str:
+    """The body axis that a rotation was mostly about."""
+    first, past = measured.samples.offsets[place : place + 2]
+    return AXES[int(np.argmax((measured.motion.rate[first:past] ** 2).sum(axis=0)))]
 
 
 def corners_and_repeats(bench: Bench, findings: Findings) -> tuple[NextPose, ...]:
@@ -86,6 +95,25 @@ def corners_and_repeats(bench: Bench, findings: Findings) -> tuple[NextPose, ...
             why = f"{name} again: off by {size[row]:.1f} times the noise; does it repeat?"
             chosen.append(NextPose(up[row], why, _pose(up[row])))
     return (*new, *chosen)
+
+
+def more_of_all(bench: Bench) -> tuple[NextPose, ...]:
+    """Where nothing has to be decided: corners not held yet, the first poses again; or turns."""
+    if isinstance(bench.measured, TurnData):
+        return tuple(turns("xyz", "more of them show smaller effects"))
+    up = up_of(bench)
+    done = {_pose(one) for one in up}
+    new = [
+        NextPose(vector, f"{spoken(name)}: a direction not held yet", name, brief="not held so far")
+        for name, vector in CORNERS.items()
+        if name not in done
+    ]
+    first = list(dict.fromkeys(pose for pose in map(_pose, up) if pose))[:REPEATS]
+    return (*new, *(
+        NextPose(DIRECTIONS[name], f"{spoken(name)} again: a drift shows there", name,
+                 brief="once more, to show a drift")
+        for name in first
+    ))  # fmt: skip
 
 
 def missing(bench: Bench) -> tuple[NextPose, ...]:

@@ -95,7 +95,7 @@ def separating_poses(
     """
     typical = float(np.median(sigma))
     rows = _rows(first, second, done, sigma, sensor)
-    length = _apart(*rows)
+    length = apart_length(*rows)
     before = APART / length if length > 0.0 else np.inf
     proposals: list[Proposal] = []
     while len(proposals) < count and (length < ENOUGH * APART or len(proposals) == 1):
@@ -108,7 +108,7 @@ def separating_poses(
             for name in DIRECTIONS
             for warm in (False, True)
         ]
-        grown = [_apart(*_stacked(rows, offer)) for _, _, offer in offers]
+        grown = [apart_length(*_stacked(rows, offer)) for _, _, offer in offers]
         best = int(np.argmax(grown))
         if grown[best] < (1.0 + ALMOST_BLIND) * length + 1e-9:
             break
@@ -174,8 +174,14 @@ def _stacked(rows: _Rows, more: _Rows) -> _Rows:
     return base, own, other
 
 
-def _apart(base: FloatArray, own: FloatArray, other: FloatArray) -> float:
-    """Length of what neither the base nor the other explanation can imitate."""
+def apart_length(base: FloatArray, own: FloatArray, other: FloatArray) -> float:
+    """Length of what neither the base nor the other explanation can imitate.
+
+    Args:
+        base: whitened columns of what is fitted already, shape (n, b).
+        own: the first explanation at its size, shape (n, 1).
+        other: columns of the second one, shape (n, p).
+    """
     both = np.concatenate([base, other], axis=1)
     scale = np.linalg.norm(both, axis=0)
     both = both[:, scale > 0.0] / scale[scale > 0.0]

@@ -32,6 +32,7 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What decides where still poses do not."""
+FASTER = "faster turns, as a rate table makes them,"
 FAMILIES = {
     "even-order": "an error that is the same to either side",
     "odd-order": "an error that grows to both sides alike",
@@ -211,7 +212,7 @@ def _decides(said: Statement, bench: Bench) -> list[str]:
     """What would tell the explanations apart."""
     kinds = {effect.name: effect.kind for effect in bench.catalogue}
     return [
-        _would_decide(one, BEYOND[kinds[one.first]])
+        _would_decide(one, FASTER if one.turning else BEYOND[kinds[one.first]])
         for one in said.advice.apart
         if one.never or one.poses
     ]
@@ -220,15 +221,17 @@ def _decides(said: Statement, bench: Bench) -> list[str]:
 def _would_decide(one: Apart, beyond: str) -> str:
     pair = f"{one.first} from {one.second}"
     if one.never:
-        return f"No still pose at 1 g tells {pair}, whatever their size; {beyond} would."
+        what = "turn" if one.turning else "still pose at 1 g"
+        return f"No {what} tells {pair}, whatever their size; {beyond} would."
     before = "at no size" if not np.isfinite(one.before) else f"from {amount(one.before, one.unit)}"
-    poses = f"{one.poses} more pose{'s' * (one.poses > 1)}, listed as the next ones,"
+    poses = f"{one.things}, listed as the next ones,"
     here = f"it is about {amount(one.size, one.unit)} here"
     after = amount(one.after, one.unit)
     if one.enough:
         return f"These data tell {pair} {before} on; {poses} would from {after} on, and {here}."
+    what = "Turns" if one.turning else "Still poses at 1 g"
     return (
-        f"Still poses at 1 g hardly tell {pair}: these data do {before} on, {poses} from {after} "
+        f"{what} hardly tell {pair}: these data do {before} on, {poses} from {after} "
         f"on, and {here}. {_capital(beyond)} would."
     )
 
@@ -255,8 +258,8 @@ def _unexplained(said: Statement) -> list[str]:
 
 
 def _disturbed(said: Statement) -> list[str]:
-    places = [f"hold {hold}" for hold in said.holds]
-    places += [f"rotation {number}" for number in said.rotations]
+    places = [f"hold {hold + 1}" for hold in said.holds]
+    places += [f"rotation {number + 1}" for number in said.rotations]
     return [
         (
             f"{_capital(' and '.join(places) or 'one hold')} explains what is left better than any "

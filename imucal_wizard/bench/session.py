@@ -136,6 +136,21 @@ class Bench:
         base = tuple(term for term in self.fit.base if term != name)
         return self._climb(fit_with(self.measured, terms, base), None)
 
+    def retrace(self, before: "Bench") -> None:
+        """Climb the same ladder as another bench has, on the data of this one.
+
+        A rung that these data do not carry is left out.
+        """
+        for effect in before.catalogue:
+            if all(effect.name != one.name for one in self.catalogue):
+                self.offer(effect)
+        for fit, rung_before in zip(before._fits[1:], before.ladder[1:], strict=True):
+            try:
+                again = fit_with(self.measured, fit.terms, fit.base)
+            except DataError:
+                continue
+            self._climb(again, rung_before.added)
+
     def undo(self) -> bool:
         """Go back to the model before; False at the first one."""
         if len(self._fits) == 1:

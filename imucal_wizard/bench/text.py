@@ -61,7 +61,7 @@ def _comparison(said: Statement) -> list[str]:
         ratio = _signed(error[own] / linear.floor[own]) / np.sqrt(len(own))
         cell = f"{shown(unit, value)} ({ratio:+.1f})".replace("-", "−")
         lines.append(
-            f"  {index:3}  {_direction(said, what, index):8} {cell:22} {_dot(ratio, size)}"
+            f"  {index + 1:3}  {_direction(said, what, index):8} {cell:22} {_dot(ratio, size)}"
         )
     return lines
 
@@ -103,7 +103,7 @@ def _suspects(said: Statement, bench: Bench) -> list[str]:
 def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     p = "p < 0.001" if one.p < 0.001 else f"p {one.p:.3f}"
     if one.trial is None or one.candidate is None:
-        return [f"  {number}  a disturbed hold (#{one.hold})   {p}"]
+        return [f"  {number}  a disturbed hold (#{(one.hold or 0) + 1})   {p}"]
     after = shown(unit, one.trial.rms_held_out)
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)

@@ -41,6 +41,14 @@ def parser() -> Parser:
     )
     way.add_argument("--sessions", type=Path, metavar="DIR", help="where sessions are kept")
     way.add_argument("--save", type=Path, metavar="FILE", help="where the calibration goes")
+    way.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="an effect of your own for the bench",
+    )
     way.add_argument("--mute", action="store_true", help="no sounds")
     add_recording_options(made)
     add_gravity(made)
@@ -84,5 +92,6 @@ def run(argv: Sequence[str]) -> int:
             muted=arguments.mute,
             method=arguments.method,
             gyroscope_method=arguments.gyro_method,
+            effects=tuple(arguments.effects),
         )
     )

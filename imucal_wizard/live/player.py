@@ -34,6 +34,8 @@ class Player(Runner):
         UsageError: the speed is not positive.
     """
 
+    live = False
+
     def __init__(
         self,
         tape: Tape,

@@ -27,10 +27,15 @@ STOPPED = (
 class Runner:
     """What a reader of a port and a player of a recording have in common.
 
+    Attributes:
+        live: it is a device, which can be asked for new poses.
+
     Args:
         engine: what the bytes go through; only the thread touches it once that runs.
         clock: seconds that never go back.
     """
+
+    live = True
 
     def __init__(
         self,

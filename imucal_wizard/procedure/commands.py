@@ -1,13 +1,18 @@
 """What the operator may ask for at any time; each is safe in each step."""
 
+import math
 from collections.abc import Callable
 
 from imucal_wizard.errors import UsageError
+from imucal_wizard.procedure.asked import from_text
 from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.ledger import KeptHold
 from imucal_wizard.procedure.route import MEASURING
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.wording import TITLES, label, plural
+
+AFTERWARDS = (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)
+"""Steps in which there is a result, so that the bench may ask for more."""
 
 
 class Commands:
@@ -40,10 +45,12 @@ class Commands:
         """
         if name == "goto":
             self._goto(argument)
+        elif name == "measure":
+            self._measure(argument)
         elif name in self._table:
             self._table[name]()
         else:
-            known = ", ".join([*self._table, "goto STEP"])
+            known = ", ".join([*self._table, "goto STEP", "measure WHAT"])
             raise UsageError(f"there is no command {name!r}; give one of {known}")
 
     def _say(self, text: str) -> None:
@@ -62,7 +69,24 @@ class Commands:
         self._route.leave_out(StepKind(argument))
         self._route.enter(StepKind(argument))
 
+    def _measure(self, argument: str) -> None:
+        """Hold what the bench asks for, and come back to the result."""
+        asked = from_text(argument)
+        route = self._route
+        if route.step not in AFTERWARDS:
+            self._say("There is a result first; then the bench can ask for more.")
+            return
+        route.return_to = None
+        route.more.ask(asked)
+        if route.more.finished:
+            self._say("Turns were asked for, and the stream has no gyroscope.")
+            return
+        route.enter(StepKind.MORE)
+
     def _back(self) -> None:
+        if self._route.step is StepKind.MORE:
+            self._route.enter(StepKind.RESULT)
+            return
         kinds = self._scene.procedure.kinds
         self._route.return_to = None
         self._route.enter(kinds[max(kinds.index(self._route.step) - 1, 0)])
@@ -72,6 +96,8 @@ class Commands:
         if kind is StepKind.SAVE:
             return
         measured = kind in (*MEASURING, StepKind.VALIDATE) and route.return_to is None
+        if kind is StepKind.MORE and route.return_to is None:
+            self._scene.emit(EventKind.STEP_SKIPPED, "What was not taken is left out.")
         if measured and not route.stage.finished:
             consequence = self._scene.procedure.step(kind).skipped
             route.skipped[kind] = consequence
@@ -110,9 +136,10 @@ class Commands:
 
     def _repeat(self) -> None:
         route, kind = self._route, self._route.step
-        if kind not in (*MEASURING, StepKind.VALIDATE):
+        if kind not in (*MEASURING, StepKind.VALIDATE, StepKind.MORE):
             return
-        dropped = 0 if kind is StepKind.SETTLE else self._scene.ledger.clear(kind)
+        since = route.more.since if kind is StepKind.MORE else -math.inf
+        dropped = 0 if kind is StepKind.SETTLE else self._scene.ledger.clear(kind, since)
         noun = "rotation" if kind is StepKind.ROTATIONS else "hold"
         self._holding.restart()
         route.enter(kind)

@@ -1,5 +1,6 @@
 """What has been measured so far, to which step it belongs, and what undo takes back."""
 
+import math
 from dataclasses import dataclass, field, replace
 
 from imucal_wizard.procedure.holds import Hold
@@ -17,12 +18,14 @@ class KeptHold:
         step: the step it was taken in.
         ticks: the pose it stands for in each step that it counts for.
         dropped: taken back; nothing may start from it.
+        between: held only to begin or end a rotation.
     """
 
     hold: Hold
     step: StepKind
     ticks: dict[StepKind, str] = field(default_factory=dict)
     dropped: bool = False
+    between: bool = False
 
     @property
     def seconds(self) -> float:
@@ -101,9 +104,7 @@ class Ledger:
         for kept in reversed(self._log):
             if isinstance(kept, KeptRotation):
                 return kept
-            if kept.step is not StepKind.ROTATIONS and (
-                kept.ticks or kept.step is not StepKind.SETTLE
-            ):
+            if not kept.between and (kept.ticks or kept.step is not StepKind.SETTLE):
                 return kept
         return None
 
@@ -120,25 +121,33 @@ class Ledger:
         for rotation in touching:
             self.remove(rotation)
 
-    def clear(self, step: StepKind) -> int:
-        """Forget what was taken in one step; how many holds and asked-for rotations that was."""
-        held = [kept for kept in (*self.holds, *self.validation) if kept.step is step]
-        turned = [kept for kept in self.rotations if kept.step is step]
+    def clear(self, step: StepKind, since: float = -math.inf) -> int:
+        """Forget what was taken in one step; how many holds and asked-for rotations that was.
+
+        Args:
+            step: which.
+            since: only what began at this sample time, s, or later.
+        """
+        every = (*self.holds, *self.validation)
+        held = [kept for kept in every if kept.step is step and kept.hold.start >= since]
+        turned = [
+            kept for kept in self.rotations if kept.step is step and kept.after.hold.start >= since
+        ]
         asked = sum(kept.counts for kept in turned)
         for rotation in turned:
             self.remove(rotation)
         for hold in held:
             self.remove(hold)
-        for other in self.holds:
+        for other in self.holds if since == -math.inf else ():
             other.ticks.pop(step, None)
-        return asked if step is StepKind.ROTATIONS else len(held)
+        return asked + sum(not kept.between for kept in held)
 
     def ticked(self, step: StepKind) -> dict[str, KeptHold]:
         """The newest hold of each pose taken in a step."""
         return {kept.ticks[step]: kept for kept in self.holds if step in kept.ticks}
 
     def turns(self, axis: str) -> list[KeptRotation]:
-        """The rotations of the rotation step about one axis."""
+        """The rotations that were asked for, about one axis."""
         return [kept for kept in self.rotations if kept.counts and kept.axis == axis]
 
     def collected(self) -> Collected:

@@ -60,7 +60,7 @@ def offers(conductor: Conductor) -> tuple[Offer, ...]:
         open_now.append(Offer("take", "t", "take it as it is, marked hand-held"))
         if step is not StepKind.SETTLE:
             open_now.append(Offer("remeasure", "n", "measure the noise again"))
-    if step in MEASURING and conductor.route.stage.finished:
+    if step in (*MEASURING, StepKind.MORE) and conductor.route.stage.finished:
         open_now.append(Offer("skip", "g", "all taken: go on"))
     if step is StepKind.POSES and _faces_wait(conductor):
         open_now.append(Offer("count-faces", "f", "count the faces of the up/down step"))

@@ -1,6 +1,7 @@
 """Rotations about x, y and z by hand between still periods (Q's figure 2)."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -13,22 +14,35 @@ from imucal_wizard.procedure.rotation_check import speeds
 from imucal_wizard.procedure.rotation_judge import RotationJudge
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, RotationStatus, Status
+from imucal_wizard.procedure.turn_advice import advice, senses
 from imucal_wizard.procedure.turns import TurnAngle
 from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
 
-FAST = 150.0
-SLOW = 60.0
-"""Peak rates, °/s, that count as fast and as slow when advice is given."""
 USUAL_RANGE = 250.0
 """The smallest full scale that is usual, °/s: below it no gyroscope clips."""
 
 
 class RotationStage:
-    """Takes the rotations about each axis in turn."""
+    """Takes the rotations about each axis in turn.
 
-    def __init__(self, scene: Scene, step: Step) -> None:
+    Args:
+        scene: the present moment.
+        step: what a rotation needs, and how many are wanted about each axis.
+        needs: how many are wanted about which axes, where that is not the same for all.
+        since: only rotations that end after this sample time, s, count.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        step: Step,
+        needs: Mapping[str, int] | None = None,
+        since: float = -math.inf,
+    ) -> None:
         self._scene = scene
         self._step = step
+        self._needs = dict.fromkeys(AXES, step.per_axis) if needs is None else dict(needs)
+        self._since = since
         self._judge = RotationJudge(scene, step)
         self.seconds = step.seconds
         self._turn: TurnAngle | None = None
@@ -39,23 +53,24 @@ class RotationStage:
     @property
     def axis(self) -> str:
         """About which axis rotations are wanted now; the last one when there are enough."""
-        short = (axis for axis in AXES if len(self._turns(axis)) < self._step.per_axis)
-        return next(short, AXES[-1])
+        short = (axis for axis, need in self._needs.items() if len(self._turns(axis)) < need)
+        return next(short, list(self._needs)[-1])
 
     def _turns(self, axis: str) -> list[KeptRotation]:
-        return self._scene.ledger.turns(axis)
+        turns = self._scene.ledger.turns(axis)
+        own = [turn for turn in turns if turn.step is self._step.kind]
+        return [turn for turn in own if turn.after.hold.start >= self._since]
 
     @property
     def finished(self) -> bool:
         """There are enough rotations about each axis."""
-        return all(len(self._turns(axis)) >= self._step.per_axis for axis in AXES)
+        return all(len(self._turns(axis)) >= need for axis, need in self._needs.items())
 
     @property
     def tally(self) -> tuple[float, float]:
         """Rotations taken, rotations wanted, all axes together."""
-        each = self._step.per_axis
-        done = sum(min(len(self._turns(axis)), each) for axis in AXES)
-        return float(done), float(each * len(AXES))
+        done = sum(min(len(self._turns(axis)), need) for axis, need in self._needs.items())
+        return float(done), float(sum(self._needs.values()))
 
     def enter(self) -> None:
         """Nothing is under way."""
@@ -90,6 +105,7 @@ class RotationStage:
     def completed(self, kept: KeptHold) -> None:
         """The device rests again: judge the motion that led here."""
         scene, motion = self._scene, self._scene.motion
+        kept.between |= kept.step is self._step.kind
         self.enter()
         if motion is None:
             self._begin(kept)
@@ -99,7 +115,7 @@ class RotationStage:
         if problem is None:
             scene.ledger.count(motion, axis)
             done = len(self._turns(axis))
-            text = f"{motion.angle:+.0f}° about {axis} taken, {done} of {self._step.per_axis}."
+            text = f"{motion.angle:+.0f}° about {axis} taken, {done} of {self._needs[axis]}."
             text += f" Next: about {self.axis}." if self.axis != axis else self._hint()
             scene.emit(EventKind.ROTATION_TAKEN, text)
             doubt = disagreement(motion, scale_known=scene.units.gyroscope_known)
@@ -128,24 +144,9 @@ class RotationStage:
             start = label(START_POSES[axis])
             scene.emit(EventKind.HOLD_TAKEN, f"Held. Now turn {start} up to rotate about {axis}.")
 
-    def _senses(self, axis: str) -> tuple[bool, bool]:
-        angles = [rotation.angle for rotation in self._turns(axis)]
-        return any(angle > 0.0 for angle in angles), any(angle < 0.0 for angle in angles)
-
     def _advice(self) -> str:
         """What is still missing about this axis, or ""."""
-        turns = self._turns(self.axis)
-        left, right = self._senses(self.axis)
-        if left != right:
-            return f"turn to the {'right' if left else 'left'} too"
-        peaks = [rotation.fastest for rotation in turns]
-        if not peaks or speeds(peaks) >= 3:
-            return ""
-        if not self._scene.units.gyroscope_known:
-            return "turn at another speed too"
-        if max(peaks) < FAST:
-            return "go faster"
-        return "go slower" if min(peaks) > SLOW else "take a middle speed too"
+        return advice(self._turns(self.axis), scale_known=self._scene.units.gyroscope_known)
 
     def view(self) -> Status:
         """The rotation under way, or how to begin one."""
@@ -173,7 +174,7 @@ class RotationStage:
             return f"first hold still for {self.seconds:.0f} s"
         if not self._judge.poised(scene.up, axis):
             return f"{axis} must lie level: gravity shows only turns about a level axis"
-        left, _ = self._senses(axis)
+        left, _ = senses(self._turns(axis))
         sense = "right" if left and len(self._turns(axis)) % 2 else "left"
         return f"turn it to the {sense} and stop"
 
@@ -182,7 +183,7 @@ class RotationStage:
         turns = self._turns(axis)
         full, units = self._scene.gyroscope_range, self._scene.units
         usual = USUAL_RANGE if units.gyroscope_known else None
-        left, right = self._senses(axis)
+        left, right = senses(turns)
         return RotationStatus(
             axis=axis,
             start_pose=START_POSES[axis],
@@ -192,7 +193,7 @@ class RotationStage:
             range_limit=usual if full is None else full * units.degrees,
             range_known=full is not None,
             done=tuple(rotation.angle for rotation in turns),
-            wanted=self._step.per_axis,
+            wanted=self._needs[axis],
             senses=left and right,
             speeds=speeds([rotation.fastest for rotation in turns]),
             advice=self._advice(),

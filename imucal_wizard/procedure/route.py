@@ -1,6 +1,7 @@
 """Which step comes when; each is at work in a stage of its own."""
 
 from imucal_wizard.procedure.holding import Holding
+from imucal_wizard.procedure.more_step import MoreStage
 from imucal_wizard.procedure.plain_step import PlainStage
 from imucal_wizard.procedure.pose_step import PoseStage
 from imucal_wizard.procedure.rotation_step import RotationStage
@@ -19,6 +20,7 @@ class Route:
 
     Attributes:
         settle: the settle stage, whose limits all others use.
+        more: the stage of what is asked for beyond the plan; not one of the procedure's steps.
         stages: the stage of each step.
         step: the step at work.
         skipped: steps left out, with the consequence.
@@ -37,6 +39,9 @@ class Route:
             StepKind.ROTATIONS: RotationStage(scene, procedure.step(StepKind.ROTATIONS)),
             StepKind.VALIDATE: ValidateStage(scene, procedure.step(StepKind.VALIDATE)),
         }
+        poses, turns = procedure.step(StepKind.POSES), procedure.step(StepKind.ROTATIONS)
+        self.more = MoreStage(scene, poses, turns)
+        self.stages[StepKind.MORE] = self.more
         for kind in (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE):
             self.stages[kind] = PlainStage(kind)
         self.step = procedure.kinds[0]
@@ -47,6 +52,11 @@ class Route:
     def stage(self) -> Stage:
         """The step at work."""
         return self.stages[self.step]
+
+    @property
+    def _begins_at_rest(self) -> bool:
+        """Whether the hold that the device is in may begin a turn."""
+        return self.step is StepKind.MORE and self.more.turning
 
     @property
     def asking(self) -> bool:
@@ -63,7 +73,7 @@ class Route:
             self._holding.restart()
         elif kept is not None and (kind is StepKind.VALIDATE or kept.ticks):
             # One placement is one measurement: a repeat begins with a move.
-            scene.run.used = kind is not StepKind.ROTATIONS
+            scene.run.used = kind is not StepKind.ROTATIONS and not self._begins_at_rest
         if kind is StepKind.RESULT:
             # What is fitted on the way into the result stays what it is.
             self._holding.finish()
@@ -82,17 +92,25 @@ class Route:
             kind, self.return_to = self.return_to, None
             self.enter(kind)
             return
+        if self.step is StepKind.MORE:
+            self._arrive(StepKind.RESULT)
+            return
         kinds = self._scene.procedure.kinds
         for kind in kinds[kinds.index(self.step) + 1 :]:
             if self._left_out(kind):
                 continue
-            self.enter(kind)
-            if kind is StepKind.RESULT:
-                self._scene.emit(EventKind.FINISHED, "Everything is measured.")
+            self._arrive(kind)
             return
+
+    def _arrive(self, kind: StepKind) -> None:
+        self.enter(kind)
+        if kind is StepKind.RESULT:
+            self._scene.emit(EventKind.FINISHED, "Everything is measured.")
 
     def leave_out(self, before: StepKind) -> None:
         """What is jumped over on the way to a step is left out, and its consequence known."""
+        if self.step is StepKind.MORE:
+            return
         kinds = self._scene.procedure.kinds
         for kind in kinds[kinds.index(self.step) : kinds.index(before)]:
             if kind in MEASURING and not self.stages[kind].finished:

@@ -72,8 +72,9 @@ class Scene:
 class Stage(Protocol):
     """One step at work."""
 
-    seconds: float
-    """How long a hold must last, s; 0 when none is asked for."""
+    @property
+    def seconds(self) -> float:
+        """How long a hold must last, s; 0 when none is asked for."""
 
     def enter(self) -> None:
         """The step begins, or is come back to."""

@@ -20,6 +20,8 @@ class StepKind(StrEnum):
     POSES = "poses"
     ROTATIONS = "rotations"
     RESULT = "result"
+    MORE = "more"
+    """An excursion from the result and back: what the bench asks for."""
     VALIDATE = "validate"
     SAVE = "save"
 
@@ -174,6 +176,7 @@ class Status:
         still: the stillness decision and its reasons.
         up: present up direction in the body frame, or None before it is known.
         wanted: name of the pose asked for next, or None.
+        wanted_up: up in the pose asked for next where it has no name, or None.
         recognised: name of the pose the device is in, or None.
         off_by: degrees between ``up`` and the wanted pose, or None.
         done: names of the poses taken in this step.
@@ -197,6 +200,7 @@ class Status:
     still: StillStatus = field(default_factory=StillStatus)
     up: tuple[float, float, float] | None = None
     wanted: str | None = None
+    wanted_up: tuple[float, float, float] | None = None
     recognised: str | None = None
     off_by: float | None = None
     done: tuple[str, ...] = ()

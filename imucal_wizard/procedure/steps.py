@@ -66,8 +66,8 @@ class Machine:
 
         Args:
             name: ``start``, ``skip``, ``undo``, ``repeat``, ``goto``, ``back``, ``loosen``,
-                ``take``, ``remeasure``, ``count-faces``, ``validate`` or ``save``.
-            argument: the step's name for ``goto``.
+                ``take``, ``remeasure``, ``count-faces``, ``validate``, ``save`` or ``measure``.
+            argument: the step's name for ``goto``; for ``measure`` what ``asked.to_text`` made.
 
         Raises:
             UsageError: there is no such command or step.

@@ -11,6 +11,7 @@ TITLES: dict[StepKind, str] = {
     StepKind.POSES: "Poses",
     StepKind.ROTATIONS: "Rotations",
     StepKind.RESULT: "Result",
+    StepKind.MORE: "More poses",
     StepKind.VALIDATE: "Validate",
     StepKind.SAVE: "Save",
 }
@@ -29,13 +30,23 @@ def turn_up(pose: str) -> str:
 
 def how_to_turn(up: FloatArray, pose: str) -> str:
     """The way from here to a pose: "23° away: turn it about z, to the left"."""
-    axis, sense, angle = turn_towards(up, DIRECTIONS[pose])
+    return how_to_reach(up, DIRECTIONS[pose])
+
+
+def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
+    """The same to a direction that has no name."""
+    axis, sense, angle = turn_towards(up, wanted)
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
 
 
 def lift_and_turn(up: FloatArray, pose: str) -> str:
     """The same where staying does not count: "lift it, then turn it about z, to the left"."""
-    axis, sense, _ = turn_towards(up, DIRECTIONS[pose])
+    return lift_and_reach(up, DIRECTIONS[pose])
+
+
+def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
+    """The same to a direction that has no name."""
+    axis, sense, _ = turn_towards(up, wanted)
     return f"lift it, then turn it about {axis}, to the {sense}"
 
 

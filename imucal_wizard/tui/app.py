@@ -20,10 +20,12 @@ from imucal_wizard.tui.source import Hand, Saved, Services, Source, SourceChoice
 from imucal_wizard.tui.wizard import conduct
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.bench.benches import Benches
     from imucal_wizard.live.snapshot import Snapshot
+    from imucal_wizard.procedure.asked import Asked
     from imucal_wizard.solver.result import FitReport
 
-MEASURING = ("settle", "up-down", "poses", "rotations")
+MEASURING = ("settle", "up-down", "poses", "rotations", "more")
 """Steps that cannot go on when the source has ended."""
 
 
@@ -58,6 +60,8 @@ class WizardApp(App[Saved]):
         self.hand_keys: HandKeys | None = None
         self.snapshot: Snapshot | None = None
         self.report: FitReport | None = None
+        self.benches: Benches | None = None
+        self.bench_again = False
         self.saved: Saved | None = None
         self.failure: ImucalError | None = None
         self.unwritten = ""
@@ -80,6 +84,7 @@ class WizardApp(App[Saved]):
         """Read from this source from now on."""
         self.drop_source()
         self.source, self.snapshot, self._heard = source, None, 0
+        self.benches, self.bench_again = None, False
         self._ended_in = ""
         hand = getattr(source, "hand", None)
         if isinstance(hand, Hand):
@@ -142,7 +147,23 @@ class WizardApp(App[Saved]):
         if report is not None:
             from imucal_wizard.tui.screens.bench_screen import BenchScreen
 
-            self.push_screen(BenchScreen(lambda: self.services.benches(report)))
+            live = self.source is not None and self.source.live
+            self.push_screen(BenchScreen(lambda: self._benches_of(report), live=live), self._ask)
+
+    def _benches_of(self, report: "FitReport") -> "Benches":
+        """The benches of a fit; what was found on those before it is kept. Runs in a thread."""
+        benches = self.benches
+        if benches is None or benches.report is not report:
+            benches = self.benches = self.services.benches(report, benches)
+        return benches
+
+    def _ask(self, asked: "tuple[Asked, ...] | None") -> None:
+        """The bench has been left, perhaps to measure something for it."""
+        if asked:
+            from imucal_wizard.procedure.asked import to_text
+
+            self.bench_again = True
+            self.order("measure", to_text(asked))
 
     def action_mute(self) -> None:
         """Switch the sounds off or on."""

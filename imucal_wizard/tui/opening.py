@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.live.engine import Engine
     from imucal_wizard.live.settings import Settings
+    from imucal_wizard.readings import Readings
 
 
 class Opening:
@@ -26,12 +27,14 @@ class Opening:
     Attributes:
         session: the session file being written, or None.
         title: what is read, in words.
+        played: the recording being played, or None.
     """
 
     def __init__(self, options: WizardOptions) -> None:
         self._options = options
         self.title = ""
         self.session: Path | None = None
+        self.played: Readings | None = None
 
     def directory(self) -> Path:
         """Where sessions are kept."""
@@ -46,7 +49,7 @@ class Opening:
             ImucalError: it cannot be opened, and why.
         """
         self.title = choice.title or choice.target
-        self.session = None
+        self.session, self.played = None, None
         if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
             return self._resumed(Path(choice.target))
         if choice.kind is SourceKind.FILE:
@@ -125,7 +128,7 @@ class Opening:
         for path in paths:
             if not path.is_file():
                 raise RecordingError(f"there is no file {path}; check the path")
-        readings = read(list(paths), self._options.recording)
+        readings = self.played = read(list(paths), self._options.recording)
         title = " + ".join(path.name for path in paths)
         engine = Engine(None, self._settings(), source=title)
         return Player(ReadingsTape(readings), engine, self._options.speed)

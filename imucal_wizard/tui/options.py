@@ -33,6 +33,7 @@ class WizardOptions:
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
+        effects: files with effects of the user's own, for the bench.
     """
 
     port: str | None = None
@@ -55,3 +56,4 @@ class WizardOptions:
     muted: bool = False
     method: str = "least_squares"
     gyroscope_method: str = "vector"
+    effects: tuple[Path, ...] = ()

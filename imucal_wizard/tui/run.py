@@ -78,6 +78,11 @@ def _check(options: WizardOptions) -> None:
     if not 0 < options.baud <= 20_000_000:
         raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
     _check_stream(options)
+    if options.effects:
+        from imucal_wizard.effects.own import load_effect
+
+        for path in options.effects:
+            load_effect(path)
     if options.hidden:
         from imucal_wizard.devices.virtual import parse_hidden
 

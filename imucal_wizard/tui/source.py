@@ -17,6 +17,9 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 class Source(Protocol):
     """A stream with its procedure, running in a thread of its own."""
 
+    live: bool
+    """Whether it is a device, which can be asked for new poses."""
+
     @property
     def finished(self) -> bool:
         """Whether nothing more will come."""
@@ -99,10 +102,10 @@ def _none() -> Sequence[SourceChoice]:
     return ()
 
 
-def _benches(report: "FitReport") -> "Benches":
+def _benches(report: "FitReport", before: "Benches | None") -> "Benches":
     from imucal_wizard.bench.benches import Benches
 
-    return Benches(report)
+    return Benches(report, before=before)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,8 @@ class Services:
         save: writes the result. Runs in a thread.
         ports: what is plugged in. Runs in a thread.
         earlier: sessions that can be taken up again, newest first. Runs in a thread.
-        benches: makes the benches of a fit. Runs in a thread.
+        benches: makes the benches of a fit, with the models of the benches before, if there were
+            any. Runs in a thread.
     """
 
     open_source: Callable[[SourceChoice], Source]
@@ -123,4 +127,4 @@ class Services:
     save: "Callable[[FitReport], Saved]"
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
-    benches: "Callable[[FitReport], Benches]" = _benches
+    benches: "Callable[[FitReport, Benches | None], Benches]" = _benches

@@ -40,8 +40,8 @@ async def _load_behind(screen: SourceScreen) -> None:
 
 def _load() -> None:
     """Import the screens that need numpy."""
-    for name in ("settle_screen", "pose_screen", "rotation_screen", "result_screen", "save_screen"):
-        import_module(f"{_SCREENS}.{name}")
+    for name in ("settle", "pose", "rotation", "result", "save", "more"):
+        import_module(f"{_SCREENS}.{name}_screen")
 
 
 def screen_for(step: str) -> LiveScreen:
@@ -59,6 +59,10 @@ def screen_for(step: str) -> LiveScreen:
         from imucal_wizard.tui.screens.rotation_screen import RotationScreen
 
         return RotationScreen()
+    if step == "more":
+        from imucal_wizard.tui.screens.more_screen import MoreScreen
+
+        return MoreScreen()
     if step == "result":
         from imucal_wizard.tui.screens.result_screen import ResultScreen
 

@@ -8,6 +8,7 @@ from imucal_wizard.tui.opening import Opening
 from imucal_wizard.tui.source import Saved, Services, SourceChoice, SourceKind
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
+    from imucal_wizard.bench.benches import Benches
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.sessions import SessionInfo
@@ -22,7 +23,9 @@ class Workshop(Opening):
 
     def services(self) -> Services:
         """What the app works with."""
-        return Services(self.open_source, self.fit, self.save, self.ports, self.earlier)
+        return Services(
+            self.open_source, self.fit, self.save, self.ports, self.earlier, self.benches
+        )
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
         """Fit what was collected.
@@ -39,6 +42,16 @@ class Workshop(Opening):
         wanted = self._options
         options = FitOptions(wanted.gravity, wanted.method, wanted.gyroscope_method)
         return fit_collected(collected, units, stream.rate, options, stream.warnings)
+
+    def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
+        """The benches of a fit, with the readings it was made of where they are at hand."""
+        from imucal_wizard.bench.benches import Benches
+        from imucal_wizard.effects.own import load_effect
+        from imucal_wizard.tui.readings_again import session_readings
+
+        readings = self.played or session_readings(self.session, report.holds)
+        own = [load_effect(path) for path in self._options.effects]
+        return Benches(report, readings, own=own, before=before)
 
     def save(self, report: "FitReport") -> Saved:
         """Write the calibration and say what it is worth.

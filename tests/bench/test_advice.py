@@ -94,7 +94,7 @@ def test_a_disturbed_hold_is_taken_again_in_its_own_direction(
     (pose,) = advice(bench, replace(findings, opinion=opinion), Verdict.DISTURBED).poses
     force = bench.measured.circumstances.force[7]
     assert np.degrees(np.arccos(pose.direction @ force / np.linalg.norm(force))) < 0.01
-    assert "hold 7" in pose.why
+    assert "hold 8" in pose.why
 
 
 def test_what_is_unexplained_asks_for_corners_and_for_the_worst_holds_again(

@@ -54,8 +54,8 @@ def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     assert said.verdict is Verdict.DISTURBED
     assert said.holds == (9,)
     assert said.added == ()
-    assert "Hold 9" in says(said)
-    assert "hold 9" in said.advice.poses[0].why
+    assert "Hold 10" in says(said)
+    assert "hold 10" in said.advice.poses[0].why
 
 
 def test_directions_that_do_not_carry_the_model_are_insufficient() -> None:

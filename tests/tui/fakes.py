@@ -65,6 +65,8 @@ class FakeHand:
 class FakeSource:
     """Shows the snapshots it is given; notes the commands it gets."""
 
+    live = True
+
     def __init__(self, status: Status | None = None, stream: StreamStatus = STREAM) -> None:
         self._serial = itertools.count(1)
         self.commands: list[tuple[str, str]] = []
@@ -100,6 +102,7 @@ class FakeSource:
             "start": StepKind.SETTLE,
             "validate": StepKind.VALIDATE,
             "save": StepKind.SAVE,
+            "measure": StepKind.MORE,
         }
         if name in following:
             self.say(replace(self.status, step=following[name]))

@@ -47,6 +47,10 @@ class StatusLike(Protocol):
         """The pose asked for."""
 
     @property
+    def wanted_up(self) -> tuple[float, float, float] | None:
+        """Where up is in the pose asked for, when it has no name."""
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """Poses still to take."""
 

@@ -38,24 +38,43 @@ class Follower:
             rested: for how long the device had been at rest when it said so, s.
             up: up direction in the body frame.
         """
+<<<<<<< HEAD
         if status.step == "rotations":
+=======
+        if time is None:
+            self._lag = min(self._lag, now - status.elapsed)
+            time = status.elapsed + self._lag
+        self.horizon = time + REACTION - LISTENING
+        if not idle or time <= rest_since:
+            return ()
+        event = status.last_event
+        asked = time
+        if event is not None and event.time > rest_since:
+            asked = event.time
+            if time < asked + LISTENING:
+                return ()
+        doing = self._decide(status, time - rest_since, up)
+        return [RestUntil(asked + REACTION), *doing] if doing else ()
+
+    def _decide(self, status: StatusLike, rested: float, up: FloatArray) -> Sequence[Action]:
+        if status.step in ("rotations", "more") and status.rotation is not None:
+>>>>>>> 7fb3f36 (Lead through exactly the poses and turns that the bench asks for, and open it again with its model)
             return self._rotate(status.rotation, status.still, rested, up)
-        if status.step not in ("up-down", "poses", "validate"):
+        if status.step not in ("up-down", "poses", "validate", "more"):
             return ()
         target = _target(status)
         if target is None:
             return ()
-        request = (status.step, target)
+        # a pose may be wanted twice: the next request for it begins with the hold of the last one
+        request = (status.step, target, status.holds if status.step == "more" else 0)
         if request == self._request and rested < status.still.needed + PATIENCE:
             return ()
         self._request = request
         return [Place(target)]
 
     def _rotate(
-        self, rotation: RotationLike | None, still: StillLike, rested: float, up: FloatArray
+        self, rotation: RotationLike, still: StillLike, rested: float, up: FloatArray
     ) -> Sequence[Action]:
-        if rotation is None:
-            return ()
         request = ("rotations", rotation.axis, len(rotation.done))
         start = direction(rotation.start_pose)
         axis = "xyz".index(rotation.axis)
@@ -92,6 +111,8 @@ def tilt_about(axis: int, start: FloatArray, up: FloatArray) -> float:
 def _target(status: StatusLike) -> str | tuple[float, float, float] | None:
     if status.wanted is not None:
         return status.wanted
+    if status.wanted_up is not None:
+        return status.wanted_up
     if status.missing:
         return status.missing[0]
     if status.step == "validate":

@@ -7,6 +7,7 @@ from textual.containers import Container, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
 
+from imucal_wizard.procedure.asked import Asked
 from imucal_wizard.tui.bench.desk import PANELS, Desk
 from imucal_wizard.tui.bench.ladder_rows import ladder_rows
 from imucal_wizard.tui.bench.model_rows import model_rows
@@ -30,7 +31,7 @@ _PREDICT = (
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 
-class BenchLayout(Screen[None]):
+class BenchLayout(Screen[tuple[Asked, ...]]):
     """Head, verdict, plot, three panels of which a small terminal shows one."""
 
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)

@@ -3,39 +3,36 @@
 from collections.abc import Callable
 from typing import ClassVar
 
-from textual import work
 from textual.binding import Binding, BindingType
 
 from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.pose import asked_for
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.effects.formula import FormulaEffect
-from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.help_rows import help_rows
 from imucal_wizard.tui.bench.lesson_rows import rows_for
 from imucal_wizard.tui.bench.next_rows import next_rows
-from imucal_wizard.tui.bench.sight import Sight, look
-from imucal_wizard.tui.screens.bench_layout import BenchLayout
+from imucal_wizard.tui.bench.to_measure import to_measure
+from imucal_wizard.tui.screens.bench_work import BenchWork
 from imucal_wizard.tui.screens.formula_screen import FormulaScreen
 from imucal_wizard.tui.screens.guess_screen import GuessScreen
+from imucal_wizard.tui.screens.next_screen import NextScreen
 from imucal_wizard.tui.screens.page_screen import PageScreen
-from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.key_footer import Keys
 
-Act = Callable[[Bench], object]
-"""Something done to a bench in a thread."""
-_ROSE = "▲ The held-out error did not fall: only the fitted one did. u takes it back."
+_NO_DEVICE = (
+    "This is a recording: to measure more, a device is needed (the wizard on a port, or on the "
+    "virtual IMU). n lists the poses."
+)
 
 
-def _only_look(_bench: Bench) -> None:
-    """Change nothing."""
-
-
-class BenchScreen(BenchLayout):
-    """Keys, and the work that they start in a thread; it never blocks the screen.
+class BenchScreen(BenchWork):
+    """Keys, and what they start. Ends with what is to be measured now, or with nothing.
 
     Args:
         make: makes the benches; called in a thread.
+        live: there is a device that can be asked for more poses.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -54,6 +51,7 @@ class BenchScreen(BenchLayout):
         Binding("l", "lesson", "lesson"),
         Binding("p", "predict", "predict first"),
         Binding("n", "next_poses", "next poses"),
+        Binding("m", "measure", "measure these now"),
         Binding("u", "undo", "undo"),
         Binding("r,delete", "remove", "remove"),
         Binding("e", "formula", "own formula"),
@@ -68,57 +66,15 @@ class BenchScreen(BenchLayout):
             ("u", "undo"), ("?", "help"), ("q", "quit"), ("g", "other sensor"),
         ),
         (
-            ("tab", "look at …"), ("v", "explained"), ("←→", "point"), ("1 2 3", "panels"),
-            ("r", "remove"), ("esc", "back"), ("e", "formula"), ("a", "other data"),
+            ("tab", "look at …"), ("v", "explained"), ("←→", "point"), ("1-3", "panels"),
+            ("m", "measure"), ("r", "remove"), ("esc", "back"), ("e", "formula"),
+            ("a", "other data"),
         ),
     )  # fmt: skip
 
-    def __init__(self, make: Callable[[], Benches]) -> None:
-        super().__init__()
-        self._make = make
-        self._benches: Benches | None = None
-        self.busy = "Opening the bench …"
-
-    def on_mount(self) -> None:
-        """Make the benches."""
-        super().on_mount()
-        self.open()
-
-    @work
-    async def open(self) -> None:
-        """Make the benches and look at the first."""
-        try:
-            benches = await in_thread(self._make)
-        except ImucalError as error:
-            self.busy, self.note = "", (str(error), "bad")
-            self.redraw()
-            return
-        self.busy, self._benches, self.sensors = "", benches, benches.sensors
-        self.sensor = self.sensors[0]
-        self._look()
-
-    def _look(self) -> None:
-        self.do(f"Looking for what the {self.sensor} lacks …", _only_look)
-
-    def do(self, words: str, act: Act) -> None:
-        """Change the model in a thread, then look again; one thing at a time."""
-        if self._benches is not None and not self.busy:
-            self.busy, self.note = words, ("", "")
-            self.redraw()
-            self._work(self._benches, self.sensor, act)
-
-    @work
-    async def _work(self, benches: Benches, sensor: str, act: Act) -> None:
-        try:
-            sight = await in_thread(lambda: _done(benches, sensor, act))
-        except ImucalError as error:
-            self.note = (str(error), "bad")
-        else:
-            self.desk.show(sight)
-            if sight.rose(len(sight.ladder) - 1):
-                self.note = (_ROSE, "warn")
-        self.busy = ""
-        self.redraw()
+    def __init__(self, make: Callable[[], Benches], *, live: bool = False) -> None:
+        super().__init__(make)
+        self._live = live
 
     def action_choose(self, by: int) -> None:
         """Another suspect, or another term of the model."""
@@ -213,9 +169,21 @@ class BenchScreen(BenchLayout):
         """The whole verdict, and what to measure next."""
         sight = self.desk.sight
         if sight is not None and not self.desk.hidden:
-            self.app.push_screen(
-                PageScreen("what the data say", lambda width: next_rows(sight, width), "n")
+            page = NextScreen(
+                "what the data say", lambda width: next_rows(sight, width, live=self._live), "n"
             )
+            self.app.push_screen(page, lambda now: self.action_measure() if now else None)
+
+    def action_measure(self) -> None:
+        """Lead through exactly the poses that are listed, then come back."""
+        sight = self.desk.sight
+        if sight is None or self.busy or self.desk.hidden:
+            return
+        if not self._live:
+            self.note = (_NO_DEVICE, "warn")
+            self.redraw()
+            return
+        self.dismiss(asked_for(to_measure(sight)[0]))
 
     def action_formula(self) -> None:
         """An effect of one's own."""
@@ -236,19 +204,8 @@ class BenchScreen(BenchLayout):
             self.redraw()
             return
         self.sensor = self.sensors[(self.sensors.index(self.sensor) + 1) % len(self.sensors)]
-        self._look()
+        self.look()
 
     def action_explain(self) -> None:
         """Help."""
         self.app.push_screen(PageScreen("help: the bench", help_rows, "question_mark"))
-
-
-def _done(benches: Benches, sensor: str, act: Act) -> Sight:
-    """Do it and look again; runs in a thread.
-
-    Raises:
-        ImucalError: it cannot be done, and why.
-    """
-    bench = benches.bench(sensor) or benches.accelerometer
-    act(bench)
-    return look(benches, bench)

@@ -84,6 +84,15 @@ _WORDS: dict[str, tuple[str, ...]] = {
         "v measures a few new orientations, s saves at once, t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
     ),
+    "more": (
+        (
+            "The bench has asked for these poses: they tell apart what the data so far cannot. "
+            "Hold each as before, in any order; then make the turns it asks for. After the last "
+            "one everything is fitted again and the bench opens with your model, on all the data."
+        ),
+        "s goes back to the bench with what there is. ● taken   ◎ asked for next   · missing",
+        _SENSES,
+    ),
     "validate": (
         (
             "A few new orientations that the fit has not seen. What is left of the error "

@@ -14,7 +14,7 @@ from imucal_wizard.tui.widgets.lines import Lines
 WIDEST = 110
 
 
-class PageScreen(ModalScreen[None]):
+class PageScreen(ModalScreen[bool]):
     """A page that scrolls.
 
     Args:

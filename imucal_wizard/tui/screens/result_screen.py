@@ -79,9 +79,17 @@ class ResultScreen(LiveScreen):
             self._problem = str(error)
             self.wizard.fail(error)
         else:
-            self._deadline = time.monotonic() + self.wizard.settings.countdown
-            self.set_interval(0.5, self._count_down)
+            self._begin()
         self.redraw()
+
+    def _begin(self) -> None:
+        """Fitted: back to the bench that has asked for more, or on by itself in a while."""
+        if self.wizard.bench_again:
+            self.wizard.bench_again = False
+            self.wizard.action_bench()
+            return
+        self._deadline = time.monotonic() + self.wizard.settings.countdown
+        self.set_interval(0.5, self._count_down)
 
     def on_key(self, event: Key) -> None:
         """Any key stops the countdown."""

@@ -159,6 +159,8 @@ class StepScreen(LiveScreen):
 
     def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
         """How the device should lie, and the body axis to draw through it."""
+        if status.wanted_up is not None:
+            return tilted(now, status.wanted_up), ""
         if status.wanted not in DIRECTIONS:
             return None, ""
         x, y, z = (float(value) for value in DIRECTIONS[status.wanted])

@@ -1,6 +1,6 @@
 """Which poses are taken, which is asked for next, which are missing."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 
 from imucal_wizard.tui.text import Line, Span, signed
 from imucal_wizard.tui.widgets.lines import Lines
@@ -21,25 +21,37 @@ class PoseList(Lines):
             {*done, *missing, *([wanted] if wanted else [])},
             key=lambda name: (len(name), _place(name)),
         )
+        signs = {name: _signs(name, done, missing, wanted) for name in names}
+        rows = self._laid(names, signs, recognised)
+        if 0 < self.size.height < len(rows):  # what is left matters more than what is done
+            rows = self._laid([n for n in names if set(signs[n]) != {"●"}], signs, recognised)
+        self.show(rows)
+
+    def _laid(
+        self, names: Sequence[str], signs: Mapping[str, str], recognised: str | None
+    ) -> list[Line]:
         width = self.size.width or 78
         rows: list[Line] = []
         for label, length in (("faces", 2), ("edges", 4), ("other", 6)):
-            cells = [_cell(n, done, wanted, recognised) for n in names if len(n) == length]
+            cells = [_cell(n, signs[n], recognised) for n in names if len(n) == length]
             rows += _rows(label, cells, width)
-        self.show(rows)
+        return rows
 
 
 def _place(name: str) -> tuple[str, str]:
     return name[1::2], name[::2]
 
 
-def _cell(name: str, done: Collection[str], wanted: str | None, recognised: str | None) -> Span:
-    sign, style = ("●", "good") if name in done else ("·", "quiet")
-    if name == wanted:
-        sign, style = "◎", "accent"
-    here = name == recognised
-    text = f"{signed(name)} {sign}"
-    return (f"[{text}]", style) if here else (f" {text} ", style)
+def _signs(name: str, done: Sequence[str], missing: Sequence[str], wanted: str | None) -> str:
+    """One sign for each time that a pose is asked for."""
+    left = max(0, missing.count(name) - (name == wanted))
+    return "●" * done.count(name) + "◎" * (name == wanted) + "·" * left
+
+
+def _cell(name: str, signs: str, recognised: str | None) -> Span:
+    style = "accent" if "◎" in signs else "quiet" if "·" in signs else "good"
+    text = f"{signed(name)} {signs}"
+    return (f"[{text}]", style) if name == recognised else (f" {text} ", style)
 
 
 def _rows(label: str, cells: list[Span], width: int) -> list[Line]:

@@ -16,6 +16,8 @@ STEPS: tuple[tuple[str, str], ...] = (
     ("save", "Save"),
 )
 """Steps as the machine names them, and as a person reads them, in their order."""
+MORE = ("more", "More poses")
+"""Stands where the result stands, while more is measured for it."""
 _TITLE = "imucal-wizard"
 
 
@@ -38,10 +40,11 @@ class StepHeader(Lines):
 
     @staticmethod
     def _steps(step: str, skipped: Collection[str]) -> list[Span]:
-        order = [kind for kind, _ in STEPS]
-        now = order.index(step)
+        steps = [(MORE if step == MORE[0] and kind == "result" else (kind, name))
+                 for kind, name in STEPS]  # fmt: skip
+        now = [kind for kind, _ in steps].index(step)
         spans: list[Span] = []
-        for i, (kind, name) in enumerate(STEPS):
+        for i, (kind, name) in enumerate(steps):
             if i == now:
                 spans.append((f"▸{name.upper()} ", "accent"))
             elif kind in skipped:

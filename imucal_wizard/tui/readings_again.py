@@ -1,0 +1,47 @@
+"""The readings behind a fit, read again from where they were written down.
+
+Without them neither vibration nor the step of the readings is known to the bench, and no hold can
+be looked at sample by sample. A stream of hours does not lie in memory, so a session is read from
+its file, in a thread, when the bench is opened.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.errors import ImucalError
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import Readings
+from imucal_wizard.recordings import read
+
+SAME = 1e-6
+"""Relative difference of a hold's mean up to which it was made of these readings."""
+
+
+def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:
+    """What a session has written down; None where that is not what the holds were made of.
+
+    Args:
+        path: the session, or None.
+        holds: found in it.
+    """
+    if path is None or not path.is_file():
+        return None
+    try:
+        readings = read([path])
+    except ImucalError:  # the bench works without them, it only knows less
+        return None
+    return readings if belongs(readings, holds) else None
+
+
+def belongs(readings: Readings, holds: Sequence[Hold]) -> bool:
+    """Whether the first and the last hold were made of these readings."""
+    for hold in (*holds[:1], *holds[-1:]):
+        values = readings.accelerometer.between(hold.start, hold.end).values
+        if not len(values):
+            return False
+        off = float(np.abs(values.mean(axis=0) - hold.accelerometer).max())
+        if not off <= SAME * float(np.abs(hold.accelerometer).max()):
+            return False
+    return bool(holds)

@@ -1,0 +1,97 @@
+"""From the bench to exactly the poses it asks for, and back to the bench with more data."""
+
+from dataclasses import replace
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.live.snapshot import Snapshot
+from imucal_wizard.procedure.asked import from_text
+from imucal_wizard.procedure.state import Collected, RotationStatus, Status, StepKind
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.tui.source import Services, SourceChoice, SourceKind
+from imucal_wizard.tui.text import signed
+from tests.tui import fakes
+from tests.tui.waiting import shows, until
+
+USUAL = (80, 24)
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24)
+
+
+def fitting(source: fakes.FakeSource, *reports: FitReport) -> Services:
+    """Services whose fits give these reports one after the other."""
+    left = list(reports)
+
+    def fit(_collected: Collected, _snapshot: Snapshot) -> FitReport:
+        return left.pop(0) if left[1:] else left[0]
+
+    return replace(fakes.services(source), fit=fit)
+
+
+async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_its_model(
+    bent: FitReport,
+) -> None:
+    source = fakes.FakeSource(RESULT)
+    services = fitting(source, bent, replace(bent, warnings=("more",)))
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "f find missing")
+        await pilot.press("f")
+        await shows(pilot, "▸ second-order")
+        await pilot.press("enter", "n")
+        await shows(pilot, "m asks for exactly these now")
+        await pilot.press("m")
+        await shows(pilot, "▸MORE POSES")
+        name, text = source.commands[-1]
+        assert name == "measure"
+        wanted = from_text(text)[0]
+        source.say(
+            Status(
+                step=StepKind.MORE, instruction="TURN IT UP", detail=wanted.words,
+                wanted=wanted.pose, wanted_up=wanted.up, missing=(wanted.pose or "",),
+                progress=(0, 1),
+            )
+        )  # fmt: skip
+        await shows(pilot, "for the bench: 0 of 1 done", f"{signed(wanted.pose or '')} ◎")
+        source.say(RESULT)
+        await shows(pilot, "BENCH  accelerometer", "model is complete")
+        await pilot.press("2")
+        await shows(pilot, "✓ second-order")
+
+
+async def test_what_the_bench_asks_for_can_be_left_at_any_time(bent: FitReport) -> None:
+    source = fakes.FakeSource(Status(step=StepKind.MORE, progress=(1, 4)))
+    async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "for the bench: 1 of 4 done")
+        await pilot.press("s")
+        await until(pilot, lambda: source.commands[-1:] == [("skip", "")])
+
+
+async def test_turns_asked_for_show_their_angle_and_their_number(bent: FitReport) -> None:
+    turning = RotationStatus("x", "+z", 40.0, 90.0, 120.0, 250.0, (92.0,), 6, False, 1, "")
+    status = Status(step=StepKind.MORE, instruction="ROTATE ABOUT X", rotation=turning)
+    async with WizardApp(
+        fitting(fakes.FakeSource(status), bent), None, VIRTUAL
+    ).run_test(size=USUAL) as pilot:  # fmt: skip
+        await shows(pilot, "so far", "+40°", "1 of 6")
+
+
+async def test_a_pose_wanted_twice_has_two_signs(bent: FitReport) -> None:
+    status = Status(step=StepKind.MORE, done=("+x",), missing=("+x", "+y"), wanted="+y")
+    async with WizardApp(
+        fitting(fakes.FakeSource(status), bent), None, VIRTUAL
+    ).run_test(size=USUAL) as pilot:  # fmt: skip
+        await shows(pilot, "+x ●·", "+y ◎")
+
+
+async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_poses(
+    benches: Benches,
+) -> None:
+    async with BenchApp(lambda: benches).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ second-order")
+        await pilot.press("m")
+        await shows(pilot, "a device is needed")
+        await pilot.press("n")
+        await shows(pilot, "This is a recording", "MEASURE NEXT", " UP ")
+        await pilot.press("m")
+        await shows(pilot, "a device is needed", "▸SUSPECTS")
