@@ -10,8 +10,8 @@ from assets.drawing.figures import device_figure, pose_figure, rotation_figure
 from assets.drawing.svg import QUIET, document, moved, text
 from imucal_wizard.procedure.plan import START_POSES, standard
 from imucal_wizard.procedure.poses import AXES, CORNERS, EDGES, FACES, POSE_TOLERANCE_DEG
-from imucal_wizard.procedure.rotation_step import FAST, SLOW
 from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.procedure.turn_advice import FAST, SLOW
 from imucal_wizard.procedure.wording import label
 from imucal_wizard.tui.widgets.rotation_panel import FULL
 

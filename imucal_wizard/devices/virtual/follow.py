@@ -38,27 +38,7 @@ class Follower:
             rested: for how long the device had been at rest when it said so, s.
             up: up direction in the body frame.
         """
-<<<<<<< HEAD
-        if status.step == "rotations":
-=======
-        if time is None:
-            self._lag = min(self._lag, now - status.elapsed)
-            time = status.elapsed + self._lag
-        self.horizon = time + REACTION - LISTENING
-        if not idle or time <= rest_since:
-            return ()
-        event = status.last_event
-        asked = time
-        if event is not None and event.time > rest_since:
-            asked = event.time
-            if time < asked + LISTENING:
-                return ()
-        doing = self._decide(status, time - rest_since, up)
-        return [RestUntil(asked + REACTION), *doing] if doing else ()
-
-    def _decide(self, status: StatusLike, rested: float, up: FloatArray) -> Sequence[Action]:
         if status.step in ("rotations", "more") and status.rotation is not None:
->>>>>>> 7fb3f36 (Lead through exactly the poses and turns that the bench asks for, and open it again with its model)
             return self._rotate(status.rotation, status.still, rested, up)
         if status.step not in ("up-down", "poses", "validate", "more"):
             return ()
