@@ -194,6 +194,20 @@ def test_single_wild_samples_are_left_out() -> None:
         assert off < 4.0 * (parameter.standard_error or 0.0)
 
 
+def test_a_long_rest_on_one_face_is_no_majority() -> None:
+    """Four fifths of the samples on one circle, wild samples between: the rest still counts."""
+    rng = np.random.default_rng(36)
+    directions = np.concatenate([tumbling(rng, 2400), six_circles(rng, 120.0, faces=(0,))])
+    extra = np.zeros((len(directions), 3))
+    wild = rng.random(len(directions)) < 0.02
+    extra[wild] = 300.0 * rng.standard_normal((int(wild.sum()), 3))
+    found = fit_magnetometer(recorded(directions, rng, extra=extra).series)
+    assert found.kept[~wild].mean() > 0.99
+    for parameter in found.fit.parameters:
+        off = abs(parameter.value - TRUE[parameter.name])
+        assert off < 4.0 * (parameter.standard_error or 0.0)
+
+
 def test_undisturbed_samples_are_all_kept() -> None:
     """No false alarm in a clean recording, by circles or by tumbling."""
     rng = np.random.default_rng(8)

@@ -48,16 +48,11 @@ class Binned:
         return int(self.slope.shape[1])
 
 
-def by_area(areas: NDArray[np.intp]) -> NDArray[np.intp]:
-    """The order that brings samples of one area together, shape (n,)."""
-    return np.argsort(areas.astype(np.uint8), kind="stable")
-
-
 def summed(now: Rows, areas: NDArray[np.intp], basis: FloatArray) -> Binned:
     """Sums of the linear problem by area.
 
     Args:
-        now: distances and slopes of n samples in the order of ``by_area``.
+        now: distances and slopes of n samples in the order of ``bins.by_area``.
         areas: area of each sample, never decreasing, shape (n,).
         basis: free directions of the parameters, shape (9, p); all nine are the identity.
     """

@@ -35,6 +35,11 @@ def bin_of(directions: FloatArray) -> NDArray[np.intp]:
     return np.asarray(_FIRST[ring] + np.minimum((turn * count).astype(np.intp), count - 1))
 
 
+def by_area(areas: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The order that brings samples of one area together, in time within each, shape (n,)."""
+    return np.argsort(areas.astype(np.uint8), kind="stable")
+
+
 def centres() -> FloatArray:
     """Unit vector in the middle of each area, shape (100, 3)."""
     z = np.repeat(0.5 * (_HEIGHTS[1:] + _HEIGHTS[:-1]), _COUNTS)

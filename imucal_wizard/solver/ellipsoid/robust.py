@@ -15,8 +15,11 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.ellipsoid.algebraic import algebraic
 from imucal_wizard.solver.ellipsoid.shape import look
 
+LOOKED_AT = 5000
+CELLS = 5.0
+"""Cells across the readings in each direction."""
 LARGEST = 1000
-"""Samples looked at; more make the start no safer."""
+"""Samples that the start rests on; more make it no safer."""
 TRUSTED = 0.7
 """Share of the samples that is taken to be undisturbed."""
 STRETCHES = 6
@@ -55,7 +58,7 @@ def robust_start(points: FloatArray, basis: FloatArray) -> tuple[FloatArray, flo
     Raises:
         DataError: no start leads to an ellipsoid.
     """
-    some = points[:, :: max(1, points.shape[1] // LARGEST)]
+    some = _balanced(points[:, :: max(1, points.shape[1] // LOOKED_AT)])
     tried: list[Trial] = []
     problem: DataError | None = None
     for kept in _starts(some):
@@ -73,6 +76,29 @@ def robust_start(points: FloatArray, basis: FloatArray) -> tuple[FloatArray, flo
     ends = [_concentrate(some, trial.kept, basis, ROUNDS) for trial in best]
     theta = min(ends, key=lambda trial: trial.cost).theta
     return theta, spread(look(theta, some)[0])
+
+
+def _balanced(points: FloatArray) -> FloatArray:
+    """About a thousand samples, crowded places thinned, still in the order of time.
+
+    Else a long rest on one face is the majority, and all other faces look like outliers to it.
+    Places are cells of the readings' own space, since no centre is known yet; a sample alone in
+    its cell is left out.
+    """
+    if points.shape[1] <= LARGEST:
+        return points
+    low, high = np.percentile(points[:, ::4], (5.0, 95.0), axis=1)
+    steps = np.floor((points - low[:, None]) * (CELLS / float(np.max(high - low)))).astype(np.int64)
+    steps = np.clip(steps, -100, 100) + 100
+    _, cell, count = np.unique(
+        (steps[0] * 256 + steps[1]) * 256 + steps[2], return_inverse=True, return_counts=True
+    )
+    shared = count > 1
+    share = np.where(shared, LARGEST / max(np.count_nonzero(shared), 1) / count, 0.0)
+    order = np.argsort(cell, kind="stable")
+    # in each cell samples are taken evenly: where the running share passes a whole
+    running = np.floor(np.cumsum(np.minimum(share, 1.0)[cell[order]]) + 0.5)
+    return points[:, np.sort(order[np.diff(running, prepend=0.0) > 0.0])]
 
 
 def _clean(trial: Trial, points: FloatArray) -> bool:

@@ -10,7 +10,7 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.ellipsoid import binned
 from imucal_wizard.solver.ellipsoid.algebraic import from_moments, moments
-from imucal_wizard.solver.ellipsoid.bins import bin_of, folds
+from imucal_wizard.solver.ellipsoid.bins import bin_of, by_area, folds
 from imucal_wizard.solver.ellipsoid.numeric import numeric
 from imucal_wizard.solver.ellipsoid.orthogonal import rows
 from imucal_wizard.solver.ellipsoid.shape import errors, look
@@ -69,7 +69,7 @@ def by_orthogonal(
     """
     theta, basis = start.copy(), model.basis
     areas = bin_of(look(theta, points)[1])
-    order = binned.by_area(areas)
+    order = by_area(areas)
     areas, points = areas[order], points[:, order]
     passes = 0
     for _ in range(PASSES):
