@@ -94,7 +94,8 @@ def _balanced(points: FloatArray) -> FloatArray:
         (steps[0] * 256 + steps[1]) * 256 + steps[2], return_inverse=True, return_counts=True
     )
     shared = count > 1
-    share = np.where(shared, LARGEST / max(np.count_nonzero(shared), 1) / count, 0.0)
+    each = LARGEST / max(int(shared.sum()), 1)
+    share = np.where(shared, each / count, 0.0)
     order = np.argsort(cell, kind="stable")
     # in each cell samples are taken evenly: where the running share passes a whole
     running = np.floor(np.cumsum(np.minimum(share, 1.0)[cell[order]]) + 0.5)
