@@ -1,0 +1,76 @@
+"""The pictures of the screens: ``python -m assets.drawing.screens [NAME …]``.
+
+The program itself runs in a pseudo-terminal on the virtual IMU; what it shows is drawn into
+``assets/pictures/``. Nothing is made up, so they can be made again after every change.
+"""
+
+import re
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from assets.drawing.terminal import picture
+from tests.terminal.terminal import Terminal, program
+
+FOLDER = Path(__file__).resolve().parents[1] / "pictures"
+COLUMNS, ROWS = 100, 30
+SEED = "3"
+
+
+@contextmanager
+def wizard(folder: Path, *arguments: str) -> Iterator[Terminal]:
+    """The wizard on the virtual IMU, opened and with the virtual hand at work."""
+    command = program("--seed", SEED, "--sessions", str(folder), *arguments)
+    with Terminal(command, COLUMNS, ROWS) as terminal:
+        terminal.wait_for("virtual IMU")
+        terminal.press("\r")
+        terminal.wait_for("is this what you expect")
+        terminal.press("\r")
+        terminal.wait_for("▸SETTLE")
+        terminal.press("H")
+        yield terminal
+
+
+def steps(folder: Path) -> Iterator[tuple[str, Terminal]]:
+    """One calibration from the poses to its result."""
+    with wizard(folder, "--speed", "8") as terminal:
+        terminal.wait_for("▸18 POSES", timeout=60.0)
+        terminal.wait_for(lambda text: " 9 of 18" in text and _on_the_way(text), timeout=60.0)
+        yield "pose", terminal
+        terminal.wait_for("▸ROTATIONS", timeout=60.0)
+        terminal.wait_for(lambda text: "3 of 6" in text and _turned(text) > 60.0, timeout=60.0)
+        yield "rotation", terminal
+        terminal.wait_for("▸RESULT", timeout=90.0)
+        terminal.wait_for("held out", timeout=60.0)
+        terminal.pump(1.0)
+        yield "result", terminal
+
+
+def _on_the_way(text: str) -> bool:
+    return re.search(r"STILL\?\s+no", text) is not None and "away" in text
+
+
+def _turned(text: str) -> float:
+    """The angle so far, degrees."""
+    found = re.search(r"so far\s+[+−]?(\d+)°", text)
+    return float(found[1]) if found else 0.0
+
+
+SCENES: dict[str, Callable[[Path], Iterator[tuple[str, Terminal]]]] = {"steps": steps}
+
+
+def main() -> None:
+    """Draw all of them, or those that are named."""
+    FOLDER.mkdir(exist_ok=True)
+    for scene in sys.argv[1:] or SCENES:
+        with tempfile.TemporaryDirectory() as name:
+            for title, terminal in SCENES[scene](Path(name)):
+                place = FOLDER / f"{title}.svg"
+                place.write_text(picture(terminal.screen, "imucal-wizard"), encoding="utf-8")
+                print(f"written: {place}")
+
+
+if __name__ == "__main__":
+    main()
