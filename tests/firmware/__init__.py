@@ -1,0 +1,1 @@
+"""The Arduino sketches, compiled for this machine and run against a chip made of registers."""
