@@ -11,6 +11,7 @@ NAMES = (
     "segmentation",
     "stream",
     "app",
+    "fit_with_effects",
     "q_experiments",
     "coverage",
     "magnetometer",

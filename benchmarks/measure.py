@@ -56,10 +56,11 @@ def median_cost(command: Sequence[str], runs: int = 7) -> Cost:
 
 
 def machine() -> str:
-    """The machine in one line, to be printed above every table."""
+    """The machine in one line, and what else it does, to be printed above every table."""
+    busy = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     return (
         f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, "
-        f"Python {platform.python_version()}"
+        f"Python {platform.python_version()}{busy}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Characters that are pictures: drawn, because fonts differ in them and leave gaps between cells."""
+"""Characters that are pictures: drawn, because fonts differ in them and leave gaps."""
 
 from assets.drawing.svg import number
 

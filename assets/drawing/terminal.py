@@ -49,23 +49,26 @@ def picture(screen: pyte.Screen, title: str) -> str:
     """The screen in a window with a title."""
     width = screen.columns * CELL + 2.0 * _EDGE
     height = screen.lines * LINE + _BAR + _EDGE
-    size = f'width="{number(width)}" height="{number(height)}"'
+    title_at = f'x="{number(width / 2.0)}" y="18" fill="#b9c0c5" text-anchor="middle"'
+    ground = _sized(screen.columns * CELL, screen.lines * LINE)
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(width)} {number(height)}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(width)} {number(height)}"',
         f'font-family="{_FONT}" font-size="{number(_SIZE)}">',
-        f'<rect {size} rx="8" fill="{FRAME}"/>',
+        f'<rect {_sized(width, height)} rx="8" fill="{FRAME}"/>',
         *(f'<circle cx="{18 + 16 * i}" cy="13" r="4.5" fill="#5b6268"/>' for i in range(3)),
-        f'<text x="{number(width / 2)}" y="18" fill="#b9c0c5" text-anchor="middle">'
-        f"{escape(title)}</text>",
+        f"<text {title_at}>{escape(title)}</text>",
         f'<g transform="translate({number(_EDGE)} {number(_BAR)})">',
-        f'<rect width="{number(screen.columns * CELL)}" height="{number(screen.lines * LINE)}" '
-        f'fill="{GROUND}"/>',
+        f'<rect {ground} fill="{GROUND}"/>',
         *(part for row in range(screen.lines) for part in _row(screen, row)),
         "</g>",
         "</svg>",
         "",
     ]
-    return "\n".join(part for part in parts if part is not None)
+    return "\n".join(parts)
+
+
+def _sized(width: float, height: float) -> str:
+    return f'width="{number(width)}" height="{number(height)}"'
 
 
 def _row(screen: pyte.Screen, row: int) -> Iterator[str]:
@@ -73,11 +76,8 @@ def _row(screen: pyte.Screen, row: int) -> Iterator[str]:
     for run in _runs([screen.buffer[row][column] for column in range(screen.columns)]):
         x = run.column * CELL
         if run.look.ground != GROUND:
-            wide = f'width="{number(len(run.text) * CELL)}" height="{number(LINE)}"'
-            crisp = 'shape-rendering="crispEdges"'
-            yield (
-                f'<rect x="{number(x)}" y="{number(top)}" {wide} fill="{run.look.ground}" {crisp}/>'
-            )
+            where = f'x="{number(x)}" y="{number(top)}" {_sized(len(run.text) * CELL, LINE)}'
+            yield f'<rect {where} fill="{run.look.ground}" shape-rendering="crispEdges"/>'
         yield from _written(run, top)
 
 
