@@ -1,4 +1,4 @@
-"""Every measurement, one after the other: ``python -m benchmarks.all`` (a quarter of an hour)."""
+"""Every measurement, one after the other: ``python -m benchmarks.all`` (about twenty minutes)."""
 
 import subprocess
 import sys
@@ -12,6 +12,7 @@ NAMES = (
     "stream",
     "app",
     "fit_with_effects",
+    "bench_speed",
     "q_experiments",
     "coverage",
     "magnetometer",
