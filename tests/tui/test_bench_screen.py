@@ -69,6 +69,8 @@ async def test_a_part_of_the_base_is_taken_out_and_put_back(
         await shows(pilot, "▸MODEL", "▸ ✓ scale", "f = T·s·(y − b)", "true force = matrix")
         await pilot.press("r")
         await shows(pilot, "· scale", "left out", "Scale of the base model is left out")
+        await pilot.press("r")
+        await shows(pilot, "scale is left out already")
         assert bench.ladder[-1].rms_fitted > 10.0 * bench.ladder[0].rms_fitted
         await pilot.press("enter")
         await shows(pilot, "✓ scale")
@@ -118,8 +120,9 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
 
 async def test_tab_turns_what_the_residuals_are_plotted_against(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        for label in ("force along x", "force along y", "force along z", "number of the pose",
-                      "time, min", "temperature", "along x in the pose before"):  # fmt: skip
+        for label in ("force along x", "force along y", "force along z", "pose: 6 faces",
+                      "number of the pose", "time, min", "temperature",
+                      "along x in the pose before"):  # fmt: skip
             await shows(pilot, label)
             await pilot.press("tab")
 
@@ -129,6 +132,24 @@ async def test_a_point_says_which_pose_it_is_and_what_was_read(benches: Benches)
         await shows(pilot, "force along x, g")
         await pilot.press("right")
         await shows(pilot, "◆ pose 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
+
+
+async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
+        await shows(pilot, "t: its raw trace")
+        await pilot.press("t")
+        await shows(pilot, "raw trace", "what the model leaves of it", "only their means")
+        await pilot.press("t")
+        await shows(pilot, "◆ pose ", "▸ second-order")
+
+
+async def test_measurement_stands_beside_the_model_axis_by_axis(benches: Benches) -> None:
+    async with app_with(benches).run_test(size=LARGE) as pilot:
+        await shows(pilot, "holds: what is left")
+        await pilot.press("a")
+        await shows(pilot, "x axis: read beyond the true force: ∘ measured, × model", "⊗")
+        await pilot.press("a", "a", "a")
+        await shows(pilot, "holds: what is left")
 
 
 async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches: Benches) -> None:

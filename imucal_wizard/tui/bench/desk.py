@@ -1,5 +1,7 @@
 """What is chosen on the bench: panel, suspect, term, picture, point. It knows no screen."""
 
+import numpy as np
+
 from imucal_wizard.tui.bench.added import added_view
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.model_rows import Part, parts_of_model
@@ -92,6 +94,13 @@ class Desk:
         if view is not None:
             first = 0 if by > 0 else -1
             self.cursor = (first if self.cursor is None else self.cursor + by) % len(view.x)
+
+    def pick_farthest(self) -> None:
+        """Pick the point that is farthest from the model."""
+        view = self.view()
+        if view is not None:
+            model = 0.0 if view.model is None else view.model
+            self.cursor = int(np.argmax(np.abs(view.y - model)))
 
     def turn(self, by: int) -> None:
         """What is left against something else; from a suspect's picture back to the one before."""

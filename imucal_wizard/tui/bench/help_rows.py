@@ -22,20 +22,25 @@ _WORDS = (
         "3. Read its lesson (l), then add it (enter). The ladder shows every model so far. Where "
         "only the fitted error fell, u takes it back."
     ),
-    ("4. When two explanations look the same here, n says which poses would tell them apart."),
+    (
+        "4. When two explanations look the same here, n says which poses would tell them apart, "
+        "and m leads you through them."
+    ),
 )
 _KEYS = (
     ("↑ ↓", "choose a suspect, or a term when the model is shown"),
     ("enter", "add the suspect; put back a part of the base that was left out"),
     ("l", "lesson: what happens in the sensor, what it looks like, what it costs"),
     ("p", "predict first: hide the answer until you have committed to a guess"),
-    ("n", "the poses to measure next, and what they bring"),
+    ("n", "the verdict in full; the poses to measure next, and what they bring"),
+    ("m", "measure exactly these now; the bench opens again with your model and the new holds"),
     ("u", "undo the last change of the model"),
     ("r", "remove the chosen term (2 shows the model); the newest one otherwise"),
     ("tab", "plot against something else: force, number, time, temperature, pose before …"),
     ("v", "what the chosen suspect would explain: points on the line speak for it"),
     ("← →", "pick a point: which pose it is, what was read there"),
-    ("a", "other part of the data (gyroscope: turns, or each axis at rest)"),
+    ("t", "the raw trace of the point picked: every reading of that hold or turn"),
+    ("a", "other part of the data: each axis measured beside the model; the gyroscope's turns"),
     ("1 2 3", "suspects, model, ladder"),
     ("e", "type an effect of your own as a formula"),
     ("g", "the other sensor"),
@@ -52,5 +57,8 @@ def help_rows(width: int) -> list[Line]:
         first, *rest = wrapped(text, width - 8)
         rows.append(((f"{key:<7} ", "key"), first[0]))
         rows += [((" " * 8, ""), row[0]) for row in rest]
-    signs = "∘ a pose   ● far outside the noise   ◆ the point picked   ▼ falls   ▲ does not fall"
+    signs = (
+        "∘ a pose   ● far outside the noise   ◆ the point picked   ▼ falls   ▲ does not fall   "
+        "× what the model says   ⊗ measured and model in one place"
+    )
     return [*rows, line(""), *wrapped(signs, width)]

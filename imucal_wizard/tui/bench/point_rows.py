@@ -12,12 +12,15 @@ from imucal_wizard.tui.text import Line, clock, number, unit_sign
 def point_row(sight: Sight, view: View, place: int) -> Line:
     """Hold, pose, time, what is left, the raw mean, in one row."""
     index = int(view.source[place])
-    left = f"{number(float(view.y[place]), 3)} {view.unit}"
+    left = f"left {number(float(view.y[place]), 3)} {view.unit}"
+    if view.model is not None:
+        pair = float(view.y[place]), float(view.model[place])
+        left = f"{number(pair[0], 4)}, model {number(pair[1], 4)} {view.unit}"
     if view.part == TURNS:
         where, mean = _turn(sight, index)
     else:
         where, mean = _hold(sight, index)
-    return (("◆ ", "accent"), (where, "strong"), (f"  left {left}  ", ""), (mean, "quiet"))
+    return (("◆ ", "accent"), (where, "strong"), (f"  {left}  ", ""), (mean, "quiet"))
 
 
 def _hold(sight: Sight, index: int) -> tuple[str, str]:

@@ -12,8 +12,8 @@ FRAMED = 14
 """Rows from which the plot has a line below."""
 FAR = 3.0
 """Noise standard deviations beyond which a point is filled."""
-_STYLES = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent"}
-_RANK = {" ": 0, "┈": 1, "─": 2, "·": 3, "∘": 4, "●": 5, "◆": 6}
+_STYLES = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good"}
+_RANK = {" ": 0, "┈": 1, "─": 2, "·": 3, "×": 4, "∘": 5, "⊗": 6, "●": 7, "◆": 8}
 
 
 def scatter(view: View, width: int, height: int, cursor: int | None = None) -> list[Line]:
@@ -27,7 +27,7 @@ def scatter(view: View, width: int, height: int, cursor: int | None = None) -> l
 
     Returns:
         At most ``height`` rows: ``∘`` a point, ``●`` one beyond three times the noise, ``◆`` the
-        cursor, ``┈`` the noise, ``·`` the line.
+        cursor, ``┈`` the noise, ``·`` the line; ``×`` the model, ``⊗`` a point that it meets.
     """
     if not len(view.x):
         return [line("nothing to show", "quiet")]
@@ -40,8 +40,10 @@ def scatter(view: View, width: int, height: int, cursor: int | None = None) -> l
 
     def put(y: float, column: int, sign: str) -> None:
         row = round((high - y) / (high - low) * (rows - 1))
-        if 0 <= row < rows and _RANK[sign] > _RANK[grid[row][column]]:
-            grid[row][column] = sign
+        if 0 <= row < rows:
+            sign = "⊗" if sign == "∘" and grid[row][column] == "×" else sign
+            if _RANK[sign] > _RANK[grid[row][column]]:
+                grid[row][column] = sign
 
     places = _columns(view.x, left, right, columns)
     for column in range(columns):
@@ -51,6 +53,8 @@ def scatter(view: View, width: int, height: int, cursor: int | None = None) -> l
             put(-view.floor, column, "┈")
         if view.slope is not None:
             put(view.slope * (left + (right - left) * column / (columns - 1)), column, "·")
+    for value, column in zip(() if view.model is None else view.model, places, strict=False):
+        put(float(value), column, "×")
     for i, column in enumerate(places):
         far = view.floor is not None and abs(view.y[i]) > FAR * view.floor
         put(float(view.y[i]), column, "◆" if i == cursor else "●" if far else "∘")
@@ -62,9 +66,9 @@ def scatter(view: View, width: int, height: int, cursor: int | None = None) -> l
 
 def _limits(view: View) -> tuple[float, float]:
     """Symmetric about 0, or from 0 where nothing is negative."""
-    top = float(np.abs(view.y).max())
-    top = max(top, view.floor or 0.0) * 1.0001 or 1.0
-    return (-top if (view.y < 0.0).any() or view.slope is not None else 0.0), top
+    values = view.y if view.model is None else np.concatenate([view.y, view.model])
+    top = max(float(np.abs(values).max()), view.floor or 0.0) * 1.0001 or 1.0
+    return (-top if (values < 0.0).any() or view.slope is not None else 0.0), top
 
 
 def _columns(x: FloatArray, left: float, right: float, columns: int) -> list[int]:

@@ -7,6 +7,7 @@ from imucal_wizard.bench.ladder import Rung, confirmed
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.statement import Statement, statement
 from imucal_wizard.effects.effect import Effect
+from imucal_wizard.readings import Readings
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.hold_data import BASE
 from imucal_wizard.solver.extended.result import Extended
@@ -28,6 +29,7 @@ class Sight:
         entries: what may be missing, the likeliest first.
         views: pictures of what is left.
         catalogue: all effects of this sensor.
+        readings: of the whole session, where they are at hand.
     """
 
     sensor: str
@@ -39,6 +41,7 @@ class Sight:
     entries: tuple[Entry, ...]
     views: tuple[View, ...]
     catalogue: tuple[Effect, ...]
+    readings: Readings | None = None
 
     @property
     def missing_base(self) -> tuple[str, ...]:
@@ -73,4 +76,5 @@ def look(benches: Benches, bench: Bench) -> Sight:
         entries=entries_of(bench, findings),
         views=views_of(bench.fit, bench.measured),
         catalogue=tuple(bench.catalogue),
+        readings=benches.readings,
     )

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.tui.bench.compared import TITLES, compared
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -34,6 +36,7 @@ class View:
         source: index of each point's hold or rotation, shape (n,).
         floor: what the noise alone makes of y, one standard deviation; None when not known.
         slope: y per x of a line through the origin, or None.
+        model: what the model says, shape (n,), where the points are what was measured; or None.
     """
 
     part: str
@@ -45,11 +48,13 @@ class View:
     source: IntArray
     floor: float | None
     slope: float | None = None
+    model: FloatArray | None = None
 
 
 def views_of(fit: Extended, measured: Measured) -> tuple[View, ...]:
-    """All pictures of what a fit leaves, grouped by the part of the data."""
-    return tuple(view for part in parts_of(fit) for view in _views(fit, measured, part))
+    """All pictures of what a fit leaves, then measurement beside model, by part of the data."""
+    left = (view for part in parts_of(fit) for view in _views(fit, measured, part))
+    return (*left, *_beside(fit, measured))
 
 
 def parts_of(fit: Extended) -> tuple[str, ...]:
@@ -96,16 +101,37 @@ def _views(fit: Extended, measured: Measured, part: str) -> Iterator[View]:
     left = left_of(fit, part)
     what = "the angle by which each turn does not close" if part == TURNS else "what is left"
     for label, values in abscissae(measured, part, left.source):
-        seen = np.isfinite(values)
-        if seen.sum() < 2 or np.ptp(values[seen]) < 1e-9 * max(
-            1.0, float(np.abs(values[seen]).max())
-        ):
-            continue
-        order = np.flatnonzero(seen)[np.argsort(values[seen], kind="stable")]
-        yield View(
-            part, what, label, left.unit, values[order], left.y[order], left.source[order],
-            left.floor,
-        )  # fmt: skip
+        order = _in_order(values)
+        if len(order):
+            yield View(
+                part, what, label, left.unit, values[order], left.y[order], left.source[order],
+                left.floor,
+            )  # fmt: skip
+
+
+def _in_order(values: FloatArray) -> IntArray:
+    """Places of the values that are known, by size; none where they do not differ."""
+    seen = np.isfinite(values)
+    least = 1e-9 * max(1.0, float(np.abs(values[seen]).max(initial=0.0)))
+    if seen.sum() < 2 or np.ptp(values[seen]) < least:
+        return np.zeros(0, np.int64)
+    return np.flatnonzero(seen)[np.argsort(values[seen], kind="stable")]
+
+
+def _beside(fit: Extended, measured: Measured) -> Iterator[View]:
+    """Measurement and model of each axis, over its own input first."""
+    source = np.arange(len(measured.circumstances))
+    if isinstance(measured, TurnData):
+        source = measured.still_rows
+    for k, (part, unit, read, model) in enumerate(compared(fit, measured)):
+        over = list(abscissae(measured, part, source))
+        for label, values in (over[k], *over[:k], *over[k + 1 :]):
+            order = _in_order(values)
+            if len(order):
+                yield View(
+                    part, TITLES[fit.fit.sensor], label, unit, values[order], read[order],
+                    source[order], None, model=model[order],
+                )  # fmt: skip
 
 
 def abscissae(measured: Measured, part: str, source: IntArray) -> Iterator[tuple[str, FloatArray]]:
@@ -120,12 +146,20 @@ def abscissae(measured: Measured, part: str, source: IntArray) -> Iterator[tuple
         row = source
     for k, axis in enumerate(AXES):
         yield f"force along {axis}, g", known.force[row, k] / STANDARD_GRAVITY
+    yield "pose: 6 faces, 12 edges, 8 corners", _poses(known.force[row])
     yield "number of the pose", np.asarray(source + 1.0, np.float64)
     yield "time, min", known.time[row] / 60.0
     yield "temperature, °C", known.temperature[row]
     for k, axis in enumerate(AXES):
         yield f"force along {axis} in the pose before, g", known.previous[row, k] / STANDARD_GRAVITY
     yield "vibration, mg rms", np.sqrt(known.vibration[row]) / STANDARD_GRAVITY * 1e3
+
+
+def _poses(force: FloatArray) -> FloatArray:
+    """Place of each hold's pose among the named ones from 1 on; NaN between them, shape (n,)."""
+    names = [nearest(one, DIRECTIONS, POSE_TOLERANCE_DEG) for one in force]
+    order = list(DIRECTIONS)
+    return np.array([np.nan if name is None else order.index(name) + 1.0 for name in names])
 
 
 def _of_turns(measured: TurnData, source: IntArray) -> Iterator[tuple[str, FloatArray]]:

@@ -110,7 +110,7 @@ class BenchLayout(Screen[tuple[Asked, ...]]):
     def _compare(self, sight: Sight, view: View) -> list[Line]:
         width, height = self._room("compare")
         place = None if self.desk.cursor is None else min(self.desk.cursor, len(view.x) - 1)
-        last: Line = line("  ←→ picks a point and says which one it is", "quiet")
+        last: Line = line("  ←→ picks a point: which one it is; t: its raw trace", "quiet")
         if place is not None:
             last = point_row(sight, view, place)
         return [_head_of(view), *scatter(view, width, height - 2, place), last]

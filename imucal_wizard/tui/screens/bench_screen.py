@@ -8,17 +8,12 @@ from textual.binding import Binding, BindingType
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.pose import asked_for
 from imucal_wizard.bench.session import Bench
-from imucal_wizard.effects.formula import FormulaEffect
 from imucal_wizard.tui.bench.entries import Entry
-from imucal_wizard.tui.bench.help_rows import help_rows
-from imucal_wizard.tui.bench.lesson_rows import rows_for
 from imucal_wizard.tui.bench.next_rows import next_rows
 from imucal_wizard.tui.bench.to_measure import to_measure
-from imucal_wizard.tui.screens.bench_work import BenchWork
-from imucal_wizard.tui.screens.formula_screen import FormulaScreen
+from imucal_wizard.tui.screens.bench_pages import BenchPages
 from imucal_wizard.tui.screens.guess_screen import GuessScreen
 from imucal_wizard.tui.screens.next_screen import NextScreen
-from imucal_wizard.tui.screens.page_screen import PageScreen
 from imucal_wizard.tui.widgets.key_footer import Keys
 
 _NO_DEVICE = (
@@ -27,7 +22,7 @@ _NO_DEVICE = (
 )
 
 
-class BenchScreen(BenchWork):
+class BenchScreen(BenchPages):
     """Keys, and what they start. Ends with what is to be measured now, or with nothing.
 
     Args:
@@ -42,6 +37,7 @@ class BenchScreen(BenchWork):
         Binding("right", "point(1)", "next point"),
         Binding("tab", "turn(1)", "look at …", priority=True),
         Binding("shift+tab", "turn(-1)", "look at …", priority=True),
+        Binding("t", "trace", "raw trace"),
         Binding("v", "added", "what it would explain"),
         Binding("a", "part", "other part of the data"),
         Binding("1", "panel('suspects')", "suspects"),
@@ -148,6 +144,9 @@ class BenchScreen(BenchWork):
         there = [part.term for part in self.desk.parts() if part.there]
         chosen = self.desk.part
         term = chosen.term if chosen is not None else there[-1] if there else ""
+        if chosen is not None and not chosen.there:
+            self.note = (f"{term} is left out already; enter puts it back", "warn")
+            self.redraw()
         if term in there:
             self.do(f"Fitting again without {term} …", lambda bench: bench.remove(term))
 
@@ -155,15 +154,6 @@ class BenchScreen(BenchWork):
         """Back to the model before."""
         if self.desk.sight is not None and len(self.desk.sight.ladder) > 1:
             self.do("Back to the model before …", Bench.undo)
-
-    def action_lesson(self) -> None:
-        """The lesson of the chosen suspect or term."""
-        sight, chosen = self.desk.sight, self.desk.part or self.desk.entry
-        if sight is not None and chosen is not None:
-            term = chosen.term
-            self.app.push_screen(
-                PageScreen(f"lesson: {term}", lambda width: rows_for(sight, term, width), "l")
-            )
 
     def action_next_poses(self) -> None:
         """The whole verdict, and what to measure next."""
@@ -185,16 +175,6 @@ class BenchScreen(BenchWork):
             return
         self.dismiss(asked_for(to_measure(sight)[0]))
 
-    def action_formula(self) -> None:
-        """An effect of one's own."""
-        if self.desk.sight is not None:
-            taken = {effect.name for effect in self.desk.sight.catalogue}
-            self.app.push_screen(FormulaScreen(self.sensor, taken), self._typed)
-
-    def _typed(self, effect: FormulaEffect | None) -> None:
-        if effect is not None:
-            self.do("Testing your formula …", lambda bench: bench.offer(effect))
-
     def action_sensor(self) -> None:
         """The other sensor."""
         if self.busy or not self.sensors:
@@ -205,7 +185,3 @@ class BenchScreen(BenchWork):
             return
         self.sensor = self.sensors[(self.sensors.index(self.sensor) + 1) % len(self.sensors)]
         self.look()
-
-    def action_explain(self) -> None:
-        """Help."""
-        self.app.push_screen(PageScreen("help: the bench", help_rows, "question_mark"))
