@@ -8,7 +8,7 @@ from imucal_wizard.errors import ImucalError
 from imucal_wizard.faults import watch
 from imucal_wizard.output import harmless, never_fail_to_encode, note
 
-COMMANDS = ("fit", "bench", "simulate", "ports", "wizard")
+COMMANDS = ("fit", "compare", "bench", "simulate", "ports", "wizard")
 
 USAGE = """\
 imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is the reference.
@@ -18,6 +18,7 @@ imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is t
   imucal-wizard --replay FILE...   the wizard on a recording or session
   imucal-wizard --auto --quit      the virtual hand performs everything
   imucal-wizard fit FILE...        fit a recording
+  imucal-wizard compare FILE...    fit a recording by all methods, side by side
   imucal-wizard bench FILE...      find what the model lacks: compare, rank, add
   imucal-wizard simulate OUT.csv   write a recording of the virtual IMU
   imucal-wizard ports              what is plugged in and what speaks there

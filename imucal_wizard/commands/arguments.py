@@ -45,13 +45,13 @@ def add_methods(parser: argparse.ArgumentParser) -> None:
     """Which of the solver's methods give the result."""
     parser.add_argument(
         "--method",
-        choices=("least_squares", "newton", "six-position"),
+        choices=("least_squares", "newton", "six-position", "algebraic", "two-step", "numeric"),
         default="least_squares",
         help="the accelerometer's method (default least_squares)",
     )
     parser.add_argument(
         "--gyro-method",
-        choices=("vector", "static", "dynamic"),
+        choices=("vector", "static", "dynamic", "offset"),
         default="vector",
         help="the gyroscope's method (default vector)",
     )
@@ -61,6 +61,11 @@ def add_methods(parser: argparse.ArgumentParser) -> None:
         default="orthogonal",
         help="the magnetometer's method (default orthogonal)",
     )
+    add_field(parser)
+
+
+def add_field(parser: argparse.ArgumentParser) -> None:
+    """The size of the local magnetic field, on which the magnetometer's scale rests."""
     parser.add_argument(
         "--field",
         type=_field,

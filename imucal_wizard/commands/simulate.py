@@ -25,7 +25,9 @@ def parser() -> Parser:
     )
     made.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
     made.add_argument("--rate", type=float, default=100.0, metavar="HZ")
-    made.add_argument("--poses", metavar="NAME", help="6, 18 (default), 26 or 26+repeats")
+    made.add_argument(
+        "--poses", metavar="NAME", help="6, 8 (tilted), 18 (default), 26 or 26+repeats"
+    )
     class_room = made.add_argument_group("an exercise for a class")
     class_room.add_argument(
         "--mystery",

@@ -16,6 +16,7 @@ from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.closure import errors
 from imucal_wizard.solver.gains import nominal_of
 from imucal_wizard.solver.gyroscope import VectorFit, fit_vector
+from imucal_wizard.solver.gyroscope_offset import fit_offset
 from imucal_wizard.solver.gyroscope_start import start_matrix
 from imucal_wizard.solver.outliers import Suspect, suspect_rotation
 from imucal_wizard.solver.parameters import full_parameters, with_errors
@@ -69,10 +70,16 @@ def fit_gyroscope(
 ) -> GyroscopeReport:
     """Fit the gyroscope with gravity, as the accelerometer saw it, as the reference.
 
+    The method ``offset`` looks at the holds alone.
+
     Raises:
-        DataError: ``method`` is not ``vector`` and an axis has too few rotations about it.
+        DataError: ``method`` is ``static`` or ``dynamic`` and an axis has too few rotations about
+            it, or ``offset`` and there is but one position.
     """
     rotations = examined(rotations)
+    if method == "offset":
+        offset = fit_offset(holds, accelerometer.labels, unit)
+        return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
     bench = make_bench(holds, rotations, accelerometer)
     if bench is None:
         return _none(rotations, "no usable rotation between two holds")

@@ -37,7 +37,7 @@ class FitOptions:
     Attributes:
         gravity: local gravity, m/s².
         method: the accelerometer's method.
-        gyroscope_method: ``vector``, ``static`` or ``dynamic``; which of the three is the result.
+        gyroscope_method: ``vector``, ``static``, ``dynamic`` or ``offset``; which is the result.
         magnetometer_method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
         field: magnitude of the local magnetic field, µT, or None when it is not known.
     """

@@ -39,6 +39,8 @@ def shown(fit: SensorFit, value: float | None) -> str:
         return "not known"
     if fit.unit == "rad":
         return f"{np.degrees(value):.2f}°"
+    if fit.unit == "rad/s":
+        return f"{np.degrees(value):.3f} °/s"
     if fit.sensor == "magnetometer":
         return f"{value:.3g} {'µT' if fit.unit == 'uT' else fit.unit}"
     return f"{value / STANDARD_GRAVITY * 1000.0:.2f} mg"
@@ -122,4 +124,4 @@ def lack_of_fit(fit: SensorFit) -> float:
 
 
 def _left_out(fit: SensorFit) -> str:
-    return "rotation" if fit.sensor == "gyroscope" else "direction"
+    return "rotation" if fit.sensor == "gyroscope" and fit.unit == "rad" else "direction"

@@ -10,6 +10,7 @@ from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS
 from imucal_wizard.solver.least_squares import Solution
 from imucal_wizard.solver.magnitude import Problem, jacobian, residuals, triangle
 from imucal_wizard.solver.noise import hold_noise
@@ -27,7 +28,7 @@ from imucal_wizard.solver.uncertainty import (
 )
 from imucal_wizard.units import COUNT
 
-METHODS = ("least_squares", "newton", "six-position")
+METHODS = ("least_squares", "newton", "six-position", *ELLIPSOID_METHODS)
 SIX = "six-position"
 ANGLES = ("theta_yz", "theta_zy", "theta_zx")
 NEEDS_ALL_SIX = "the six-position method needs all six faces, so none could be left out to check it"
@@ -64,7 +65,8 @@ def fit_accelerometer(
         holds: still periods.
         gravity: local gravity, m/s².
         unit: unit of the readings, ``m/s^2`` or ``count``.
-        method: ``least_squares``, ``newton`` or ``six-position``.
+        method: ``least_squares``, ``newton``, ``six-position``, ``algebraic``, ``two-step`` or
+            ``numeric``.
 
     Raises:
         DataError: the holds do not carry a calibration.
@@ -75,6 +77,8 @@ def fit_accelerometer(
     task = make_task(holds, gravity, method)
     if method == SIX:
         solution = _six_position(task)
+    elif method in ELLIPSOID_METHODS:
+        solution = task.solve()
     elif method == "newton":
         solution = _newton(task)
     else:
@@ -130,6 +134,9 @@ def _noise(task: Task, holds: Sequence[Hold], theta: FloatArray) -> FloatArray:
 def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) -> AccelerometerFit:
     problem, theta, gravity = task.problem, solution.theta, task.problem.magnitude
     known = uncertainty_of_six(task, theta) if task.method == SIX else uncertainty(task, theta)
+    if task.method == "two-step":
+        # what its first step errs is no noise, and nothing here says how much it is
+        known = replace(known, covariance=None)
     out, why = (None, "") if task.method == SIX else held_out(task, theta)
     errors = residuals(theta, problem.points)
     noise = _noise(task, holds, theta)

@@ -11,6 +11,7 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS, all_or_no_angles, by_ellipsoid
 from imucal_wizard.solver.carried import Carried, decide
 from imucal_wizard.solver.directions import group_directions
 from imucal_wizard.solver.least_squares import Solution, least_squares
@@ -34,7 +35,7 @@ class Task:
         carried: the model.
         labels: number of each hold's direction, shape (n,).
         weights: square root of each hold's weight, shape (n,).
-        method: ``least_squares`` or ``newton``.
+        method: ``least_squares``, ``newton``, or one of the ellipsoid methods.
     """
 
     problem: Problem
@@ -65,6 +66,8 @@ class Task:
         points, weights = self.problem.points, self.weights
         if keep is not None:
             points, weights = points[keep], weights[keep]
+        if self.method in ELLIPSOID_METHODS:
+            return by_ellipsoid(self.method, points, self.carried.places)
         if self.method == "newton":
             return newton(points, begin, self.carried.basis)
         return least_squares(points, begin, self.carried.basis, weights)
@@ -90,6 +93,8 @@ def make_task(holds: Sequence[Hold], gravity: float, method: str) -> Task:
     labels = group_directions(up)
     noise = float(np.sqrt(hold_noise(holds).accelerometer.mean())) / problem.span
     carried = decide(_leaders(up, labels), noise)
+    if method in ELLIPSOID_METHODS:
+        carried = all_or_no_angles(carried)
     return Task(problem, start, carried, labels, np.ones(len(means)), method)
 
 

@@ -125,7 +125,7 @@ def test_nothing_in_the_file_tells_the_hidden_effect(tmp_path: Path) -> None:
 
 def test_wrong_wishes_are_refused_in_words(tmp_path: Path) -> None:
     """Unknown sets of poses, and places that cannot be written to."""
-    with pytest.raises(UsageError, match="choose one of 6, 18, 26"):
+    with pytest.raises(UsageError, match="choose one of 6, 8, 18, 26"):
         simulate_recording(tmp_path / "out.csv", poses="12")
     with pytest.raises(RecordingError, match="cannot be written"):
         simulate_recording(tmp_path / "no" / "out.csv", poses="6", rotations=0)

@@ -14,7 +14,29 @@ EDGES = tuple(
 )
 CORNERS = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
 
-POSE_SETS = ("6", "18", "26", "26+repeats")
+Target = str | tuple[float, float, float]
+"""A pose by its name, or an up direction in the body frame."""
+
+
+def _tilted() -> tuple[Target, ...]:
+    """Tilted four ways upright and four ways upside down (N, VII-A), 25° or 65° each.
+
+    Tilts that are all alike would not tell the three scales apart: in every pose the squares of
+    the components would be one of two triples, and three scales need three.
+    """
+    out: list[Target] = []
+    for upright in (1.0, -1.0):
+        for axis in (0, 1):
+            for side in (1.0, -1.0):
+                angle = np.radians(25.0 if side == upright else 65.0)
+                up = [0.0, 0.0, upright * float(np.cos(angle))]
+                up[axis] = side * float(np.sin(angle))
+                out.append((up[0], up[1], up[2]))
+    return tuple(out)
+
+
+TILTED = _tilted()
+POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATS = 12
 
 VALIDATION: tuple[tuple[float, float, float], ...] = (
@@ -45,7 +67,7 @@ def next_angle(turn: int, tilt: float) -> float:
     return angle if abs(tilt + angle) <= LARGEST_TILT_DEG else -angle
 
 
-def pose_names(poses: str, rng: np.random.Generator) -> tuple[str, ...]:
+def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
     """The poses of a set in an order by chance, repeats of the first ones at the end.
 
     Raises:
@@ -53,8 +75,10 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[str, ...]:
     """
     if poses not in POSE_SETS:
         raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
-    names = FACES
-    if poses != "6":
+    names: tuple[Target, ...] = FACES
+    if poses == "8":
+        names = TILTED
+    elif poses != "6":
         names = FACES + EDGES
     if poses.startswith("26"):
         names = FACES + EDGES + CORNERS

@@ -85,7 +85,7 @@ def simulate_recording(
         hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
         seed: of the sensor's errors, the noise and the hand.
         rate: samples per second.
-        poses: ``6``, ``18``, ``26`` or ``26+repeats``.
+        poses: ``6``, ``8`` (N's tilted ones), ``18``, ``26`` or ``26+repeats``.
         model: the sensor; drawn from the seed when not given.
         hold: seconds per pose; 5, or 10 where corners are taken.
         rotations: turns about each axis at the end.

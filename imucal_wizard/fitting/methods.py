@@ -1,0 +1,140 @@
+"""Every method of every sensor on one recording, side by side: both papers' and our own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.gyroscope import fit_gyroscope
+from imucal_wizard.fitting.report import FitOptions, fit_readings
+from imucal_wizard.readings import Readings, Series
+from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
+from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
+from imucal_wizard.solver.result import FitReport, SensorFit
+
+ACCELEROMETER: dict[str, str] = {
+    "least_squares": "",
+    "newton": "Q",
+    "six-position": "Q",
+    "algebraic": "",
+    "two-step": "N",
+    "numeric": "N",
+}
+"""The accelerometer's methods, and the paper each is from."""
+GYROSCOPE: dict[str, str] = {"vector": "", "static": "Q", "dynamic": "Q", "offset": "N"}
+MAGNETOMETER: dict[str, str] = {"orthogonal": "", "algebraic": "", "two-step": "N", "numeric": "N"}
+
+
+@dataclass(frozen=True, eq=False)
+class MethodRow:
+    """One method's result.
+
+    Attributes:
+        sensor: which sensor.
+        method: its name.
+        paper: ``Q``, ``N``, or "" for our own.
+        fit: the result, or None.
+        relative_error: rms of the relative error of the magnitude (N's figure of merit), or None.
+        relative_error_held_out: the same on directions left out.
+        why: why there is no result.
+    """
+
+    sensor: str
+    method: str
+    paper: str
+    fit: SensorFit | None
+    relative_error: float | None = None
+    relative_error_held_out: float | None = None
+    why: str = ""
+
+
+def compare_methods(
+    readings: Readings, options: FitOptions | None = None
+) -> tuple[FitReport, tuple[MethodRow, ...]]:
+    """The default fit, and a row for each method of each sensor that is there.
+
+    All methods of a sensor see the same holds, rotations and samples.
+
+    Raises:
+        DataError: no sensor can be calibrated by the default methods.
+    """
+    options = options or FitOptions()
+    report = fit_readings(readings, options)
+    rows: list[MethodRow] = []
+    if "accelerometer" in report.sensors:
+        unit, gravity = readings.accelerometer.unit, report.gravity
+        reference = fit_accelerometer(report.holds, gravity, unit)
+        rows += [
+            _row("accelerometer", name, paper, _accelerometer(report, unit, name), gravity)
+            for name, paper in ACCELEROMETER.items()
+        ]
+        if readings.gyroscope is not None:
+            rows += [
+                _row("gyroscope", name, paper, _gyroscope(report, reference, readings, name))
+                for name, paper in GYROSCOPE.items()
+            ]
+    if readings.magnetometer is not None:
+        rows += [
+            _magnetometer(readings.magnetometer, options.field, name, paper)
+            for name, paper in MAGNETOMETER.items()
+        ]
+    return report, tuple(rows)
+
+
+Fit = Callable[[], SensorFit]
+
+
+def _row(sensor: str, name: str, paper: str, make: Fit, size: float | None = None) -> MethodRow:
+    try:
+        fit = make()
+    except DataError as error:
+        return MethodRow(sensor, name, paper, None, why=str(error))
+    if size is None:
+        return MethodRow(sensor, name, paper, fit)
+    out = None if fit.rms_held_out is None else fit.rms_held_out / size
+    return MethodRow(sensor, name, paper, fit, fit.rms_fitted / size, out)
+
+
+def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
+    return lambda: fit_accelerometer(report.holds, report.gravity, unit, name).fit
+
+
+def _gyroscope(
+    report: FitReport, reference: AccelerometerFit, readings: Readings, name: str
+) -> Fit:
+    def make() -> SensorFit:
+        unit = "" if readings.gyroscope is None else readings.gyroscope.unit
+        found = fit_gyroscope(report.holds, report.rotations, reference, unit, name)
+        if found.fit is None:
+            raise DataError("; ".join(found.warnings))
+        return found.fit
+
+    return make
+
+
+def _magnetometer(series: Series, field: float | None, name: str, paper: str) -> MethodRow:
+    try:
+        found = fit_magnetometer(series, field, name)
+    except DataError as error:
+        return MethodRow("magnetometer", name, paper, None, why=str(error))
+    return MethodRow(
+        "magnetometer",
+        name,
+        paper,
+        found.fit,
+        found.relative_error,
+        found.relative_error_held_out,
+    )
+
+
+def difference(row: MethodRow, first: MethodRow) -> float | None:
+    """By how much a method's matrix differs from the first one's, as a share (largest entry).
+
+    Methods whose matrices are in different gauges or scales do not occur: within a sensor all
+    share both.
+    """
+    if row.fit is None or first.fit is None:
+        return None
+    size = float(np.abs(first.fit.matrix).max())
+    return float(np.abs(row.fit.matrix - first.fit.matrix).max()) / size

@@ -1,0 +1,74 @@
+"""The gyroscope's offset from several still positions, and nothing else of it (N, VIII).
+
+Every position counts once, however long it was held: what differs between positions (temperature,
+the pull of gravity) is more than the noise within one. Scale and axes stay nominal.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.units import COUNT
+
+FEWEST = 2
+
+
+def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
+    """``b`` as the mean of the still positions' means; errors are of the rate at rest, rad/s.
+
+    Args:
+        holds: still periods with a gyroscope.
+        labels: number of each hold's position, shape (n,).
+        unit: of the readings, ``rad/s``.
+
+    Raises:
+        DataError: fewer than two positions, or readings whose scale is not known.
+    """
+    if unit == COUNT:
+        raise DataError(
+            "the offset alone gives no scale, and the gyroscope's counts have none: turn the "
+            "device between holds, or give --gyro-unit"
+        )
+    known = [i for i, hold in enumerate(holds) if hold.gyroscope is not None]
+    places = np.unique(labels[known])
+    if len(places) < FEWEST:
+        raise DataError(
+            "the offset needs the gyroscope at rest in two positions at least: hold the device "
+            "still on several of its faces"
+        )
+    readings = np.array([holds[i].gyroscope for i in known], float)
+    means = np.array([readings[labels[known] == place].mean(axis=0) for place in places])
+    count = len(means)
+    bias = means.mean(axis=0)
+    left = means - bias
+    spread = left.std(axis=0) * np.sqrt(count / (count - 1.0))
+    lengths = np.linalg.norm(left, axis=1)
+    rms = float(np.sqrt(np.mean(lengths**2)))
+    errors = spread / np.sqrt(count)
+    return SensorFit(
+        sensor="gyroscope",
+        model=("bias",),
+        method="offset",
+        frame="accelerometer",
+        matrix=np.eye(3),
+        bias=bias,
+        bias_unit=unit,
+        parameters=tuple(
+            Parameter(f"bias_{axis}", float(b), float(e), unit)
+            for axis, b, e in zip("xyz", bias, errors, strict=True)
+        ),
+        unit="rad/s",
+        rms_before=float(np.sqrt(np.mean((means**2).sum(axis=1)))),
+        rms_fitted=rms,
+        # the mean of the others is off by n/(n − 1) times as much
+        rms_held_out=rms * count / (count - 1.0),
+        floor=None,
+        residuals=lengths,
+        held_out=lengths * count / (count - 1.0),
+        warnings=(f"the offset alone, from {count} still positions: scale and axes are nominal",),
+        degrees_of_freedom=count - 1,
+    )
