@@ -17,6 +17,7 @@ from imucal_wizard.live.stream import stream_status
 from imucal_wizard.live.view import View
 from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Listener, Machine
+from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import SI_UNIT
 
@@ -59,8 +60,13 @@ class Engine:
         self._view = View()
         self.restart()
 
-    def restart(self) -> None:
-        """Forget every sample; what has happened stays counted."""
+    def restart(self, noise: Noise | None = None) -> None:
+        """Forget every sample; what has happened stays counted.
+
+        Args:
+            noise: of the device at rest, where it is known already.
+        """
+        self._noise = noise
         self.intake = Intake(self._setup)
         self._machine: Machine | None = None
         self._waiting: list[tuple[str, str]] = []
@@ -130,6 +136,7 @@ class Engine:
             gyroscope_unit=SI_UNIT["gyroscope"] if gyroscope is None else gyroscope.unit,
             gravity=self.settings.gravity,
             gyroscope_range=self.settings.gyroscope_range if known else None,
+            noise=self._noise,
             listener=self.listener,
         )
         self._view.begin(rate, readings)
@@ -213,6 +220,11 @@ class Engine:
     def status(self) -> Status:
         """The procedure at this moment."""
         return self._machine.status() if self._machine is not None else Status()
+
+    @property
+    def makeshift(self) -> Noise | None:
+        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
+        return None if self._machine is None else self._machine.makeshift
 
     def collected(self) -> Collected:
         """What has been measured."""

@@ -8,7 +8,8 @@ from imucal_wizard.errors import UsageError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.runner import Runner
 from imucal_wizard.live.tape import Tape
-from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.stillness import Noise
 
 TICK = 0.02
 """Seconds between two pieces."""
@@ -18,11 +19,19 @@ _LONGEST_TICK = 0.25
 """A thread that was held up does not catch up more than this, s."""
 
 
+_AGAIN = (
+    "The recording has no rest as long as the settle step wants: the noise is that of its longest "
+    "rest so far. It is played again from its beginning with that."
+)
+
+
 class Player(Runner):
     """Plays a tape through an engine.
 
     Until the procedure is started the tape is a preview; ``start`` begins at its first sample, so
-    that the result does not depend on how long somebody looked.
+    that the result does not depend on how long somebody looked. A recording that does not begin
+    with a rest loses its first holds to the search for one: once the noise is known all the same,
+    it is played again from its first sample.
 
     Args:
         tape: what is played.
@@ -50,16 +59,29 @@ class Player(Runner):
         self._tape = tape
         self._speed = speed
         self._position = 0.0
+        self._second = False
 
     def _command(self, name: str, argument: str) -> None:
         if name == "start" and self._engine.status().step is StepKind.SOURCE:
             self._rewind()
         super()._command(name, argument)
 
-    def _rewind(self) -> None:
+    def _rewind(self, noise: Noise | None = None) -> None:
         self._tape.rewind()
         self._position = 0.0
-        self._engine.restart()
+        self._engine.restart(noise)
+        self._second = False
+
+    def _once_more(self) -> bool:
+        """Begin again with the noise of the longest rest, where the settle step had to make do."""
+        noise = self._engine.makeshift
+        if noise is None or self._second:
+            return False
+        self._rewind(noise)
+        self._second = True
+        self._engine.command("start")
+        self._engine.tell(EventKind.WARNING, _AGAIN)
+        return True
 
     def _work(self) -> None:
         last, idle = self._clock(), False
@@ -69,6 +91,7 @@ class Player(Runner):
                 self._position += self._step(now - last)
                 last = now
                 more = self._tape.play(self._engine, self._position)
+                more |= self._once_more()
                 if not more and self._engine.status().step is not StepKind.SOURCE:
                     self._engine.end()
                 idle = not more

@@ -9,6 +9,7 @@ from imucal_wizard.procedure.route import Route
 from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.taking import Taking
 
 
@@ -23,10 +24,16 @@ class Conductor:
         elapsed: seconds of samples so far.
     """
 
-    def __init__(self, procedure: Procedure, units: Scales, gyroscope_range: float | None) -> None:
+    def __init__(
+        self,
+        procedure: Procedure,
+        units: Scales,
+        gyroscope_range: float | None,
+        noise: Noise | None = None,
+    ) -> None:
         self.scene = Scene(procedure, units, gyroscope_range)
         self.holding = Holding(self.scene)
-        self.route = Route(self.scene, self.holding)
+        self.route = Route(self.scene, self.holding, noise)
         self.taking = Taking(self.scene, self.holding, self.route)
         self.elapsed = 0.0
 
@@ -59,6 +66,7 @@ class Conductor:
         if not scene.upright.known or not (scene.ledger.holds or scene.still):
             # The first samples may come from a device in mid-air; the newest guess is the best.
             scene.upright.begin(reading)
+        self.route.settle.assume()
         scene.up = scene.upright.up(reading) if np.isfinite(reading).all() else None
         if scene.resolution.see(moment) and self.route.step is not StepKind.SETTLE:
             self.route.settle.refine()

@@ -8,6 +8,7 @@ from imucal_wizard.procedure.rotation_step import RotationStage
 from imucal_wizard.procedure.scene import Scene, Stage
 from imucal_wizard.procedure.settle_step import SettleStage
 from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.validate_step import ValidateStage
 from imucal_wizard.procedure.wording import TITLES
 
@@ -27,11 +28,11 @@ class Route:
         return_to: the step to come back to when the noise has been measured again.
     """
 
-    def __init__(self, scene: Scene, holding: Holding) -> None:
+    def __init__(self, scene: Scene, holding: Holding, noise: Noise | None = None) -> None:
         self._scene = scene
         self._holding = holding
         procedure = scene.procedure
-        self.settle = SettleStage(scene, procedure.step(StepKind.SETTLE))
+        self.settle = SettleStage(scene, procedure.step(StepKind.SETTLE), noise)
         self.stages: dict[StepKind, Stage] = {
             StepKind.SETTLE: self.settle,
             StepKind.UP_DOWN: PoseStage(scene, procedure.step(StepKind.UP_DOWN)),

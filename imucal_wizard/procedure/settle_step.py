@@ -14,14 +14,26 @@ LEAST_WINDOWS = 15
 
 
 class SettleStage:
-    """Measures the noise and sets the limits of the steps that follow."""
+    """Measures the noise and sets the limits of the steps that follow.
 
-    def __init__(self, scene: Scene, step: Step) -> None:
+    Args:
+        scene: what all steps see.
+        step: what the step needs.
+        known: noise that is known beforehand; then the step is done before it begins.
+
+    Attributes:
+        noise: what the limits are made of, or None.
+        makeshift: the noise is that of a rest shorter than asked for.
+        why: why the present moment is no rest, or "".
+    """
+
+    def __init__(self, scene: Scene, step: Step, known: Noise | None = None) -> None:
         self._scene = scene
         self.seconds = step.seconds
         self._settling = Settling(scene.units, scene.resolution, keep=1)
-        self.noise: Noise | None = None
-        self.finished = False
+        self.noise = known
+        self.finished = known is not None
+        self.makeshift = False
         self.why = ""
 
     @property
@@ -43,6 +55,12 @@ class SettleStage:
         """Coarse limits, as soon as it is known what one gravity reads."""
         if self._scene.upright.known:
             self._scene.watch.set_limits(self.coarse())
+
+    def assume(self) -> None:
+        """Limits from noise that was known beforehand, as soon as one gravity is."""
+        scene = self._scene
+        if self.noise is not None and scene.watch.limits is None and scene.upright.known:
+            scene.watch.set_limits(self.fine(self.noise))
 
     def coarse(self) -> Limits:
         """Limits before any noise is known."""
@@ -75,6 +93,7 @@ class SettleStage:
     def completed(self, kept: KeptHold) -> None:
         """Ten seconds of rest are over: set the limits."""
         self.noise = self._settling.noise(any_window=kept.hold.hand_held)
+        self.makeshift = False
         if self.noise is None:
             return
         scene = self._scene
@@ -89,7 +108,7 @@ class SettleStage:
         noise = noise_of(windows) if len(windows) >= LEAST_WINDOWS else None
         if noise is None:
             return False
-        self.noise = noise
+        self.noise, self.makeshift = noise, True
         scene = self._scene
         scene.watch.set_limits(self.fine(noise))
         self.finished = True

@@ -9,6 +9,7 @@ from imucal_wizard.procedure.overview import overview
 from imucal_wizard.procedure.plan import Procedure, Step, standard
 from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.state import Collected, Event, Status
+from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -31,6 +32,7 @@ class Machine:
         gyroscope_unit: ``rad/s`` or ``count``.
         gravity: local gravity, m/s².
         gyroscope_range: full scale of the gyroscope in its unit, or None when not known.
+        noise: of the device at rest, where it is known already: then nothing is settled first.
         listener: told of the status after each block and each command, however they are cut.
     """
 
@@ -43,11 +45,12 @@ class Machine:
         gyroscope_unit: str = "rad/s",
         gravity: float = STANDARD_GRAVITY,
         gyroscope_range: float | None = None,
+        noise: Noise | None = None,
         listener: Listener | None = None,
     ) -> None:
         units = Scales(accelerometer_unit, gyroscope_unit, gravity)
         self._moments = MomentMaker(rate)
-        self._conductor = Conductor(procedure or Procedure(), units, gyroscope_range)
+        self._conductor = Conductor(procedure or Procedure(), units, gyroscope_range, noise)
         self._commands = Commands(self._conductor)
         self._status: Status | None = None
         self._listener = listener
@@ -92,6 +95,12 @@ class Machine:
         if self._status is None:
             self._status = overview(self._conductor)
         return self._status
+
+    @property
+    def makeshift(self) -> Noise | None:
+        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
+        settle = self._conductor.route.settle
+        return settle.noise if settle.makeshift else None
 
     def collected(self) -> Collected:
         """What has been measured; a hold that still grows is as long as it is by now."""

@@ -9,6 +9,7 @@ from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.player import Player
 from imucal_wizard.live.resume import begin
+from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.tape import ReadingsTape
 from imucal_wizard.procedure.state import Collected, StepKind
 from imucal_wizard.readings import Readings, Series
@@ -74,6 +75,32 @@ def test_however_long_the_preview_was_looked_at_it_starts_at_the_first_sample(
     player.command("start")
     wait_for(lambda: player.snapshot().finished)
     assert same(player.collected(), _at_once(readings))
+    player.stop()
+
+
+def _restless(readings: Readings) -> Readings:
+    """The same without most of the rest at its beginning: no ten seconds, and a hold to lose."""
+    begin = readings.accelerometer.time[0] + 16.0
+    end = readings.accelerometer.time[-1] + 1.0
+    assert readings.gyroscope is not None
+    return Readings(
+        readings.accelerometer.between(begin, end), readings.gyroscope.between(begin, end)
+    )
+
+
+def test_a_recording_without_a_rest_at_its_beginning_loses_no_hold(tmp_path: Path) -> None:
+    """The noise is that of a shorter rest, and the holds in which it was sought are taken too."""
+    whole = _readings(tmp_path)
+    player = Player(ReadingsTape(_restless(whole)), Engine(settings=Settings()), float("inf"))
+    player.start()
+    player.command("start")
+    wait_for(lambda: player.snapshot().finished)
+    texts = [event.text for event in player.snapshot().events]
+    assert any("played again from its beginning" in text for text in texts)
+    starts = [hold.start for hold in player.collected().holds]
+    expected = [hold.start for hold in _at_once(whole).holds if hold.start > 21.0]
+    assert min(starts) < 17.0
+    assert len([start for start in starts if start > 21.0]) == len(expected)
     player.stop()
 
 
