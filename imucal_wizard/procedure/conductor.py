@@ -6,11 +6,14 @@ from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import Procedure
 from imucal_wizard.procedure.route import Route
-from imucal_wizard.procedure.scales import Scales
+from imucal_wizard.procedure.scales import Scales, excess
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.taking import Taking
+
+HAND_HELD = 10.0
+"""A hand moves a device by at most this many times the coarse limits; more is another matter."""
 
 
 class Conductor:
@@ -122,11 +125,17 @@ class Conductor:
         what = watch.wait(moment.seconds)
         reason = watch.reason or "it moves again and again"
         if what == "stuck":
-            way = "Lean it on something."
-            if route.step is StepKind.SETTLE:
-                way = "If it does lie still, its units are wrong: go back to the source."
-            text = f"No rest for {watch.waiting:.0f} s: {reason}. {way}"
+            text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             scene.emit(EventKind.STUCK, text)
         elif what == "loosened":
             text = f"The limits are {watch.loosened:.0f} times wider now: {reason}."
             scene.emit(EventKind.WARNING, text)
+
+    def _way_out(self) -> str:
+        """What to do about a device that does not come to rest."""
+        worst = self.scene.watch.worst
+        if self.route.step is not StepKind.SETTLE:
+            return "Lean it on something."
+        if worst is not None and excess(worst) < HAND_HELD:
+            return "Lay it down where nothing shakes it."
+        return "If it does lie still, its units are wrong: go back to the source."

@@ -46,6 +46,8 @@ class Taking:
         if run.kept is None:
             hold = self._holding.hold()
             if hold is not None:
+                if self._scene.watch.tighten(route.stage.seconds):
+                    self._scene.emit(EventKind.WARNING, "It is calm again: so are the limits.")
                 self._tell(self._keep(hold))
                 self._doubt()
         else:

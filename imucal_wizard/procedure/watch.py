@@ -19,6 +19,8 @@ LOOSEN_SECONDS = 15.0
 LOOSEN_FACTOR = 2.0
 MOST_LOOSENED = 16.0
 RECENT_SECONDS = 5.0
+WINDOW_SECONDS = 0.5
+"""What a window reaches back: a rest is known to be one only after that."""
 ALMOST = 1e-6
 
 
@@ -30,6 +32,7 @@ class Watch:
         self._limits: Limits | None = None
         self._tight: Limits | None = None
         self._recent: deque[float] = deque(maxlen=1)
+        self._calm = 0.0
         self.loosened = 1.0
         self.waiting = 0.0
         self.motions: tuple[AxisMotion, ...] = ()
@@ -84,6 +87,13 @@ class Watch:
         self._limits = self._tight.scaled(self.loosened)
         return True
 
+    def tighten(self, seconds: float) -> bool:
+        """Back to the first limits once the device has met them for so long; whether it has."""
+        if self.loosened == 1.0 or self._calm < seconds - WINDOW_SECONDS:
+            return False
+        self._limits, self.loosened = self._tight, 1.0
+        return True
+
     def rest(self) -> None:
         """A hold was completed, or nothing is asked for: the waiting begins anew."""
         self.waiting = 0.0
@@ -96,6 +106,8 @@ class Watch:
             return False
         self.motions = self._units.motions(moment.window, self._limits)
         self.still = bool(moment.window.still(self._limits)[0])
+        calm = self._tight is not None and bool(moment.window.still(self._tight)[0])
+        self._calm = self._calm + moment.seconds if calm else 0.0
         return self.still
 
     def exhausted_in(self, seconds: float) -> bool:

@@ -118,3 +118,19 @@ def test_nothing_is_waited_for_while_a_hold_is_complete() -> None:
     events = machine.feed(device.hold("+x", 60.0).taken())
     assert EventKind.STUCK not in kinds(events)
     assert machine.status().still.waiting == 0.0
+
+
+def test_limits_that_were_loosened_come_back_with_the_first_calm_hold() -> None:
+    """A trembling hold keeps them wide; one that lies on the table does not need them."""
+    device = Device()
+    machine = machine_at(StepKind.POSES, device)
+    machine.feed(device.place("+x").shake(3.0, force=0.06, rate=0.002).taken())
+    machine.command("loosen")
+    machine.feed(device.shake(3.0, force=0.06, rate=0.002).taken())
+    assert machine.status().done == ("+x",)
+    assert machine.status().still.loosened == 2.0
+    events = machine.feed(device.hold("+y").taken())
+    assert machine.status().done == ("+x", "+y")
+    assert machine.status().still.loosened == 1.0
+    assert "calm again" in texts(events, EventKind.WARNING)[0]
+    assert kinds(events)[-1] is EventKind.HOLD_TAKEN

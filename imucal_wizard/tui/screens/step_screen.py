@@ -126,7 +126,9 @@ class StepScreen(LiveScreen):
         stream = snapshot.stream
         units = stream.accelerometer_unit, stream.gyroscope_unit
         self.query_one(Traces).feed(snapshot.traces, units)
-        self.query_one(StreamLine).tell(stream, status.noise, self.wizard.sounds.muted)
+        self.query_one(StreamLine).tell(
+            stream, status.noise, status.still.loosened, self.wizard.sounds.muted
+        )
 
     def headline(self, status: Status) -> tuple[str, str]:
         """What is read from two metres, and its style: HOLD STILL once it is where it should be."""

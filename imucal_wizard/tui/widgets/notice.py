@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from imucal_wizard.procedure.state import Event, EventKind, Offer
-from imucal_wizard.tui.text import Line, wrapped
+from imucal_wizard.tui.text import Line, Span, width_of, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
 _SIGNS: dict[str, tuple[str, str]] = {
@@ -36,11 +36,23 @@ class Notice(Lines):
         rows: list[Line] = []
         if problem:
             rows += wrapped(f" ▲ {problem}", width, "bad", indent="   ")
-        choices: list[Line] = [((f" {o.key} ", "key"), (f" {o.text}", "")) for o in offers]
+        choices = offer_rows(offers, width)
         room = height - len(rows) - len(choices)
         if event is not None and room > 0 and not problem:
             rows += event_rows(event, width)[:room]
         self.show((rows + choices)[:height])
+
+
+def offer_rows(offers: Sequence[Offer], width: int) -> list[Line]:
+    """The ways out with their keys, as many in a row as fit."""
+    rows: list[list[Span]] = []
+    for offer in offers:
+        spans: list[Span] = [(f" {offer.key} ", "key"), (f" {offer.text}  ", "")]
+        if rows and width_of((*rows[-1], *spans)) <= width + 2:
+            rows[-1] += spans
+        else:
+            rows.append(spans)
+    return [tuple(row) for row in rows]
 
 
 def event_rows(event: Event, width: int) -> list[Line]:

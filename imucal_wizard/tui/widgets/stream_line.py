@@ -14,8 +14,10 @@ class StreamLine(Lines):
 
     DEFAULT_CSS = "StreamLine { height: 1; }"
 
-    def tell(self, stream: "StreamStatus", noise: str = "", muted: bool = False) -> None:
-        """Show the newest state of the stream."""
+    def tell(
+        self, stream: "StreamStatus", noise: str = "", loosened: float = 1.0, muted: bool = False
+    ) -> None:
+        """Show the newest state of the stream, and how far the limits are from the noise."""
         spans: list[Span] = [(" ", "")]
         if not stream.connected:
             spans.append(("▲ not connected  ", "bad"))
@@ -29,6 +31,8 @@ class StreamLine(Lines):
             spans.append(("  sound off", "warn"))
         if noise:
             spans.append((f"  noise {clean(noise)}", ""))
+        if loosened > 1.0:
+            spans.append((f"  limits ×{loosened:.0f}", "warn"))
         source: Span = (f"  {clean(stream.source)}", "quiet")
         if width_of((*spans, source)) <= (self.size.width or 80):
             spans.append(source)
