@@ -3,6 +3,7 @@
 import numpy as np
 
 from imucal_wizard import units
+from imucal_wizard.devices.blanks import Blanks
 from imucal_wizard.devices.clock import DeviceClock, SampleCounter
 from imucal_wizard.devices.formats.base import Column, Rows
 from imucal_wizard.devices.host_clock import HostClock
@@ -19,13 +20,15 @@ class Assembler:
         columns: resolved columns, every sensor's with its unit.
         first: first rows, shape (n, columns), from which the device's period is taken.
         rate: samples per second where the stream carries no time and it is known.
+
+    Attributes:
+        blanks: the rows that were left out because they lack a number.
     """
 
     def __init__(
         self, columns: tuple[Column, ...], first: FloatArray, rate: float | None = None
     ) -> None:
         self.columns = columns
-        self.not_finite = 0
         self.samples = 0
         self._places = {s: places_of(columns, s) for s in _SENSORS}
         self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
@@ -33,6 +36,7 @@ class Assembler:
         self._temperature = where.get("temp")
         self._time = where.get("t")
         self._count = where.get("counter") if self._time is None else None
+        self.blanks = Blanks(columns, self._needed())
         self._counter = SampleCounter()
         self._host = HostClock(rate)
         self._torn: TornTimes | None = None
@@ -86,10 +90,8 @@ class Assembler:
         if not len(values):
             return None
         indices = self._indices(rows)
-        needed = values[:, self._needed()]
-        good = np.isfinite(needed).all(axis=1)
+        good = self.blanks.sift(values)
         if not good.all():
-            self.not_finite += int(np.sum(~good))
             values, indices = values[good], indices[good]
             if not len(values):
                 return None

@@ -64,11 +64,11 @@ class Health:
         """Look at what was lost and thrown away so far, and at the printed digits."""
         self._clock()
         total = self._assembler.samples
-        spoilt = malformed + self._assembler.not_finite
-        if total >= _LEAST and spoilt >= max(_FEW, 0.01 * total):
-            self._note("malformed", _MALFORMED if malformed else _NOT_FINITE)
-        elif self._assembler.not_finite >= _FEW:
-            self._note("nan", _NOT_FINITE)
+        blanks = self._assembler.blanks
+        if total >= _LEAST and malformed and malformed + blanks.count >= max(_FEW, 0.01 * total):
+            self._note("malformed", _MALFORMED)
+        if blanks.count >= _FEW:
+            self._note("nan", blanks.note)
         if total >= _LEAST and self._assembler.dropped >= max(_FEW, 0.01 * total):
             self._note("lost", _LOST)
         if total >= _LEAST and decimals and not self._digits_known:
@@ -149,10 +149,6 @@ class Health:
 _MALFORMED = (
     "More than one line in a hundred cannot be read (cut short, columns missing): check the cable "
     "and the speed, and that no other program reads the port."
-)
-_NOT_FINITE = (
-    "Some samples carry NaN or nothing instead of a number and are left out: check the sensor's "
-    "wiring and the sketch."
 )
 _LOST = (
     "More than one sample in a hundred is missing: lower the sampling rate or raise the speed of "

@@ -82,6 +82,8 @@ class Intake:
             return self._search.problem
         if self._garbage.problem:
             return self._garbage.problem
+        if self._assembler is not None and self._assembler.blanks.problem:
+            return self._assembler.blanks.problem
         if self._unread < _PATIENCE:
             return ""
         return (

@@ -39,7 +39,8 @@ class Journal:
         self._session = session
         self._clock = clock
         self._step = ""
-        self._owed: list[_Write] = []
+        self._owed: list[tuple[_Write, int]] = []
+        self._written = 0
         self._size = 0
         self._commits = session.commits if session is not None else 0
         self._next = 0.0
@@ -75,54 +76,65 @@ class Journal:
 
     def idle(self) -> None:
         """Nothing came: bring what is written to the disk when it is time."""
-        if self.problem:
-            self._again(self._clock())
-        elif self._owed:
-            self._attempt([Session.commit_when_due])
+        if self._session is not None and (self.problem or self._owed):
+            self._go_on(self._session)
 
     def close(self) -> None:
         """Let go of the file, after a last attempt to write what is owed."""
-        if self.problem:
-            self._again(self._next)
-        session, self._session = self._session, None
-        if session is not None:
-            try:
-                session.close()
-            except SessionError as error:
-                self.problem = f"not written down: {error}"
-            else:
-                self.problem = f"not written down: {self._why}" if self.problem else ""
-
-    def _do(self, write: _Write, size: int = 0) -> None:
-        if self._session is None:
-            return
-        self._owed.append(write)
-        self._size += size
-        if self.problem:
-            self._again(self._clock())
-        else:
-            self._attempt([write])
-
-    def _again(self, now: float) -> None:
-        """Write everything that is owed, when it is time to try."""
-        if now < self._next or self._session is None:
-            return
-        self._attempt([Session.roll_back, *self._owed, Session.commit])
-
-    def _attempt(self, writes: Sequence[_Write]) -> None:
         session = self._session
         if session is None:
             return
+        if self.problem:
+            self._next = self._clock()
+            self._go_on(session)
+        self._session = None
         try:
-            for write in writes:
-                write(session)
+            session.close()
         except SessionError as error:
-            self._failed(error)
+            self._why = str(error)
+            self.problem = self._why
+        if self.problem:
+            self.problem = f"not written down: {self._why}"
+
+    def _do(self, write: _Write, size: int = 0) -> None:
+        if self._session is not None:
+            self._owed.append((write, size))
+            self._size += size
+            self._go_on(self._session)
+
+    def _go_on(self, session: Session) -> None:
+        """Write what is owed; after a failure all of it once more, when it is time to try."""
+        if self.problem and self._clock() < self._next:
             return
-        self.problem = ""
-        if session.commits != self._commits:  # all of it is on the disk
-            self._commits, self._size = session.commits, 0
-            self._owed.clear()
+        try:
+            if self.problem:
+                session.roll_back()
+                self._written = 0
+            self._write(session)
+            if self.problem:
+                session.commit()
+                self._settle(session)
+            self.problem = ""
+            session.commit_when_due()
+            self._settle(session)
+        except SessionError as error:
+            self._settle(session)
+            self._failed(error)
+
+    def _write(self, session: Session) -> None:
+        while self._written < len(self._owed):
+            write, _ = self._owed[self._written]
+            self._written += 1
+            write(session)
+            self._settle(session)
+
+    def _settle(self, session: Session) -> None:
+        """Forget what has come to the disk: a commit takes all that was written before it."""
+        if session.commits != self._commits:
+            self._commits = session.commits
+            self._size -= sum(size for _, size in self._owed[: self._written])
+            del self._owed[: self._written]
+            self._written = 0
 
     def _failed(self, error: SessionError) -> None:
         self._next = self._clock() + RETRY

@@ -39,6 +39,7 @@ class Conductor:
         self.route = Route(self.scene, self.holding, noise)
         self.taking = Taking(self.scene, self.holding, self.route)
         self.elapsed = 0.0
+        self._broke = ""
 
     def follow(self, moment: Moment) -> None:
         """Take one moment."""
@@ -99,10 +100,10 @@ class Conductor:
             if asking:
                 scene.emit(EventKind.MOVED, "Moving.")
         elif asking and not run.used:
-            what = "Moved" if moment.full else "Interrupted"
+            what, self._broke = "Moved" if moment.full else "Interrupted", self._why(moment)
             scene.emit(
                 EventKind.HOLD_BROKEN,
-                f"{what} after {self.holding.seconds:.1f} s: {self._why(moment)}. Hold it again.",
+                f"{what} after {self.holding.seconds:.1f} s: {self._broke}. Hold it again.",
             )
         self.holding.fresh()
 
@@ -123,7 +124,7 @@ class Conductor:
             route.advance()
             return
         what = watch.wait(moment.seconds)
-        reason = watch.reason or "it moves again and again"
+        reason = watch.reason or f"again and again {self._broke or 'it moves'}"
         if what == "stuck":
             text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             scene.emit(EventKind.STUCK, text)

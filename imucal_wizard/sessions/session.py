@@ -209,9 +209,9 @@ class Session:
         with self._explaining():
             if self._connection.in_transaction:
                 self._connection.execute("COMMIT")
+                self.commits += 1
             self._connection.execute("BEGIN IMMEDIATE")
         self._committed = self._clock()
-        self.commits += 1
 
     def roll_back(self) -> None:
         """Forget what is not on the disk, after a failure, so that it can be written once more."""

@@ -16,13 +16,15 @@ from tests.live.performance import pieces, recorded, same, settings
 
 
 class _Clock:
-    """Seconds that pass when the test says so."""
+    """Seconds that pass when the test says so, and a little whenever somebody looks."""
 
     def __init__(self) -> None:
         self.now = 0.0
+        self.look = 0.0
 
     def __call__(self) -> float:
         """The time."""
+        self.now += self.look
         return self.now
 
 
@@ -37,6 +39,10 @@ class _Disk:
     def fill(self) -> None:
         """The file may not grow by a page."""
         self._limit(self._pages("page_count"))
+
+    def leave(self, pages: int) -> None:
+        """The file may grow by a few pages yet."""
+        self._limit(self._pages("page_count") + pages)
 
     def clear(self) -> None:
         """There is room again."""
@@ -136,3 +142,28 @@ def test_what_waits_in_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.Mon
     disk.clock.now += RETRY
     disk.journal.raw(20.0, b"late")
     assert "nothing more is written down" in disk.journal.problem
+
+
+@pytest.mark.parametrize("look", [0.0, 0.1, 0.6])
+def test_a_disk_that_takes_a_part_gets_no_piece_twice(tmp_path: Path, look: float) -> None:
+    """What was committed in the middle of an attempt is not written once more by the next."""
+    path = tmp_path / "a.imucal"
+    disk = _Disk(path)
+    disk.fill()
+    sent = [bytes([number]) * 3000 for number in range(60)]
+    for number, data in enumerate(sent):
+        disk.journal.raw(float(number), data)
+    assert disk.journal.problem
+    disk.clock.look = look
+    for room in (4, 11, 9):
+        disk.leave(room)
+        disk.clock.now += RETRY
+        disk.journal.idle()
+        assert disk.journal.problem
+    disk.clear()
+    disk.clock.now += RETRY
+    disk.journal.idle()
+    assert disk.journal.problem == ""
+    disk.journal.close()
+    with Session.open(path) as session:
+        assert [data for _, _, data in session.raw()] == sent
