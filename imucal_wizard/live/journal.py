@@ -140,10 +140,7 @@ class Journal:
         self._next = self._clock() + RETRY
         self._why = str(error)
         if self._size <= MOST_OWED:
-            self.problem = (
-                f"not written down for now: {error}. It is tried again every {RETRY:.0f} s, and "
-                "nothing is missing as long as this program runs"
-            )
+            self.problem = f"waiting in memory, tried again every {RETRY:.0f} s: {error}"
             return
         self.problem = f"nothing more is written down: {error}"
         self._session = None
