@@ -1,7 +1,7 @@
 """A device for the measurements: a process of its own that writes prepared lines to a pty.
 
 ``python -m benchmarks.device RATE SECONDS [SCRIPT]`` prints what to open, waits until that is
-open, writes by the clock whether anybody reads or not, and says at its end how many lines it sent.
+open, writes by the clock whether anybody reads or not, and then says how many lines it sent.
 Like a real port it never waits: what the line's buffer does not take is lost.
 """
 
@@ -100,19 +100,18 @@ class Device:
 
     def __init__(self, rate: float, seconds: float, script: str = "poses") -> None:
         command = [PYTHON, "-m", "benchmarks.device", str(rate), str(seconds), script]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
         self.port = self._said().strip()
 
     def _said(self) -> str:
         return self._process.stdout.readline() if self._process.stdout else ""
 
-    @property
-    def done(self) -> bool:
-        """Whether everything has been written."""
-        return self._process.poll() is not None
-
     def sent(self) -> tuple[int, int, float]:
-        """Lines written, bytes that the line's buffer refused, mean length of a line."""
+        """Lines written, bytes that the line's buffer refused, mean length of a line.
+
+        Waits until everything has been written; the port stays open.
+        """
         said = json.loads(self._said())
         return said["lines"], said["refused"], said["length"]
 
@@ -120,11 +119,8 @@ class Device:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if not self.done:
-            self._process.terminate()
-        self._process.wait()
-        if self._process.stdout:
-            self._process.stdout.close()
+        self._process.terminate()
+        self._process.communicate()
 
 
 def main() -> None:
@@ -141,9 +137,9 @@ def main() -> None:
     time.sleep(GRACE)
     endpoint.read()
     refused = send(endpoint, lines, rate)
-    time.sleep(0.5)  # what was written last is still being read
     length = sum(map(len, lines)) / len(lines)
     print(json.dumps({"lines": len(lines), "refused": refused, "length": length}), flush=True)
+    sys.stdin.read()  # what was written last is still being read: stay until the reader has gone
 
 
 if __name__ == "__main__":

@@ -27,6 +27,8 @@ WARM = 2.0
 """Seconds at the beginning that are not measured: the format is being recognised."""
 RUNS = 3
 _LOOK = 1.0 / 20.0
+_LAST = 0.5
+"""Seconds in which what was written last is read."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +58,10 @@ def run(rate: float, way: str) -> Outcome:
         reader.start()
         reader.command("start")
         share = _share(engine, reader, rate, looking=way == WAYS[2])
-        while not device.done:
-            time.sleep(_LOOK)
-            _still_reads(reader)
-        reader.stop()
         sent, refused, length = device.sent()
+        time.sleep(_LAST)
+        _still_reads(reader)
+        reader.stop()
         if way != WAYS[0]:
             _all_kept(Path(folder) / "stream.imucal", round(sent * length) - refused)
         return Outcome(share, sent, sent - engine.samples, length)

@@ -6,11 +6,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.q_cases import BNO055, XSENS, Case
 from benchmarks.q_experiments import (
-    BNO055,
     METHODS,
-    XSENS,
-    Case,
     accelerometer_sets,
     bias_errors,
     gyroscope_sets,
