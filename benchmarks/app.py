@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import pyte
 
-from benchmarks.device import TURNING, Device
+from benchmarks.device import REST, TURNING, Device
 from benchmarks.measure import PYTHON, machine
 from benchmarks.terminal import FRAME_ENDS, Terminal
 
@@ -51,18 +51,22 @@ def run(columns: int, rows: int) -> list[Outcome]:
     """Open the app on the device, let it settle, and measure both phases.
 
     Raises:
-        SystemExit: no pose was taken: the procedure does not follow the stream.
+        SystemExit: the program does not follow the stream, or the machine is too busy for that.
     """
     with tempfile.TemporaryDirectory() as folder, Device(RATE, SECONDS, "turning") as device:
         command = [PYTHON, "-m", "imucal_wizard", "--port", device.port, "--sessions", folder]
         with Terminal(command, columns, rows) as terminal:
-            terminal.wait_for("is this what you expect")
+            opened = terminal.wait_for("is this what you expect")
             terminal.press("\r")
-            terminal.wait_for("▸UP/DOWN")
-            terminal.pump(1.0)
+            settled = terminal.wait_for("▸UP/DOWN")
+            if settled > opened + REST:
+                raise SystemExit(f"settled only {settled - opened:.0f} s after the port was opened")
+            terminal.pump_until(opened + REST + 0.5)
             first = _measure(terminal, columns, rows)
-            terminal.pump(2.0)
+            terminal.pump_until(opened + REST + TURNING + 1.0)
             second = _measure(terminal, columns, rows)
+        if not device.sending:
+            raise SystemExit("the device had nothing left to send before the end")
         if not second.taken > first.taken:
             raise SystemExit(f"{second.taken} poses were taken of a device that goes through them")
         return [first, second]

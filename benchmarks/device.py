@@ -7,6 +7,7 @@ Like a real port it never waits: what the line's buffer does not take is lost.
 
 import json
 import os
+import select
 import subprocess
 import sys
 import time
@@ -25,7 +26,7 @@ from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 
 SEED = 0
-REST = 12.0
+REST = 14.0
 """Seconds of rest at the beginning: the settle step needs ten."""
 TURNING = 15.0
 """Seconds of turning without a pause after it, in ``turning``."""
@@ -106,6 +107,14 @@ class Device:
 
     def _said(self) -> str:
         return self._process.stdout.readline() if self._process.stdout else ""
+
+    @property
+    def sending(self) -> bool:
+        """Whether there are lines left to be written."""
+        said = self._process.stdout
+        if said is None or self._process.poll() is not None:
+            return False
+        return not select.select([said], [], [], 0.0)[0]
 
     def sent(self) -> tuple[int, int, float]:
         """Lines written, bytes that the line's buffer refused, mean length of a line.

@@ -55,7 +55,10 @@ class Terminal:
 
     def pump(self, seconds: float) -> None:
         """Take what is drawn for so long."""
-        end = time.monotonic() + seconds
+        self.pump_until(time.monotonic() + seconds)
+
+    def pump_until(self, end: float) -> None:
+        """Take what is drawn until this moment on ``time.monotonic``."""
         while (left := end - time.monotonic()) > 0.0:
             self._take(left)
 
