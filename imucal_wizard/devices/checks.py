@@ -66,6 +66,12 @@ def gravity(window: Window) -> str:
         return ""
     sizes = np.linalg.norm(window.acceleration, axis=1)
     size = float(np.median(sizes))
+    if size < 2.0 and _feels_gravity(window.rate, window.rate_unit):
+        return (
+            "What is taken for the gyroscope reads as gravity does, and the accelerometer does "
+            "not: their columns are exchanged. Correct the names that the device prints, or the "
+            "columns (key c)."
+        )
     if size < 2.0:
         return (
             f"The acceleration is only {size:.2g} m/s² for two seconds: the device has taken "
@@ -77,6 +83,17 @@ def gravity(window: Window) -> str:
     likely = _unit_for(size)
     advice = f"it looks like {likely}: set that unit" if likely else "correct the unit or the range"
     return f"Gravity reads {size:.4g} m/s² instead of 9.81; {advice}."
+
+
+def _feels_gravity(rate: FloatArray | None, unit: str) -> bool:
+    """Whether rates have steadily the size that one g has in a usual unit."""
+    if rate is None or unit == units.COUNT:
+        return False
+    sizes = np.linalg.norm(rate, axis=1)
+    size = float(np.median(sizes))
+    printed = [size / factor for factor in units.RATE.values()]
+    near = any(abs(p / g - 1) < 0.15 for p in printed for g in (units.STANDARD_GRAVITY, 1.0, 1e3))
+    return near and float(np.std(sizes)) < 0.05 * size
 
 
 def _unit_for(size: float) -> str:

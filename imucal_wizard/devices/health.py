@@ -69,7 +69,9 @@ class Health:
             self._note("malformed", _MALFORMED)
         if blanks.count >= _FEW:
             self._note("nan", blanks.note)
-        if total >= _LEAST and self._assembler.dropped >= max(_FEW, 0.01 * total):
+        # a line cut in two takes its neighbour with it, and both are missing by the device's time
+        dropped = self._assembler.dropped - 2 * malformed - blanks.count
+        if total >= _LEAST and dropped >= max(_FEW, 0.01 * total):
             self._note("lost", _LOST)
         if total >= _LEAST and decimals and not self._digits_known:
             self._digits_known = True

@@ -284,3 +284,24 @@ def test_a_unit_of_time_that_cannot_be_is_replaced_by_what_the_arrivals_say() ->
         intake.feed((header if i == 0 else b"") + printed(row[None]), i / 100)
     assert intake.rate == pytest.approx(100.0, rel=0.01)
     assert "The time column in ns would mean 1e+11 samples/s" in intake.warnings[0]
+
+
+def test_exchanged_columns_are_named_as_such() -> None:
+    def exchange(values: FloatArray) -> None:
+        values[:, 1:7] = values[:, [4, 5, 6, 1, 2, 3]]
+
+    assert "their columns are exchanged" in warned(spoilt(exchange))
+
+
+def test_what_was_thrown_away_is_not_called_lost_as_well() -> None:
+    values = at_rest(1000)
+    values[::15, 2] = np.nan
+    text = warned(values)
+    assert "carry NaN" in text
+    assert "is missing" not in text
+    cut = printed(at_rest(1000)).splitlines(keepends=True)
+    for place in range(7, 1000, 20):
+        cut[place] = cut[place][:30]
+    intake, _ = read(HEADER + b"".join(cut))
+    assert any("cannot be read" in text for text in intake.warnings)
+    assert not any("is missing" in text for text in intake.warnings)

@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.errors import LinkError
+from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import SourceChoice, SourceKind
@@ -178,3 +179,18 @@ async def test_columns_without_names_are_mapped_by_hand() -> None:
         await until(pilot, lambda: bool(source.setups))
     assert [column.channel for column in source.setups[0].columns] == ["ax", "ay", "az"]
     assert source.setups[0].accelerometer_unit == "g"
+
+
+async def test_no_start_is_offered_before_anything_has_arrived() -> None:
+    problem = "There is no port /dev/ttyACM0. Plug the device in, or choose another port."
+    source = fakes.FakeSource(stream=StreamStatus(source="/dev/ttyACM0", problem=problem))
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "There is no port /dev/ttyACM0", "esc other source")
+        assert "start calibrating" not in text
+
+
+async def test_many_unreadable_lines_are_shown_whole_at_the_usual_size() -> None:
+    stream = replace(fakes.STREAM, samples=123_456, lost=7_890, malformed=4_567)
+    source = fakes.FakeSource(stream=stream)
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "7890 lost", "4567 lines unreadable")

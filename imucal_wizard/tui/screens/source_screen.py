@@ -169,7 +169,7 @@ class SourceScreen(LiveScreen):
     def footer(self) -> None:
         """The keys of choosing, or those of looking at a stream, where a start may not do yet."""
         snapshot = self.wizard.snapshot if self.wizard.source else None
-        known = snapshot is None or not snapshot.stream.needs
+        known = snapshot is None or (snapshot.stream.samples and not snapshot.stream.needs)
         looking = self.open_keys if known else self.asking_keys
         self.query_one(KeyFooter).offer(looking if self.wizard.source else self.keys)
 

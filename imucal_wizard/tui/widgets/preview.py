@@ -48,7 +48,7 @@ class Preview(Lines):
     def tell(self, stream: "StreamStatus") -> None:
         """Show the newest values."""
         width = max(30, self.size.width)
-        rows = [line(stream.source or "source", "strong"), self._state(stream)]
+        rows = [line(stream.source or "source", "strong"), *self._state(stream)]
         if stream.line and not stream.samples:
             newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
             rows += [line(""), *newest[:_LINE_ROWS]]
@@ -66,16 +66,16 @@ class Preview(Lines):
         self.show(rows)
 
     @staticmethod
-    def _state(stream: "StreamStatus") -> Line:
+    def _state(stream: "StreamStatus") -> list[Line]:
         if not stream.samples:
-            return line("waiting for the first sample …", "quiet")
+            return [line("waiting for the first sample …", "quiet")]
         rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
         text = f"{stream.format or 'format not known yet'}, {rate}, {stream.samples} samples, "
-        return (
-            (text, ""),
-            (f"{stream.lost} lost", "warn" if stream.lost else "good"),
-            (f", {stream.malformed} unreadable" if stream.malformed else "", "warn"),
-        )
+        lost = (f"{stream.lost} lost", "warn" if stream.lost else "good")
+        rows: list[Line] = [((text, ""), lost)]
+        if stream.malformed:
+            rows.append(line(f"{stream.malformed} lines unreadable", "warn"))
+        return rows
 
     @staticmethod
     def _values(name: str, values: tuple[float, float, float] | None, unit: str) -> list[Line]:
