@@ -170,7 +170,7 @@ def _units(
     if not all(units):
         units, says = _without_unit(sensor, values, len(columns))
     for unit, column in zip(units, columns, strict=True):
-        _known(sensor, unit, column.name)
+        _known(sensor, unit, column.name, given)
     if len({unit == COUNT for unit in units}) > 1:
         raise RecordingError(f"only some axes of the {sensor} are in counts; give all in one unit")
     if sensor == "accelerometer" and len(set(units)) == 1:
@@ -195,11 +195,14 @@ def _without_unit(sensor: str, values: FloatArray, axes: int) -> tuple[list[str]
     )
 
 
-def _known(sensor: str, unit: str, name: str) -> None:
+def _known(sensor: str, unit: str, name: str, given: str | None = None) -> None:
     counted = unit == COUNT and sensor in UNIT_OPTION
-    if unit not in FACTORS[sensor] and not counted:
-        option = f" or give {UNIT_OPTION[sensor]}" if sensor in UNIT_OPTION else ""
-        raise RecordingError(
-            f"{unit!r} of column {name!r} is no unit of the {sensor}; write one of"
-            f" {', '.join(FACTORS[sensor])}, {COUNT}{option}"
-        )
+    if unit in FACTORS[sensor] or counted:
+        return
+    option = UNIT_OPTION.get(sensor, "")
+    what = f"{option} {given}" if given else f"{unit!r} of column {name!r}"
+    instead = f" or give {option}" if option and not given else ""
+    raise RecordingError(
+        f"{what} is no unit of the {sensor}; write one of {', '.join(FACTORS[sensor])},"
+        f" {COUNT}{instead}"
+    )

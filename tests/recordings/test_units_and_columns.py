@@ -210,6 +210,19 @@ def test_what_a_header_lacks_is_named(tmp_path: Path, header: str, columns: int,
         read([path])
 
 
+def test_an_option_with_a_unit_that_is_none_is_named(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    with pytest.raises(RecordingError, match="--gyro-unit g is no unit of the gyroscope"):
+        read([path], RecordingOptions(gyroscope_unit="g"))
+
+
+def test_a_temperature_in_another_unit_does_no_harm(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples(), HEADER.replace("degC", "K"))
+    readings = read([path])
+    assert readings.temperature is None
+    assert any("the temperature was left out: 'K'" in text for text in readings.warnings)
+
+
 def test_files_with_different_sensors_become_one_recording(tmp_path: Path) -> None:
     slow, fast = samples(400, 80.0), samples(8000, 1600.0)
     first = write(tmp_path / "acc.csv", slow[:, :4], ",".join(HEADER.split(",")[:4]))
