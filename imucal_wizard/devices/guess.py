@@ -9,6 +9,9 @@ from imucal_wizard import units
 from imucal_wizard.readings import FloatArray
 
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
+_DEGREES = (12.0, 70.0)
+_WARMS = 2.0
+"""°C by which a device warms at most within the first second."""
 _STEADY = 0.1
 """The size of gravity varies less at rest, as a share of it; that of a gyroscope's bias more."""
 _WHOLE = 100.0
@@ -115,26 +118,44 @@ def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
     found = [""] * width
     if not width:
         return (), False
-    rest = list(range(width))
-    for place in (0, width - 1):
-        column = values[:, place]
-        if place in rest and width > 3 and counts_samples(column):
-            # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
-            found[place] = "counter"
-            rest.remove(place)
-        elif place in rest and width > 3 and runs_like_time(column):
-            found[place] = "t"
-            rest.remove(place)
+    rest = _without_clocks(values, found)
     if len(rest) not in (3, 4, 6, 7, 9, 10) or rest != list(range(rest[0], rest[-1] + 1)):
         return tuple(found), False
+    warm = True
     if len(rest) % 3 == 1:
-        found[rest.pop()] = "temp"
+        last = rest.pop()
+        found[last], warm = "temp", _is_temperature(values[:, last])
     triples = [rest[i : i + 3] for i in range(0, len(rest), 3)]
     order, sure = _order([values[:, triple] for triple in triples])
     for sensor, triple in zip(order, triples, strict=False):
         for axis, place in zip("xyz", triple, strict=True):
             found[place] = sensor + axis
-    return tuple(found), sure
+    return tuple(found), sure and warm
+
+
+def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
+    """The columns that are neither a time nor a counter; those are named in ``found``.
+
+    An index and a time may stand side by side at the beginning.
+    """
+    width = values.shape[1]
+    rest = list(range(width))
+    for place in (0, 1, width - 1):
+        column = values[:, place] if place < width else values[:, 0]
+        if place not in rest or width <= len("xyz") or (place == 1 and rest[0] == 0):
+            continue
+        # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
+        kind = "counter" if counts_samples(column) else "t" if runs_like_time(column) else ""
+        if kind:
+            found[place] = kind if kind not in found else ""
+            rest.remove(place)
+    return rest
+
+
+def _is_temperature(column: FloatArray) -> bool:
+    """Whether a column can be °C: else an unknown column in front has moved all others by one."""
+    low, high = _DEGREES
+    return low < float(np.median(column)) < high and float(np.ptp(column)) < _WARMS
 
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard import units
-from imucal_wizard.devices import guess
+from imucal_wizard.devices import guess, nameless
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.devices.formats.names import sensor_of
-from imucal_wizard.devices.formats.words import no_reading, squeezed
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.readings import FloatArray
 
@@ -50,11 +49,13 @@ def resolve(
     if setup.columns and len(setup.columns) == len(columns):
         columns = setup.columns
     elif not any(c.channel for c in columns):
-        columns, sure = _guessed(columns, values)
+        columns, sure = nameless.proposed(columns, values)
         if not sure:
-            return Resolution(columns, ("columns",), (_ASK_COLUMNS,))
-        notes.append(f"The lines have no names; read as {_names(columns)}. Correct it if not so.")
+            return Resolution(columns, ("columns",), (nameless.ASK,))
+        notes.append(nameless.told(columns))
     channels = {c.channel for c in columns}
+    if says := nameless.twice(columns):
+        notes.append(says)
     if not {"ax", "ay", "az"} <= channels:
         return Resolution(columns, ("columns",), (_missing("accelerometer", "a", channels),))
     for sensor in ("gyroscope", "magnetometer"):
@@ -64,12 +65,6 @@ def resolve(
             columns = _without(columns, sensor)
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(columns, values, arrivals, notes)
-
-
-_ASK_COLUMNS = (
-    "The lines carry numbers without names. Say which column is what: choose it here, or give "
-    "--columns ax,ay,az,gx,gy,gz."
-)
 
 
 def _with_units(
@@ -186,14 +181,6 @@ def places_of(columns: tuple[Column, ...], sensor: str) -> list[int]:
     return places if len(places) == 3 else []
 
 
-def _guessed(columns: tuple[Column, ...], values: FloatArray) -> tuple[tuple[Column, ...], bool]:
-    """A proposal for columns without names; those that say that they are no reading stay out."""
-    places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
-    found, sure = guess.channels(values[:, places])
-    channels = dict(zip(places, found, strict=True))
-    return tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns)), sure
-
-
 def _set_unit(columns: tuple[Column, ...], places: list[int], unit: str) -> tuple[Column, ...]:
     return tuple(replace(c, unit=unit) if i in places else c for i, c in enumerate(columns))
 
@@ -202,10 +189,6 @@ def _without(columns: tuple[Column, ...], sensor: str) -> tuple[Column, ...]:
     return tuple(
         replace(c, channel="", unit="") if sensor_of(c.channel) == sensor else c for c in columns
     )
-
-
-def _names(columns: tuple[Column, ...]) -> str:
-    return ", ".join(c.channel or "-" for c in columns)
 
 
 def _missing(sensor: str, letter: str, channels: set[str]) -> str:

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from imucal_wizard.devices.formats.base import Column
+from imucal_wizard.devices.formats.moment import counts_milliseconds, is_moment
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.recordings.layout import LONGEST, Layout, is_number, separator_of, shown, split
-from imucal_wizard.recordings.moment import counts_milliseconds, is_moment
 from imucal_wizard.recordings.naming import named, named_loosely, with_units
 from imucal_wizard.recordings.options import RecordingOptions
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.devices.formats.moment import seconds
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.recordings.layout import LONGEST, Layout, shown, split
-from imucal_wizard.recordings.moment import seconds
 
 TOLERATED = 0.05
 """A file in which more than this share of the lines does not fit is not what it was taken for."""

@@ -7,6 +7,7 @@ from imucal_wizard.devices.formats import numbers
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.devices.formats.names import header
 from imucal_wizard.devices.formats.text import DECIMALS_FROM, TextDecoder
+from imucal_wizard.devices.plain import plain
 from imucal_wizard.readings import FloatArray
 
 LEARN_FROM = 8
@@ -14,6 +15,7 @@ LEARN_FROM = 8
 MIN_COLUMNS = 3
 """Fewer numbers on a line are no accelerometer."""
 _GIVE_UP_HEADER = 5
+_LONGEST_NAME = 40
 _BRACKETS = b"()[]{}"
 
 
@@ -39,6 +41,7 @@ class DelimitedDecoder(TextDecoder):
         self._separator = b""
         self._learning: list[bytes] = []
         self._misfits: list[int] = []
+        self._names: list[str] = []
 
     @property
     def separator(self) -> bytes:
@@ -89,6 +92,8 @@ class DelimitedDecoder(TextDecoder):
         found = header([field.decode("utf-8", errors="replace") for field in fields])
         if found is None and not is_text(line):
             self._spoilt()
+        if found is None:
+            self._unknown_names(fields)
         if found is None or self._fixed or (first and not whole(found)):
             return
         found = tuple(self._with_unit(c) for c in found)
@@ -100,6 +105,12 @@ class DelimitedDecoder(TextDecoder):
             for line in waiting:
                 self._read(line, False)
 
+    def _unknown_names(self, fields: list[bytes]) -> None:
+        """Names that mean nothing here: nobody may guess what they stand for."""
+        names = [plain(field, _LONGEST_NAME) for field in fields]
+        if len(names) >= MIN_COLUMNS and all(names) and not self._fixed:
+            self._names = names
+
     def _with_unit(self, c: Column) -> Column:
         return c if c.unit else Column(c.channel, self._units.get(c.channel, ""), c.name)
 
@@ -110,7 +121,9 @@ class DelimitedDecoder(TextDecoder):
             return
         counts = Counter(len(split(line)) for line in self._learning)
         width = counts.most_common(1)[0][0]
-        self._columns = tuple(Column("", "", f"column {i + 1}") for i in range(width))
+        names = self._names if len(self._names) == width else []
+        names = names or [f"column {i + 1}" for i in range(width)]
+        self._columns = tuple(Column("", "", name) for name in names)
         waiting, self._learning = self._learning, []
         for line in waiting:
             self._read(line, False)
@@ -147,18 +160,29 @@ def is_text(line: bytes) -> bool:
 
 
 def separator_of(line: bytes) -> bytes:
-    """What stands between the fields of this line: the first of comma, semicolon, tab, blanks."""
-    return next((sign for sign in (b",", b";", b"\t") if sign in line), b" ")
+    """What stands between the fields of this line: comma, semicolon, tab, bar, or blanks."""
+    if _decimal_commas(line):
+        return b";"
+    return next((sign for sign in (b",", b";", b"\t", b"|") if sign in line), b" ")
+
+
+def _decimal_commas(line: bytes) -> bool:
+    """Whether numbers with commas stand between semicolons."""
+    return line.count(b";") > 1 and b"," in line and b"." not in line
 
 
 def split(line: bytes) -> list[bytes]:
     """The fields of a line; brackets around it and one separator at its end do not count."""
+    if b'"' in line:
+        line = line.replace(b'"', b"")
     line = line.strip(b" \t" if b"," in line or b";" in line else b" ")
     if line[:1] in (b"(", b"[", b"{"):
         line = line.translate(None, _BRACKETS).strip(b" ")
     sign = separator_of(line)
     if sign == b" ":
         return line.split()
+    if sign == b";":
+        line = line.replace(b",", b".")
     fields = line.split(sign)
     if len(fields) > 1 and not fields[-1].strip():
         fields.pop()

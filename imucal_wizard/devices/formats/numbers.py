@@ -5,13 +5,13 @@ import re
 
 import numpy as np
 
+from imucal_wizard.devices.formats.moment import is_moment, seconds
 from imucal_wizard.readings import FloatArray
 
 _NUMERIC = b"0123456789+-.eE \t"
 _NOT_A_NUMBER = frozenset(
     (b"", b"nan", b"-nan", b"+nan", b"inf", b"+inf", b"-inf", b"ovf", b"-ovf", b"null", b"none")
 )
-_CLOCK = re.compile(rb"(\d{1,2}):(\d{2}):(\d{1,2}(?:\.\d+)?)")
 
 NUMBER = re.compile(
     r"(?<![\w.^])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w^])"
@@ -37,16 +37,19 @@ def number(field: bytes) -> float | None:
         return value if math.isfinite(value) else math.nan
     if field.lower() in _NOT_A_NUMBER:
         return math.nan
-    clock = _CLOCK.fullmatch(field)
-    if clock:
-        hours, minutes, seconds = clock.groups()
-        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
-    return None
+    if field.count(b":") < len("::"):
+        return None
+    try:
+        return seconds(field.decode("ascii"))
+    except ValueError:
+        return None
 
 
 def wordless(field: bytes) -> bool:
     """Whether a field holds no letter: a date may stand in a line of numbers, a label may not."""
-    return field.upper() == field.lower() and field.isascii()
+    if not field.isascii():
+        return False
+    return field.upper() == field.lower() or is_moment(field.decode())
 
 
 def decimals(field: bytes) -> int:
