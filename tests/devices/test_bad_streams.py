@@ -297,7 +297,7 @@ def test_what_was_thrown_away_is_not_called_lost_as_well() -> None:
     values = at_rest(1000)
     values[::15, 2] = np.nan
     text = warned(values)
-    assert "carry NaN" in text
+    assert "have no number" in text
     assert "is missing" not in text
     cut = printed(at_rest(1000)).splitlines(keepends=True)
     for place in range(7, 1000, 20):
