@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.calibration import sensor_record
 from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.second_stage_text import second_stage_document
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport
 
@@ -33,6 +34,11 @@ def fit_document(report: FitReport) -> dict[str, Any]:
         ],
         "sensors": {name: sensor_record(fit) for name, fit in report.sensors.items()},
         **({} if report.magnetic is None else {"magnetometer": _magnetic(report.magnetic)}),
+        **(
+            {}
+            if report.second_stage is None
+            else {"second_stage": second_stage_document(report.second_stage)}
+        ),
         "comparison": [
             {name: getattr(row, name) for name in row.__dataclass_fields__}
             for row in report.comparison

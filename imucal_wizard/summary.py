@@ -4,6 +4,7 @@ import textwrap
 
 from imucal_wizard.digits import decimals
 from imucal_wizard.fitting.verdict import shown
+from imucal_wizard.second_stage_text import second_stage_lines
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 
@@ -22,6 +23,8 @@ def summary(report: FitReport) -> str:
         lines += ["", *_sensor(name, fit)]
         if name == "magnetometer" and report.magnetic is not None:
             lines += _field(report.magnetic, fit)
+    if report.second_stage is not None:
+        lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
         lines += ["", *_comparison(report)]
     if report.warnings:

@@ -74,6 +74,9 @@ def compare_methods(
                 _row("gyroscope", name, paper, _gyroscope(report, reference, readings, name))
                 for name, paper in GYROSCOPE.items()
             ]
+            both = report.sensors.get("gyroscope")
+            if both is not None and both.method not in GYROSCOPE:
+                rows.append(MethodRow("gyroscope", both.method, "N", both))
     if readings.magnetometer is not None:
         rows += [
             _magnetometer(readings.magnetometer, options.field, name, paper)

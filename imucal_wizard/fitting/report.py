@@ -13,6 +13,7 @@ from imucal_wizard.fitting.checks import (
 )
 from imucal_wizard.fitting.gyroscope import GyroscopeReport, fit_gyroscope
 from imucal_wizard.fitting.magnetometer import with_magnetometer
+from imucal_wizard.fitting.second_stage import with_second_stage
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
@@ -58,7 +59,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     options = options or FitOptions()
     if readings.magnetometer is None:
         return _inertial(readings, options)
-    return with_magnetometer(
+    report = with_magnetometer(
         lambda: _inertial(readings, options),
         readings.magnetometer,
         options.field,
@@ -66,6 +67,8 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
         options.gravity,
         readings.warnings,
     )
+    report = with_second_stage(report, readings)
+    return replace(report, verdict=verdict(report))
 
 
 def _inertial(readings: Readings, options: FitOptions) -> FitReport:

@@ -9,6 +9,7 @@ from imucal_wizard.readings import FloatArray
 
 if TYPE_CHECKING:
     from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+    from imucal_wizard.solver.second_stage.found import SecondStage
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,7 @@ class FitReport:
         verdict: plain sentences, the most important first.
         warnings: what the user must know.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
+        second_stage: what the sensors say of each other, or None.
     """
 
     gravity: float
@@ -152,3 +154,4 @@ class FitReport:
     verdict: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = field(default=())
     magnetic: "MagnetometerFit | None" = None
+    second_stage: "SecondStage | None" = None

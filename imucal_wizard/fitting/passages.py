@@ -1,0 +1,145 @@
+"""From holds and series to what the second stage takes: field at rest, turns between any two rests.
+
+The turns of the gyroscope's fit to gravity leave out those about the vertical, which gravity does
+not see; here they count.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.solver.attitude import (
+    advancing,
+    attitudes,
+    lay_out,
+    matrices,
+    quaternions,
+    rotation_vectors,
+)
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.solver.second_stage.clock import Passage
+
+OVERLAP = 0.05
+"""Seconds of each hold at the ends of a turn, so that no motion is missed."""
+LONGEST_TURN = 30.0
+"""Seconds; longer ones gather too much noise of the gyroscope."""
+GAP = 2.5
+"""Intervals from which a step has lost samples."""
+SMALLEST_TURN = np.radians(5.0)
+UNSURE = 0.25
+"""Share of a hold left out at either end while the clocks are not yet compared."""
+FEWEST = 3
+RESTLESS = 3.0
+"""Scatter of the field in a hold over its noise, from which the device turned."""
+STEADY = 0.003
+"""Scatter as a share of the field that is always allowed: 0.2°."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """The gyroscope between two holds that follow one another.
+
+    Attributes:
+        before: index of the hold before.
+        after: index of the hold after.
+        time: sample times, s, shape (n,).
+        rate: readings, shape (n, 3).
+    """
+
+    before: int
+    after: int
+    time: FloatArray
+    rate: FloatArray
+
+
+def field_at(
+    holds: Sequence[Hold],
+    series: Series,
+    found: MagnetometerFit | None,
+    places: Sequence[int] | None = None,
+    clock: float | None = None,
+) -> tuple[list[int], FloatArray]:
+    """Mean field in each hold that has any.
+
+    Args:
+        holds: still periods.
+        series: the magnetometer's readings.
+        found: its calibration, whose disturbed samples are left out, and by which the means are
+            corrected; None for the mean readings as they are.
+        places: which holds; all by default.
+        clock: the magnetometer's clock minus the other's, s; None when not known, and then the
+            ends of each hold are left out.
+
+    Returns:
+        Indices of the holds, and the means, shape (k, 3).
+    """
+    chosen, means = [], []
+    for index in range(len(holds)) if places is None else places:
+        hold = holds[index]
+        trim = UNSURE * (hold.end - hold.start) if clock is None else 0.0
+        offset = clock or 0.0
+        first, last = np.searchsorted(
+            series.time, (hold.start + trim + offset, hold.end - trim + offset)
+        )
+        rows = np.arange(first, last)
+        if found is not None:
+            rows = rows[found.kept[rows]]
+        if len(rows) < FEWEST or (found is not None and _turns(series.values[rows], found)):
+            continue
+        chosen.append(index)
+        means.append(series.values[rows].mean(axis=0))
+    field = np.array(means, float).reshape(-1, 3)
+    if found is not None:
+        field = (field - found.fit.bias) @ found.fit.matrix.T
+    return chosen, field
+
+
+def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
+    """Whether the field turned during a hold: about the vertical only the magnetometer sees it."""
+    corrected = (values - found.fit.bias) @ found.fit.matrix.T
+    floor = max(found.fit.floor or 0.0, STEADY * found.magnitude)
+    return bool((corrected.std(axis=0) > RESTLESS * floor).any())
+
+
+def crossings(holds: Sequence[Hold], gyroscope: Series) -> list[Crossing]:
+    """The gyroscope between each hold and the next, where it is whole."""
+    interval = float(np.median(np.diff(gyroscope.time))) if len(gyroscope) > 1 else 0.0
+    out = []
+    for index in range(len(holds) - 1):
+        start, end = holds[index].end - OVERLAP, holds[index + 1].start + OVERLAP
+        part = gyroscope.between(start, end)
+        later = advancing(part.time)
+        part = Series(part.time[later], part.values[later], part.unit)
+        whole = len(part) > FEWEST and bool((np.diff(part.time) <= GAP * interval).all())
+        if whole and end - start <= LONGEST_TURN and np.isfinite(part.values).all():
+            out.append(Crossing(index, index + 1, part.time, part.values))
+    return out
+
+
+def passages(
+    turns: Sequence[Crossing], gyroscope: SensorFit, series: Series, magnetometer: SensorFit
+) -> list[Passage]:
+    """The turns with attitude and field, for the comparison of the clocks."""
+    out = []
+    for turn in turns:
+        steps = lay_out([turn.time], [turn.rate])
+        phi = rotation_vectors(steps, gyroscope.matrix, gyroscope.bias)
+        first, last = attitudes(quaternions(phi), steps.offsets)
+        count = len(turn.time)
+        whole = np.concatenate([first[:, : count - 1], last[:, count - 2 : count - 1]], axis=1)
+        rate = (turn.rate - gyroscope.bias) @ gyroscope.matrix.T
+        if np.abs(phi).sum() < SMALLEST_TURN:
+            continue
+        # with some of the holds on either side, so that no offset of the clocks runs out of it
+        near = series.between(float(turn.time[0]) - 1.0, float(turn.time[-1]) + 1.0)
+        field = (near.values - magnetometer.bias) @ magnetometer.matrix.T
+        if len(near) < FEWEST:
+            continue
+        field /= np.linalg.norm(field, axis=1)[:, None]
+        attitude = np.moveaxis(matrices(whole), -1, 0)
+        out.append(Passage(turn.time, attitude, rate, near.time, field))
+    return out

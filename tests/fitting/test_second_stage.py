@@ -1,0 +1,202 @@
+"""The second stage: alignment by constant dip, clocks, the gyroscope by two references, heading."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from imucal_wizard.document import fit_document
+from imucal_wizard.errors import DataError
+from imucal_wizard.fitting import fit_readings
+from imucal_wizard.readings import Series
+from imucal_wizard.second_stage_text import heading_summary
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.solver.second_stage.dip import align, exponential, rotation_vector
+from imucal_wizard.solver.second_stage.found import SecondStage
+from imucal_wizard.solver.second_stage.heading import heading
+from imucal_wizard.summary import summary
+from tests.solver.field_truth import all_over
+from tests.solver.whole_session import Session
+
+SESSION = Session(rate=100.0)
+
+
+@cache
+def reported(seed: int = 0, vertical: float = 0.3, clock: float = 0.035) -> FitReport:
+    """The fit of a simulated session."""
+    return fit_readings(replace(SESSION, vertical=vertical, clock=clock).readings(seed))
+
+
+def stage_of(report: FitReport) -> SecondStage:
+    """Its second stage, which must be there."""
+    assert report.second_stage is not None, report.warnings
+    return report.second_stage
+
+
+def test_the_rotation_between_the_sensors_is_found_with_its_certainty() -> None:
+    """Three angles and the dip in four sessions: none off by more than four standard errors."""
+    off = []
+    for seed in range(4):
+        found = stage_of(reported(seed)).alignment
+        error = rotation_vector(found.rotation @ exponential(SESSION.misalignment).T)
+        off += list(error / np.sqrt(np.diag(found.covariance)))
+        off.append((np.degrees(found.dip) - SESSION.dip) / np.degrees(found.dip_error))
+    assert np.abs(off).max() < 4.0
+    assert np.sqrt(np.mean(np.square(off))) < 1.7
+
+
+def test_the_aligned_magnetometer_is_in_the_accelerometers_frame() -> None:
+    """``M = R P``: frame, term and angles say so, and the dip is the same in every hold."""
+    report = reported(0)
+    sensor = report.sensors["magnetometer"]
+    assert sensor.frame == "accelerometer"
+    assert sensor.model[-1] == "misalignment"
+    rotation = exponential(SESSION.misalignment)
+    found = sensor.matrix / np.cbrt(np.linalg.det(sensor.matrix))
+    symmetric = rotation.T @ found
+    assert np.abs(symmetric - symmetric.T).max() < 3e-3
+    names = {p.name: p for p in sensor.parameters}
+    for axis, true in zip("xyz", SESSION.misalignment, strict=True):
+        angle = names[f"misalignment_{axis}"]
+        assert abs(angle.value - true) < 4.0 * (angle.standard_error or 0.0)
+
+
+@pytest.mark.parametrize("clock", [0.035, -0.2, 0.0])
+def test_the_offset_between_the_clocks_is_estimated(clock: float) -> None:
+    """Known to a fraction of a millisecond, though the field is sampled every 12.5 ms."""
+    found = stage_of(reported(1, clock=clock)).clock
+    assert found is not None
+    assert found.standard_error < 1e-3
+    assert abs(found.seconds - clock) < 4.5 * found.standard_error
+
+
+def test_turns_about_the_vertical_count_with_the_field_as_reference() -> None:
+    """Three fifths of the turns are invisible to gravity: both references know the gains better."""
+    report = reported(2, vertical=0.6)
+    added = stage_of(report).added
+    assert added is not None
+    assert added.turns > 1.3 * len(report.rotations)
+    assert added.standard_errors is not None
+    assert added.standard_errors < 0.8
+    assert added.heading_after <= 1.1 * added.heading_before
+    fit = report.sensors["gyroscope"]
+    assert fit.method == "vector + field"
+    assert fit.covariance is not None
+    truth = np.concatenate([SESSION.gyroscope.matrix.ravel(), SESSION.gyroscope.bias])
+    found = np.concatenate([fit.matrix.ravel(), fit.bias])
+    assert (np.abs(found - truth) < 4.5 * np.sqrt(np.diag(fit.covariance))).all()
+
+
+def test_headings_after_the_calibration_are_the_true_ones() -> None:
+    """To what the calibration is known, plus the noise of a hold's mean field."""
+    from tests.solver.whole_session import HOLD, TURN, attitude
+
+    stage = stage_of(reported(0))
+    poses = SESSION.poses(np.random.default_rng(0))
+    middle = stage.headings.hold * (HOLD + TURN) + HOLD / 2.0
+    axes = attitude(poses, middle).apply([1.0, 0.0, 0.0])
+    true = np.arctan2(axes[:, 0], axes[:, 1])
+    seen = np.isfinite(stage.headings.after)
+    error = np.angle(np.exp(1j * (stage.headings.after - true)))[seen]
+    assert np.degrees(np.sqrt(np.mean(error**2))) < 0.3
+    before = np.angle(np.exp(1j * (stage.headings.before - true)))
+    assert np.degrees(np.sqrt(np.nanmean(before**2))) > 20.0
+    change, expected = heading_summary(stage.headings)
+    assert np.degrees(change) > 20.0
+    assert 0.01 < np.degrees(expected) < 0.2
+
+
+def test_a_sensor_that_lies_turned_on_the_board_is_aligned_too() -> None:
+    """No start is assumed: axes exchanged and upside down, and 5° off."""
+    rng = np.random.default_rng(3)
+    up = all_over(rng, 20)
+    swap = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    rotation = exponential(np.radians([3.0, -4.0, 2.0])) @ swap
+    level = -np.sin(np.radians(60.0))
+    across = np.cross(up, all_over(rng, 20))
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    field = level * up + np.sqrt(1.0 - level**2) * across
+    found = align(up, field @ rotation)
+    assert np.abs(found.rotation - rotation).max() < 1e-6
+    assert found.dip == pytest.approx(np.radians(60.0), abs=1e-9)
+
+
+def test_one_position_beside_iron_is_left_out() -> None:
+    """Its dip is 15° off; the others decide."""
+    rng = np.random.default_rng(4)
+    up = all_over(rng, 25)
+    across = np.cross(up, all_over(rng, 25))
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    dip = np.full(25, np.radians(60.0)) + 5e-4 * rng.standard_normal(25)
+    dip[7] += np.radians(15.0)
+    field = -np.sin(dip)[:, None] * up + np.cos(dip)[:, None] * across
+    found = align(up, field)
+    assert found.used.sum() == 24
+    assert not found.used[7]
+    assert np.abs(rotation_vector(found.rotation)).max() < 2e-3
+
+
+def test_too_few_positions_are_refused() -> None:
+    """Five positions cannot contradict four unknowns twice."""
+    rng = np.random.default_rng(5)
+    with pytest.raises(DataError, match="too few"):
+        align(all_over(rng, 5), all_over(rng, 5))
+
+
+def test_positions_of_one_tilt_do_not_carry_the_rotation() -> None:
+    """Flat in ten headings, nothing says how the magnetometer is turned about the vertical."""
+    turn = np.linspace(0.0, 6.0, 10)
+    up = np.tile([0.0, 0.0, 1.0], (10, 1))
+    field = np.column_stack([0.4 * np.cos(turn), 0.4 * np.sin(turn), np.full(10, -0.9165)])
+    field += 1e-4 * np.random.default_rng(6).standard_normal(field.shape)
+    with pytest.raises(DataError, match="do not carry the rotation"):
+        align(up, field / np.linalg.norm(field, axis=1)[:, None])
+
+
+def test_a_compass_needle_lies_as_in_the_textbook() -> None:
+    """Flat: x to the north is 0°, to the east 90°; upright there is none; tilt changes nothing."""
+    down = -0.9
+    up = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    field = np.array([[0.4, 0.0, down], [0.0, 0.4, down], [down, 0.4, 0.0]])
+    found = np.degrees(heading(up, field))
+    assert found[:2] == pytest.approx([0.0, 90.0], abs=1e-9)
+    assert np.isnan(found[2])
+    tilt = exponential(np.array([0.5, 0.0, 0.0]))
+    assert heading(up[:2] @ tilt.T, field[:2] @ tilt.T) == pytest.approx(np.radians([0.0, 90.0]))
+
+
+def test_the_second_stage_stands_in_text_and_json() -> None:
+    """Dip, clock, closure gained and headings; 80 columns; plain JSON."""
+    report = reported(0)
+    text = summary(report)
+    for word in ("SECOND STAGE", "dip 6", "clock is +", "about the vertical", "heading"):
+        assert word in text
+    assert max(map(len, text.splitlines())) <= 80
+    found = fit_document(report)["second_stage"]
+    json.dumps(found)
+    assert found["clock_offset"]["seconds"] == pytest.approx(0.035, abs=2e-3)
+    assert len(found["headings"]) == found["positions"]
+
+
+def test_without_a_gyroscope_the_alignment_still_stands() -> None:
+    """Accelerometer and magnetometer alone."""
+    readings = replace(SESSION.readings(0), gyroscope=None)
+    stage = stage_of(fit_readings(readings))
+    assert stage.added is None
+    assert stage.clock is None
+    assert np.degrees(stage.alignment.dip) == pytest.approx(SESSION.dip, abs=0.1)
+
+
+def test_a_magnetometer_that_was_not_recorded_at_rest_stays_in_its_own_frame() -> None:
+    """Samples of the turns alone say nothing of the dip; the report says so and stays whole."""
+    readings = SESSION.readings(0)
+    series = readings.magnetometer
+    assert series is not None
+    turning = (series.time - SESSION.clock) % 4.6 > 2.9
+    part = Series(series.time[turning], series.values[turning], series.unit)
+    report = fit_readings(replace(readings, magnetometer=part))
+    assert report.second_stage is None
+    assert report.sensors["magnetometer"].frame == "own"
+    assert any("own frame" in text for text in report.warnings)
