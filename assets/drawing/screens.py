@@ -5,6 +5,7 @@ The program itself runs in a pseudo-terminal on the virtual IMU; what it shows i
 """
 
 import re
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -48,6 +49,24 @@ def steps(folder: Path) -> Iterator[tuple[str, Terminal]]:
         yield "result", terminal
 
 
+def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
+    """The README's exercise: what is left, who is suspected, and the ladder once it is added."""
+    recording = str(folder / "exercise.csv")
+    made = program("simulate", recording, "--mystery", "--seed", SEED, "--key", "newton")
+    subprocess.run(made, check=True, capture_output=True)
+    with Terminal(program("bench", recording), COLUMNS, ROWS) as terminal:
+        terminal.wait_for("largest size", timeout=60.0)
+        terminal.press("\t")
+        terminal.wait_for("force along y")
+        yield "bench", terminal
+        terminal.press("\r")
+        terminal.wait_for("is complete", timeout=60.0)
+        terminal.press("3")
+        terminal.wait_for("noise alone")
+        terminal.pump(0.5)
+        yield "ladder", terminal
+
+
 def _on_the_way(text: str) -> bool:
     return re.search(r"STILL\?\s+no", text) is not None and "away" in text
 
@@ -58,7 +77,10 @@ def _turned(text: str) -> float:
     return float(found[1]) if found else 0.0
 
 
-SCENES: dict[str, Callable[[Path], Iterator[tuple[str, Terminal]]]] = {"steps": steps}
+SCENES: dict[str, Callable[[Path], Iterator[tuple[str, Terminal]]]] = {
+    "steps": steps,
+    "bench": bench,
+}
 
 
 def main() -> None:

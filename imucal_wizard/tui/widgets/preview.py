@@ -70,7 +70,8 @@ class Preview(Lines):
         if not stream.samples:
             return [line("waiting for the first sample …", "quiet")]
         rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
-        text = f"{stream.format or 'format not known yet'}, {rate}, {stream.samples} samples, "
+        spoken = f"{stream.format}, " if stream.format else ""  # a recording is no stream of bytes
+        text = f"{spoken}{rate}, {stream.samples} samples, "
         lost = (f"{stream.lost} lost", "warn" if stream.lost else "good")
         rows: list[Line] = [((text, ""), lost)]
         if stream.malformed:
