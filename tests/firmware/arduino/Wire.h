@@ -1,4 +1,4 @@
-// The I2C bus, with one chip on it: registers that count up, on pages as far as it has any.
+// The I2C bus, with one or two chips on it: registers that count up, on pages if there are any.
 #pragma once
 #include "Arduino.h"
 
@@ -16,6 +16,12 @@ struct Chip {
   }
 };
 extern Chip chip;
+extern Chip *beside;  // a second chip, or none
+
+inline Chip *answering(uint8_t address) {
+  if (address == chip.address && !chip.away()) return &chip;
+  return beside && address == beside->address && !beside->away() ? beside : nullptr;
+}
 
 struct TwoWire {
   uint8_t target = 0, place = 0;
@@ -26,18 +32,21 @@ struct TwoWire {
   void beginTransmission(uint8_t address) { target = address, placed = false; }
   void write(uint8_t byte) {
     if (!placed) place = byte, placed = true;
-    else if (target == chip.address && !chip.away()) chip.written(place++, byte);
+    else if (answering(target)) answering(target)->written(place++, byte);
   }
   uint8_t endTransmission(bool stop = true) {
     (void)stop;
     passes(60);
-    return target == chip.address && !chip.away() ? 0 : 2;
+    return answering(target) ? 0 : 2;
   }
   uint8_t requestFrom(uint8_t address, uint8_t count) {
     passes(30u * count);
-    left = address == chip.address && !chip.away() ? count : 0;
+    left = answering(address) ? count : 0;
     return (uint8_t)left;
   }
-  int read() { return left-- > 0 ? chip.registers[chip.page()][place++] : -1; }
+  int read() {
+    Chip *from = answering(target);
+    return left-- > 0 && from ? from->registers[from->page()][place++] : -1;
+  }
 };
 extern TwoWire Wire;

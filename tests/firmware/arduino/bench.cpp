@@ -1,4 +1,5 @@
-// Runs a sketch for some seconds: CHIP_BNO055 or CHIP_LSM6DS3 says what is on the bus.
+// Runs a sketch for some seconds: CHIP_BNO055, CHIP_LSM6DS3 or CHIP_MAG3110 (with the LSM6DS3 beside
+// it) says what is on the bus.
 #include "Wire.h"
 
 #include SKETCH
@@ -23,6 +24,7 @@ static void powered() {
   for (int i = 0; i < 3; i++) word(0, 0x08 + 2 * i, a[i]), word(0, 0x14 + 2 * i, g[i]);
 }
 static void measured() {}
+Chip *beside = nullptr;
 #else
 Chip chip(0x6A, 0xFF);
 static void powered() {
@@ -31,15 +33,35 @@ static void powered() {
   const int16_t a[] = {8197, -100, -1}, g[] = {57, -114, 1};
   for (int i = 0; i < 3; i++) word(0, 0x28 + 2 * i, a[i]), word(0, 0x22 + 2 * i, g[i]);
 }
-static void measured() {  // a new sample every 1/104 s
+#ifdef CHIP_MAG3110
+static const uint64_t EVERY = 600;  // 1666 Hz
+static Chip magnetometer(0x0E, 0xFF);
+Chip *beside = &magnetometer;
+static void field() {  // a new sample every 1/80 s
+  static uint64_t next = clockMicros;
+  uint8_t *registers = magnetometer.registers[0];
+  const int16_t m[] = {884, -1135, -5};
+  for (int i = 0; i < 3; i++) registers[1 + 2 * i] = (uint8_t)((uint16_t)m[i] >> 8), registers[2 + 2 * i] = (uint8_t)m[i];
+  registers[0x07] = 0xC4;
+  registers[0x00] = registers[0x10] == 0x01 && clockMicros >= next ? 0x08 : 0;
+  while (next <= clockMicros) next += 12500;
+}
+#else
+static const uint64_t EVERY = 9615;  // 104 Hz
+Chip *beside = nullptr;
+static void field() {}
+#endif
+static void measured() {
   static uint64_t next = clockMicros;
   chip.registers[0][0x1E] = clockMicros >= next ? 3 : 0;
-  while (next <= clockMicros) next += 9615;
+  while (next <= clockMicros) next += EVERY;
+  field();
 }
 #endif
 
 int main() {
   powered();
+  measured();
   setup();
   const uint64_t start = clockMicros;
   bool asked = false;
