@@ -1,5 +1,7 @@
 """The calibration on disk: unit-carrying, versioned JSON that reads back to the same numbers."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,9 +9,12 @@ import msgspec
 import numpy as np
 
 from imucal_wizard import __version__
+from imucal_wizard.calibration_effects import SavedEffect, apply_effects, saved_effects
+from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.output import harmless
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.result import FitReport, SensorFit
 
 SCHEMA = "imucal-wizard/calibration/1"
@@ -29,6 +34,7 @@ class Sensor(msgspec.Struct, frozen=True):
     """One sensor: ``corrected = matrix · (reading − bias)``, in SI.
 
     ``matrix`` is SI per reading unit, ``bias`` is in ``bias_unit``, the errors are in ``unit``.
+    With ``effects``, which the bench has found, ``corrected`` is that less their error.
     """
 
     model: list[str]
@@ -46,10 +52,22 @@ class Sensor(msgspec.Struct, frozen=True):
     rms_validation: float | None = None
     covariance: list[list[float]] | None = None
     warnings: list[str] = []
+    effects: list[SavedEffect] = []
 
-    def apply(self, readings: FloatArray) -> FloatArray:
-        """Corrected vectors, SI, from readings in ``bias_unit``, shape (n, 3)."""
-        return np.asarray((readings - np.array(self.bias)) @ np.array(self.matrix).T)
+    def apply(self, readings: FloatArray, where: Circumstances | None = None) -> FloatArray:
+        """Corrected vectors, SI, shape (n, 3).
+
+        Args:
+            readings: in ``bias_unit``, shape (n, 3).
+            where: circumstances of each reading, for effects that follow more than the reading.
+
+        Raises:
+            UsageError: an effect is not known here, or follows what was not given.
+        """
+        matrix, bias = np.array(self.matrix), np.array(self.bias)
+        if self.effects:
+            return apply_effects(self.effects, (matrix, bias), readings, where)
+        return np.asarray((readings - bias) @ matrix.T)
 
 
 class Calibration(msgspec.Struct, frozen=True):
@@ -105,14 +123,35 @@ def sensor_record(fit: SensorFit) -> Sensor:
     )
 
 
-def from_report(report: FitReport, source: str, created: str) -> Calibration:
+def with_effects(plain: SensorFit, model: Extended, where: Circumstances) -> Sensor:
+    """A sensor with the effects that the bench has added to its model.
+
+    Args:
+        plain: its fit without them, for what the bench does not ask of.
+        model: its fit with them.
+        where: the circumstances that this was fitted under.
+    """
+    record = sensor_record(replace(model.fit, warnings=plain.warnings))
+    return msgspec.structs.replace(record, effects=saved_effects(model, where))
+
+
+def from_report(
+    report: FitReport,
+    source: str,
+    created: str,
+    models: Mapping[str, tuple[Extended, Circumstances]] | None = None,
+) -> Calibration:
     """The calibration that a report contains.
 
     Args:
         report: the fit.
         source: what was calibrated, in words.
         created: date and time, ISO 8601.
+        models: of sensors that the bench has added effects to, with their circumstances.
     """
+    sensors = {name: sensor_record(fit) for name, fit in report.sensors.items()}
+    for name, (model, where) in (models or {}).items():
+        sensors[name] = with_effects(report.sensors[name], model, where)
     known = [hold.temperature for hold in report.holds if hold.temperature is not None]
     return Calibration(
         schema=SCHEMA,
@@ -123,7 +162,7 @@ def from_report(report: FitReport, source: str, created: str) -> Calibration:
         temperature=(min(known), max(known)) if known else None,
         holds=len(report.holds),
         rotations=sum(rotation.problem is None for rotation in report.rotations),
-        sensors={name: sensor_record(fit) for name, fit in report.sensors.items()},
+        sensors=sensors,
         warnings=list(report.warnings),
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 from imucal_wizard.bench.floors import Rounding, rounding_of
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.verdict import Verdict
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Effect
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Effect
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.extended.fit import measured_accelerometer, measured_gyroscope
 from imucal_wizard.solver.extended.hold_data import BASE
@@ -85,6 +85,15 @@ class Benches:
             self._gyroscope = self._renewed(self._gyroscope)
             self._under = self.accelerometer.fit
         return self._gyroscope
+
+    def models(self) -> dict[str, tuple[Extended, Circumstances]]:
+        """Sensors whose models have effects, with the circumstances they were fitted under."""
+        gyroscope = None if self._gyroscope is None else self.gyroscope
+        return {
+            bench.sensor: (bench.fit, bench.measured.circumstances)
+            for bench in (self.accelerometer, gyroscope)
+            if bench is not None and bench.fit.terms
+        }
 
     def bench(self, sensor: str) -> Bench | None:
         """The bench of a sensor, or None where it has none."""

@@ -10,6 +10,7 @@ from textual.binding import Binding, BindingType
 
 from imucal_wizard.errors import DataError, ImucalError
 from imucal_wizard.faults import kept, told
+from imucal_wizard.tui.bench_keeper import BenchKeeper
 from imucal_wizard.tui.hand_keys import HandKeys
 from imucal_wizard.tui.screens.help_screen import HelpScreen
 from imucal_wizard.tui.screens.live_screen import LiveScreen
@@ -20,7 +21,6 @@ from imucal_wizard.tui.source import Hand, Saved, Services, Source, SourceChoice
 from imucal_wizard.tui.wizard import conduct
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
-    from imucal_wizard.bench.benches import Benches
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.asked import Asked
     from imucal_wizard.solver.result import FitReport
@@ -60,8 +60,7 @@ class WizardApp(App[Saved]):
         self.hand_keys: HandKeys | None = None
         self.snapshot: Snapshot | None = None
         self.report: FitReport | None = None
-        self.benches: Benches | None = None
-        self.bench_again = False
+        self.kept = BenchKeeper(services.benches)
         self.saved: Saved | None = None
         self.failure: ImucalError | None = None
         self.unwritten = ""
@@ -84,7 +83,7 @@ class WizardApp(App[Saved]):
         """Read from this source from now on."""
         self.drop_source()
         self.source, self.snapshot, self._heard = source, None, 0
-        self.benches, self.bench_again = None, False
+        self.kept.forget()
         self._ended_in = ""
         hand = getattr(source, "hand", None)
         if isinstance(hand, Hand):
@@ -148,21 +147,14 @@ class WizardApp(App[Saved]):
             from imucal_wizard.tui.screens.bench_screen import BenchScreen
 
             live = self.source is not None and self.source.live
-            self.push_screen(BenchScreen(lambda: self._benches_of(report), live=live), self._ask)
-
-    def _benches_of(self, report: "FitReport") -> "Benches":
-        """The benches of a fit; what was found on those before it is kept. Runs in a thread."""
-        benches = self.benches
-        if benches is None or benches.report is not report:
-            benches = self.benches = self.services.benches(report, benches)
-        return benches
+            self.push_screen(BenchScreen(lambda: self.kept.of(report), live=live), self._ask)
 
     def _ask(self, asked: "tuple[Asked, ...] | None") -> None:
         """The bench has been left, perhaps to measure something for it."""
         if asked:
             from imucal_wizard.procedure.asked import to_text
 
-            self.bench_again = True
+            self.kept.again = True
             self.order("measure", to_text(asked))
 
     def action_mute(self) -> None:

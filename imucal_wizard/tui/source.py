@@ -115,7 +115,7 @@ class Services:
     Attributes:
         open_source: makes the source chosen; not started yet. Runs in a thread.
         fit: fits what was collected. Runs in a thread.
-        save: writes the result. Runs in a thread.
+        save: writes the result, with the effects that the bench has added. Runs in a thread.
         ports: what is plugged in. Runs in a thread.
         earlier: sessions that can be taken up again, newest first. Runs in a thread.
         benches: makes the benches of a fit, with the models of the benches before, if there were
@@ -124,7 +124,7 @@ class Services:
 
     open_source: Callable[[SourceChoice], Source]
     fit: "Callable[[Collected, Snapshot], FitReport]"
-    save: "Callable[[FitReport], Saved]"
+    save: "Callable[[FitReport, Benches | None], Saved]"
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
     benches: "Callable[[FitReport, Benches | None], Benches]" = _benches

@@ -53,8 +53,8 @@ class Workshop(Opening):
         own = [load_effect(path) for path in self._options.effects]
         return Benches(report, readings, own=own, before=before)
 
-    def save(self, report: "FitReport") -> Saved:
-        """Write the calibration and say what it is worth.
+    def save(self, report: "FitReport", benches: "Benches | None" = None) -> Saved:
+        """Write the calibration, with the effects found on the bench, and say what it is worth.
 
         Raises:
             UsageError: the place cannot be written.
@@ -63,10 +63,14 @@ class Workshop(Opening):
         from imucal_wizard.summary import summary
 
         now = datetime.now().astimezone()
-        path = save(
-            from_report(report, self.title, now.isoformat(timespec="seconds")), self._place()
-        )
-        return Saved(path, (summary(report), f"saved: {path}"))
+        models = {} if benches is None else benches.models()
+        made = from_report(report, self.title, now.isoformat(timespec="seconds"), models)
+        path = save(made, self._place())
+        found = [
+            f"{name}: with {', '.join(term.name for term in model.terms)} from the bench"
+            for name, (model, _) in models.items()
+        ]
+        return Saved(path, (summary(report), *found, f"saved: {path}"))
 
     def _place(self) -> Path:
         """Where the calibration goes; a name that is free unless one was given."""

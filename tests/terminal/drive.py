@@ -1,8 +1,8 @@
 """Drives the installed program in a real terminal at 80×24: ``python -m tests.terminal.drive BIN``.
 
-Three sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
-same session taken up again. Each screen that passes is read; what is saved is held against the
-virtual sensor's truth.
+Four sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
+same session taken up again; a student who finds a hidden effect. Each screen that passes is read;
+what is saved is held against the virtual sensor's truth.
 """
 
 import sys
@@ -14,6 +14,7 @@ import numpy as np
 
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import truth
+from tests.terminal.student import a_student
 from tests.terminal.terminal import Terminal
 
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "RESULT", "VALIDATE", "SAVE")
@@ -118,6 +119,7 @@ def main() -> None:
         unattended(binary, folder)
         session = at_the_keys(binary, folder)
         taken_up_again(binary, session)
+        a_student(binary, folder)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.procedure.holds import Hold
@@ -288,7 +289,7 @@ def report(validated: bool = False) -> FitReport:
 def services(source: FakeSource, path: Path = Path("calibration.json")) -> Services:
     """Services around one fake source."""
 
-    def save(_report: FitReport) -> Saved:
+    def save(_report: FitReport, _benches: Benches | None = None) -> Saved:
         return Saved(path, (f"saved {path}",))
 
     def open_source(_choice: SourceChoice) -> FakeSource:

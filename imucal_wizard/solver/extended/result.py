@@ -1,5 +1,6 @@
 """What a fit with effects says."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -93,24 +94,38 @@ def correct(
     readings: FloatArray,
     circumstances: Circumstances,
 ) -> FloatArray:
+    """See ``corrected``."""
+    return corrected(fit.sensor, (fit.matrix, fit.bias), terms, sizes, readings, circumstances)
+
+
+def corrected(
+    sensor: str,
+    calibration: tuple[FloatArray, FloatArray],
+    terms: Sequence[Term],
+    sizes: Sequence[FloatArray],
+    readings: FloatArray,
+    circumstances: Circumstances,
+) -> FloatArray:
     """``x = M (y − b) − ε(x, circumstances)``, SI, shape (n, 3).
 
     Args:
-        fit: matrix and bias.
+        sensor: ``accelerometer`` or ``gyroscope``.
+        calibration: matrix M and bias b.
         terms: the effects.
         sizes: of each, shown units.
-        readings: y, in the fit's unit, shape (n, 3).
+        readings: y, in the bias's unit, shape (n, 3).
         circumstances: of each reading. What the sensor itself measures (the force of an
             accelerometer, the rate of a gyroscope) is put in here and need not be right.
     """
-    linear = (readings - fit.bias) @ fit.matrix.T
-    together = Terms(fit.sensor, terms)
+    matrix, bias = calibration
+    linear = (readings - bias) @ matrix.T
+    together = Terms(sensor, terms)
     flat = np.concatenate([np.zeros(0), *sizes])
     found = linear
     for _ in range(PASSES if terms else 0):
         here = (
             replace(circumstances, force=found)
-            if fit.sensor == "accelerometer"
+            if sensor == "accelerometer"
             else replace(circumstances, rate=found)
         )
         moved = linear - together.columns(here) @ flat

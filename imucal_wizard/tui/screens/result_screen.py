@@ -11,6 +11,7 @@ from textual.containers import VerticalScroll
 from textual.events import Key
 
 from imucal_wizard.errors import ImucalError
+from imucal_wizard.tui.bench.kept_rows import kept_rows
 from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.table_screen import TableScreen
@@ -84,8 +85,8 @@ class ResultScreen(LiveScreen):
 
     def _begin(self) -> None:
         """Fitted: back to the bench that has asked for more, or on by itself in a while."""
-        if self.wizard.bench_again:
-            self.wizard.bench_again = False
+        if self.wizard.kept.again:
+            self.wizard.kept.again = False
             self.wizard.action_bench()
             return
         self._deadline = time.monotonic() + self.wizard.settings.countdown
@@ -125,7 +126,8 @@ class ResultScreen(LiveScreen):
             status = self.wizard.snapshot.status if self.wizard.snapshot else None
             count = f"{status.holds} holds and {status.rotations} rotations" if status else ""
             return [line(""), line(f"Fitting {count} …", "accent")]
-        return summary_rows(self.wizard.report, width)
+        kept = kept_rows(self.wizard.kept.benches, width)
+        return [*kept, *summary_rows(self.wizard.report, width)]
 
     def _count_down(self) -> None:
         if self._deadline is None or self.app.screen is not self:

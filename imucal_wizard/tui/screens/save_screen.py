@@ -9,6 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 
 from imucal_wizard.errors import ImucalError
+from imucal_wizard.tui.bench.kept_rows import kept_models, kept_rows
 from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.table_screen import TableScreen
@@ -18,6 +19,8 @@ from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.key_footer import Keys
 from imucal_wizard.tui.widgets.lines import Lines
 
+_CHANGED = "▲ The bench has another model now than this file: s saves that."
+
 
 class SaveScreen(LiveScreen):
     """Fits again with the validation, saves, says where."""
@@ -25,6 +28,7 @@ class SaveScreen(LiveScreen):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("t", "table", "table of parameters"),
         Binding("f", "app.bench", "find what is missing"),
+        Binding("s", "save_again", "save with the bench's model"),
         Binding("b", "back", "back"),
         Binding("enter", "app.leave", "leave"),
     ]
@@ -42,6 +46,7 @@ class SaveScreen(LiveScreen):
         super().__init__()
         self._rows: list[Line] = [line("Writing the calibration …", "accent")]
         self._begun = False
+        self._models: dict[str, tuple[str, ...]] = {}
 
     def body(self) -> ComposeResult:
         """A word that is read from afar, the place, and the result once more."""
@@ -66,15 +71,33 @@ class SaveScreen(LiveScreen):
             return
         try:
             app.report = await in_thread(lambda: app.services.fit(source.collected(), snapshot))
-            app.saved = await asyncio.to_thread(app.services.save, app.report)
+            benches = await in_thread(lambda: app.kept.newest(app.report))
+            app.saved = await asyncio.to_thread(app.services.save, app.report, benches)
         except ImucalError as error:
             app.fail(error)
             self._rows = wrapped(f"▲ not saved: {error}", 76, "bad", indent="  ")
             self._say("NOT SAVED", "bad")
             return
+        self._models = kept_models(benches)
         self._say("SAVED", "good")
         if app.settings.quit_after:
             app.action_leave()
+
+    @property
+    def _changed(self) -> bool:
+        """The bench has another model than the file."""
+        return (
+            self.wizard.saved is not None and kept_models(self.wizard.kept.benches) != self._models
+        )
+
+    def on_screen_resume(self) -> None:
+        """Back from the bench, perhaps with another model."""
+        self.redraw()
+
+    def action_save_again(self) -> None:
+        """Write a file with the model of the bench."""
+        if self._changed:
+            self.save()
 
     def action_back(self) -> None:
         """Measure more; the file stays, a later save gets a name of its own."""
@@ -97,5 +120,8 @@ class SaveScreen(LiveScreen):
         rows = list(self._rows)
         if self.wizard.saved is not None and self.wizard.report is not None:
             rows = wrapped(f"✓ {self.wizard.saved.path}", width, "good", indent="  ")
+            if self._changed:
+                rows += wrapped(_CHANGED, width, "warn", indent="  ")
+            rows += kept_rows(self.wizard.kept.benches, width)
             rows += [line(""), *summary_rows(self.wizard.report, width)]
         self.query_one("#report", Lines).show(rows)

@@ -1,0 +1,124 @@
+"""A student's way in a real terminal: from moving the device to the name, and the error's fall.
+
+The virtual hand moves a device in which an effect is hidden. The student opens the bench at the
+result, reads a lesson, commits to a guess, adds the effect, sees the held-out error fall to the
+noise, takes it back, adds it again, has the bench ask for more poses, and saves the model.
+"""
+
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from imucal_wizard.calibration import load
+from tests.terminal.terminal import Terminal
+
+HIDDEN = "second-order:5:y"
+SEED = 7
+SPEED = 60
+SHARE = 0.25
+"""The held-out error falls to less than this of what it was."""
+FLOORS = 2.5
+"""Times the noise, in which the held-out error then is."""
+
+
+def a_student(binary: str, folder: Path) -> None:
+    """The whole way, at 80×24."""
+    place, begun = folder / "found.json", time.monotonic()
+    command = [binary, "--auto", "--speed", str(SPEED), "--hidden", HIDDEN, "--seed", str(SEED)]
+    command += ["--sessions", str(folder / "student"), "--save", str(place), "--mute"]
+    with Terminal(command) as terminal:
+        terminal.wait_for("▸RESULT", 60.0)
+        terminal.wait_for("f find missing")
+        terminal.wait_for("|a|")
+        terminal.press("f")
+        terminal.wait_for("▸ second-order")
+        _lesson(terminal)
+        _guess(terminal)
+        before, after = _ladder(terminal)
+        _more(terminal)
+        terminal.press("\x1b")
+        terminal.wait_for("✓ from the bench: accelerometer + second-order")
+        terminal.press("s")
+        terminal.wait_for("▸SAVE")
+        terminal.wait_for(str(place)[:40])
+        terminal.press("q")
+        assert terminal.wait() == 0
+    sensor = load(place).sensors["accelerometer"]
+    (effect,) = sensor.effects
+    assert effect.term == "second-order"
+    assert abs(effect.sizes[1] - 5.0) < 0.5, effect.sizes
+    spent = time.monotonic() - begun
+    print(f"a student: held out {before} mg, with second-order {after} mg; {spent:.0f} s")
+
+
+def _lesson(terminal: Terminal) -> None:
+    """The lesson is one key away and closed by the same."""
+    terminal.press("l")
+    terminal.wait_for("SECOND-ORDER NON-LINEARITY")
+    terminal.press("l")
+    terminal.wait_for("enter add it")
+
+
+def _guess(terminal: Terminal) -> None:
+    """Predict first: nothing is told before the guess is committed to; then it is judged."""
+    terminal.press("p")
+    hidden = terminal.wait_for("Predict first")
+    assert "<0.003" not in hidden, hidden
+    while "▸ second-order" not in terminal.text:
+        terminal.press("\x1b[B")
+        terminal.wait_for(_other_than(terminal.text))
+    terminal.press("\r")
+    terminal.wait_for("predict: second-order")
+    terminal.press("\r")
+    terminal.wait_for("✓ you: second-order")
+    terminal.press("d")
+
+
+def _other_than(shown: str) -> Callable[[str], bool]:
+    """Whether the screen has changed since it showed this."""
+    return lambda text: text != shown
+
+
+def _ladder(terminal: Terminal) -> tuple[float, float]:
+    """The held-out error falls to the noise; undo and adding again change nothing of that."""
+    terminal.press("3")
+    terminal.wait_for("+ second-order")
+    before, after, floor = _errors(terminal.text)
+    assert after < SHARE * before, terminal.text
+    assert after < FLOORS * floor, terminal.text
+    terminal.wait_for("model is complete")
+    terminal.press("u")
+    terminal.wait_for(lambda text: "+ second-order" not in text)
+    terminal.press("1")
+    terminal.wait_for("▸ second-order")
+    terminal.press("\r")
+    terminal.wait_for("model is complete")
+    terminal.press("3")
+    again = terminal.wait_for("+ second-order")
+    assert _errors(again) == (before, after, floor), again
+    return before, after
+
+
+def _errors(text: str) -> tuple[float, float, float]:
+    """Held out of the base, held out with the effect, noise; mg, from the ladder's rows."""
+    base = re.search(r"bias scale angles\s+[\d.]+ \S*\s+([\d.]+)", text)
+    found = re.search(r"\+ second-order\s+[\d.]+ \S*\s+([\d.]+)", text)
+    noise = re.search(r"noise alone\s+([\d.]+)", text)
+    assert base is not None, text
+    assert found is not None, text
+    assert noise is not None, text
+    return float(base[1]), float(found[1]), float(noise[1])
+
+
+def _more(terminal: Terminal) -> None:
+    """The bench asks for exactly the poses it lists, and opens again with the model kept."""
+    terminal.press("n")
+    terminal.wait_for("MEASURE NEXT")
+    terminal.press("m")
+    terminal.wait_for("▸MORE POSES")
+    terminal.wait_for("for the bench:")
+    terminal.wait_for("BENCH  accelerometer", 60.0)
+    terminal.wait_for("model is complete")
+    terminal.press("2")
+    terminal.wait_for("✓ second-order")

@@ -1,0 +1,69 @@
+"""A model with effects on disk: it corrects what was read as the bench's own fit does."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.calibration import from_report, load, save
+from imucal_wizard.errors import UsageError
+from imucal_wizard.readings import FloatArray
+from tests.bench.recordings import MG, fitted
+
+
+def errors(values: FloatArray, gravity: float) -> float:
+    """Rms of the length of corrected vectors against gravity, m/s²."""
+    return float(np.sqrt(np.mean((np.linalg.norm(values, axis=1) - gravity) ** 2)))
+
+
+def written(benches: Benches, path: Path) -> Path:
+    """The calibration that the wizard saves after the bench."""
+    return save(from_report(benches.report, "a test", "2026-01-01", benches.models()), path)
+
+
+def means(bench: Bench) -> FloatArray:
+    """The accelerometer's reading in each hold."""
+    return np.array([hold.accelerometer for hold in bench.measured.holds])  # type: ignore[union-attr]  # an accelerometer's bench
+
+
+def test_what_the_bench_added_is_saved_and_applied(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    bench = benches.accelerometer
+    plain = load(written(benches, tmp_path / "plain.json")).sensors["accelerometer"]
+    bench.add("second-order")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
+    assert plain.effects == []
+    assert saved.model[-1] == "second-order"
+    (effect,) = saved.effects
+    assert (effect.term, effect.parameters, effect.unit) == ("second-order", [*"xyz"], "mg/g²")
+    assert effect.sizes[0] == pytest.approx(5.0, abs=0.3)
+    assert saved.parameters["second-order_x"].standard_error is not None
+    before = errors(plain.apply(means(bench)), benches.report.gravity)
+    after = errors(saved.apply(means(bench)), benches.report.gravity)
+    assert after == pytest.approx(bench.fit.rms_fitted, rel=1e-6)
+    assert after < 0.2 * before
+    assert after < 0.2 * MG
+
+
+def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:
+    benches = Benches(*fitted("bias-temperature:1:x"))
+    bench = benches.accelerometer
+    bench.add("bias-temperature")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
+    with pytest.raises(UsageError, match="bias-temperature follows the temperature"):
+        saved.apply(means(bench))
+    told = saved.apply(means(bench), bench.measured.circumstances)
+    np.testing.assert_allclose(
+        told, bench.fit.correct(means(bench), bench.measured.circumstances), rtol=0, atol=1e-12
+    )
+
+
+def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path = written(benches, tmp_path / "c.json")
+    path.write_text(path.read_text().replace('"term": "second-order"', '"term": "my-own"'))
+    with pytest.raises(UsageError, match="my-own"):
+        load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))

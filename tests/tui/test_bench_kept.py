@@ -1,0 +1,62 @@
+"""What the bench has added stays over the screens, and is what is saved."""
+
+from dataclasses import replace
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.source import Saved, SourceChoice, SourceKind
+from tests.tui import fakes
+from tests.tui.waiting import seen, shows, until
+
+USUAL = (80, 24)
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def app_at(step: StepKind, report: FitReport, written: list[tuple[str, ...]]) -> WizardApp:
+    """The app at a step; notes the accelerometer's model whenever it is saved."""
+    source = fakes.FakeSource(Status(step=step, elapsed=600.0, holds=24))
+    plain = fakes.services(source)
+
+    def save(fitted: FitReport, benches: Benches | None) -> Saved:
+        models = {} if benches is None else benches.models()
+        written.append(models["accelerometer"][0].model if models else ())
+        return plain.save(fitted, benches)
+
+    services = replace(plain, fit=lambda _collected, _snapshot: report, save=save)
+    return WizardApp(services, None, VIRTUAL)
+
+
+async def test_the_result_says_what_the_bench_has_added_and_it_is_saved(bent: FitReport) -> None:
+    written: list[tuple[str, ...]] = []
+    async with app_at(StepKind.RESULT, bent, written).run_test(size=USUAL) as pilot:
+        await shows(pilot, "f find missing")
+        await pilot.press("f")
+        await shows(pilot, "▸ second-order")
+        await pilot.press("enter")
+        await shows(pilot, "model is complete")
+        await pilot.press("escape")
+        await shows(pilot, "✓ from the bench: accelerometer + second-order")
+        await pilot.press("f")
+        await shows(pilot, "model is complete")
+        await pilot.press("escape", "s")
+        await until(pilot, lambda: bool(written))
+        await shows(pilot, "✓ from the bench: accelerometer + second-order")
+    assert written[0][-1] == "second-order"
+
+
+async def test_a_model_changed_after_saving_is_said_and_saved_by_one_key(bent: FitReport) -> None:
+    written: list[tuple[str, ...]] = []
+    async with app_at(StepKind.SAVE, bent, written).run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: written == [()])
+        await pilot.press("f")
+        await shows(pilot, "▸ second-order")
+        await pilot.press("enter")
+        await shows(pilot, "model is complete")
+        await pilot.press("escape")
+        await shows(pilot, "s saves that")
+        await pilot.press("s")
+        await until(pilot, lambda: len(written) == 2)
+        await until(pilot, lambda: "another model now" not in seen(pilot))
+    assert written[1][-1] == "second-order"
