@@ -1,7 +1,9 @@
 """``imucal-wizard``: the app that leads through the calibration."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from imucal_wizard.commands.arguments import (
     Parser,
@@ -32,7 +34,17 @@ def parser() -> Parser:
     virtual.add_argument("--auto", action="store_true", help="its hand performs everything")
     virtual.add_argument("--quit", action="store_true", help="leave after the result")
     virtual.add_argument("--hidden", action="append", default=[], metavar="TERM:SIZE:AXIS")
-    virtual.add_argument("--seed", type=int, default=0, metavar="N", help="which sensor and hand")
+    virtual.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
+    virtual.add_argument(
+        "--mystery", action="store_true", help="hide an effect by chance and seal the answer"
+    )
+    virtual.add_argument(
+        "--grade",
+        choices=("consumer", "industrial", "tactical"),
+        default="consumer",
+        help="of the sensor with --mystery",
+    )
+    virtual.add_argument("--key", metavar="WORD", help="the class's key to that answer")
     way = made.add_argument_group("procedure")
     way.add_argument("--rotations", type=int, default=6, metavar="N", help="per axis (default 6)")
     way.add_argument("--count-faces", action="store_true", help="do not take the faces again")
@@ -62,8 +74,11 @@ def run(argv: Sequence[str]) -> int:
     chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
     if len(chosen) > 1:
         raise UsageError(f"--{chosen[0]} and --{chosen[1]} are two sources: give one of them")
-    if chosen and (arguments.auto or arguments.hidden):
-        raise UsageError(f"--auto and --hidden belong to the virtual IMU, not to --{chosen[0]}")
+    if chosen and (arguments.auto or arguments.hidden or arguments.mystery):
+        raise UsageError(
+            f"--auto, --hidden and --mystery belong to the virtual IMU, not to --{chosen[0]}"
+        )
+    _check_mystery(arguments)
     if not 0.0 < arguments.speed <= 1000.0:
         raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:
@@ -81,7 +96,7 @@ def run(argv: Sequence[str]) -> int:
             auto=arguments.auto,
             quit=arguments.quit,
             hidden=tuple(arguments.hidden),
-            seed=arguments.seed,
+            seed=arguments.seed or 0,
             gravity=arguments.gravity,
             gyroscope_range=arguments.gyro_range,
             rotations=arguments.rotations,
@@ -93,5 +108,27 @@ def run(argv: Sequence[str]) -> int:
             method=arguments.method,
             gyroscope_method=arguments.gyro_method,
             effects=tuple(arguments.effects),
+            **_mystery(arguments),
         )
     )
+
+
+def _check_mystery(arguments: Namespace) -> None:
+    if arguments.mystery and arguments.hidden:
+        raise UsageError("--mystery hides an effect by chance, --hidden one of your own: give one")
+    if arguments.key is not None and not arguments.mystery:
+        raise UsageError("--key belongs to --mystery")
+    if arguments.key is not None and not arguments.key.strip():
+        raise UsageError("the key is empty; give a word with --key")
+
+
+def _mystery(arguments: Namespace) -> dict[str, Any]:
+    """Number, grade and key of an exercise; nothing without one."""
+    if not arguments.mystery:
+        return {}
+    from imucal_wizard.mystery.exercise import any_key
+    from imucal_wizard.mystery.sitting import any_number
+
+    number = any_number() if arguments.seed is None else arguments.seed
+    key, made = (any_key(), True) if arguments.key is None else (arguments.key, False)
+    return {"mystery": number, "grade": arguments.grade, "key": key, "key_made": made}

@@ -61,15 +61,29 @@ def make_exercise(
         raise UsageError(f"{recording} is the name of the answer; name the recording .csv")
     if key is not None and not key.strip():
         raise UsageError("the key is empty; give a word with --key")
-    word = f"{secrets.token_hex(2)}-{secrets.token_hex(2)}" if key is None else key
+    word = any_key() if key is None else key
     rng = np.random.default_rng(secrets.randbits(128) if seed is None else [seed % 2**63, 8])
     truth = draw(rng, grade)
     hand = int(rng.integers(2**62))
     simulate_recording(
         recording, hidden=[truth], seed=hand, rate=rate, poses=poses, model=sensor_of(hand, grade)
     )
-    _write(answer, _document(recording.name, grade, seal(_canonical(truth), word, _salt())))
+    write_answer(answer, recording.name, grade, truth, word)
     return Exercise(recording, answer, word)
+
+
+def any_key() -> str:
+    """A word that opens an answer, made by chance."""
+    return f"{secrets.token_hex(2)}-{secrets.token_hex(2)}"
+
+
+def write_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str) -> None:
+    """Seal an answer.
+
+    Raises:
+        RecordingError: the file cannot be written.
+    """
+    _write(path, _document(recording, grade, seal(_canonical(truth), key, _salt())))
 
 
 def reveal(answer: Path, key: str) -> Hidden:

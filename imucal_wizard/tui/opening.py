@@ -7,14 +7,16 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from imucal_wizard.errors import RecordingError, SessionError
+from imucal_wizard.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.source import Source, SourceChoice, SourceKind
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
+    from imucal_wizard.devices.virtual import VirtualImu
     from imucal_wizard.live.engine import Engine
     from imucal_wizard.live.settings import Settings
+    from imucal_wizard.mystery.sitting import Sitting
     from imucal_wizard.readings import Readings
 
 
@@ -28,6 +30,7 @@ class Opening:
         session: the session file being written, or None.
         title: what is read, in words.
         played: the recording being played, or None.
+        sealed: the answer of an exercise, or None.
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -35,6 +38,7 @@ class Opening:
         self.title = ""
         self.session: Path | None = None
         self.played: Readings | None = None
+        self.sealed: Path | None = None
 
     def directory(self) -> Path:
         """Where sessions are kept."""
@@ -64,9 +68,25 @@ class Opening:
         from imucal_wizard.tui.virtual_reader import VirtualReader
 
         options = self._options
+        if options.mystery is not None:
+            return self._exercise(options.mystery)
         imu = VirtualImu(seed=options.seed, speed=options.speed, hidden=options.hidden)
         about = {"kind": "virtual", "seed": options.seed, "hidden": list(options.hidden)}
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))
+        return VirtualReader(imu, engine, following=options.auto)
+
+    def _exercise(self, number: int) -> Source:
+        """A virtual IMU with an effect that chance has hidden; the answer lies beside, sealed."""
+        from imucal_wizard.mystery.sitting import seal_beside, sitting
+        from imucal_wizard.tui.virtual_reader import VirtualReader
+
+        options = self._options
+        made = sitting(number, options.grade)
+        imu = virtual_imu(made, options.speed)
+        about = {"kind": "virtual", "mystery": made.number, "grade": made.grade}
+        engine = self._begin(about, float(imu.sensor.gyroscope.highest))
+        if self.session is not None:
+            self.sealed = seal_beside(self.session, made, options.key)
         return VirtualReader(imu, engine, following=options.auto)
 
     def _reader(self, port: str) -> Source:
@@ -98,6 +118,7 @@ class Opening:
         from imucal_wizard.devices.virtual import VirtualImu
         from imucal_wizard.live.reader import Reader
         from imucal_wizard.live.resume import resume
+        from imucal_wizard.mystery.sitting import sitting
         from imucal_wizard.tui.virtual_reader import VirtualReader
 
         if not path.is_file():
@@ -108,11 +129,14 @@ class Opening:
         try:
             seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
             baud = int(about.get("baud", options.baud))
-        except (TypeError, ValueError) as error:
+            hides = "mystery" in about
+            made = sitting(int(about["mystery"]), str(about.get("grade"))) if hides else None
+        except (TypeError, ValueError, UsageError) as error:
             taken_up.session.close()
             raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
         if about.get("kind") == "virtual":
             imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden)
+            imu = imu if made is None else virtual_imu(made, options.speed)
             return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
         port = options.port or str(about.get("port", ""))
         if not port:
@@ -144,6 +168,13 @@ class Opening:
             options.gravity,
             None if limit is None else math.radians(limit),
         )
+
+
+def virtual_imu(made: "Sitting", speed: float) -> "VirtualImu":
+    """The virtual IMU of an exercise."""
+    from imucal_wizard.devices.virtual import VirtualImu
+
+    return VirtualImu(seed=made.hand, speed=speed, sensor=made.sensor, hidden=[made.truth])
 
 
 def stream_setup(options: WizardOptions) -> "StreamSetup":

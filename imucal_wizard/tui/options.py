@@ -33,6 +33,10 @@ class WizardOptions:
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
+        mystery: number of an exercise: an effect that chance hides in the virtual sensor; or None.
+        grade: how good that sensor is.
+        key: the word that opens its sealed answer.
+        key_made: the program made that word, so that it is told at the end.
         effects: files with effects of the user's own, for the bench.
     """
 
@@ -57,3 +61,7 @@ class WizardOptions:
     method: str = "least_squares"
     gyroscope_method: str = "vector"
     effects: tuple[Path, ...] = ()
+    mystery: int | None = None
+    grade: str = "consumer"
+    key: str = ""
+    key_made: bool = False

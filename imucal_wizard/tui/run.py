@@ -47,6 +47,11 @@ def run_wizard(options: WizardOptions) -> int:
     elif workshop.session is not None and workshop.session.exists():
         say(f"kept: {workshop.session}")
         say(f"go on with: imucal-wizard --resume {shlex.quote(str(workshop.session))}")
+    if workshop.sealed is not None:
+        say(f"sealed answer: {workshop.sealed}")
+        reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(workshop.sealed))}"
+        word = shlex.quote(options.key) if options.key_made else "WORD"
+        say(f"open it with: {reveal} --key {word} --guess TERM:AXIS")
     return app.return_code or 0
 
 
@@ -59,7 +64,7 @@ def first_choice(options: WizardOptions) -> SourceChoice | None:
         return SourceChoice(SourceKind.FILE, title=title)
     if options.resume is not None:
         return SourceChoice(SourceKind.SESSION, str(options.resume), options.resume.name)
-    if options.auto or options.hidden:
+    if options.auto or options.hidden or options.mystery is not None:
         return SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
     return None
 

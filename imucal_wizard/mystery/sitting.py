@@ -1,0 +1,59 @@
+"""An exercise in one sitting: the effect is hidden in the virtual IMU that the wizard opens."""
+
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.devices.virtual.sensor import SensorModel
+from imucal_wizard.mystery.draw import draw, sensor_of
+from imucal_wizard.mystery.exercise import write_answer
+
+
+@dataclass(frozen=True)
+class Sitting:
+    """A virtual IMU with an effect that chance has hidden in it.
+
+    Attributes:
+        number: the same number is the same exercise.
+        grade: how good the sensor is.
+        truth: what is hidden.
+        hand: seed of the hand and of the noise.
+        sensor: its errors but for what is hidden.
+    """
+
+    number: int
+    grade: str
+    truth: Hidden
+    hand: int
+    sensor: SensorModel
+
+
+def any_number() -> int:
+    """A number that nobody knows."""
+    return secrets.randbits(62)
+
+
+def sitting(number: int, grade: str = "consumer") -> Sitting:
+    """The exercise of a number.
+
+    Raises:
+        UsageError: there is no such grade.
+    """
+    rng = np.random.default_rng([number % 2**63, 8])
+    truth = draw(rng, grade)
+    hand = int(rng.integers(2**62))
+    return Sitting(number, grade, truth, hand, sensor_of(hand, grade))
+
+
+def seal_beside(session: Path, made: Sitting, key: str) -> Path:
+    """Write the sealed answer beside a session; ``simulate --reveal`` opens it.
+
+    Raises:
+        RecordingError: it cannot be written.
+    """
+    answer = session.with_suffix(".mystery")
+    write_answer(answer, session.name, made.grade, made.truth, key)
+    return answer

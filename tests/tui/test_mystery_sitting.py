@@ -1,0 +1,87 @@
+"""An exercise in one sitting: chance hides an effect in the wizard's virtual IMU; it is sealed."""
+
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.commands import wizard
+from imucal_wizard.errors import DataError, SessionError, UsageError
+from imucal_wizard.mystery import reveal
+from imucal_wizard.mystery.sitting import sitting
+from imucal_wizard.recordings.session_file import read_raw
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.run import first_choice
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.workshop import Workshop
+
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def begun(folder: Path, number: int = 3) -> Workshop:
+    """A workshop in which the exercise of this number has been opened and left again."""
+    workshop = Workshop(WizardOptions(sessions=folder, mystery=number, key="newton", speed=50.0))
+    source = workshop.open_source(VIRTUAL)
+    source.start()
+    source.stop()
+    return workshop
+
+
+def test_the_answer_lies_sealed_beside_the_session(tmp_path: Path) -> None:
+    workshop = begun(tmp_path)
+    assert workshop.sealed is not None
+    assert workshop.session is not None
+    assert workshop.sealed == workshop.session.with_suffix(".mystery")
+    truth = sitting(3).truth
+    assert reveal(workshop.sealed, "newton") == truth
+    with pytest.raises(DataError, match="does not open it"):
+        reveal(workshop.sealed, "leibniz")
+    assert truth.term.encode() not in workshop.sealed.read_bytes()
+
+
+def test_the_session_does_not_name_what_is_hidden_and_goes_on_with_it(tmp_path: Path) -> None:
+    workshop = begun(tmp_path)
+    assert workshop.session is not None
+    about, _ = read_raw(workshop.session)
+    assert sitting(3).truth.term not in str(about)
+    again = Workshop(WizardOptions(sessions=tmp_path, speed=50.0))
+    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.session)))
+    source.start()
+    source.stop()
+
+
+def test_a_damaged_exercise_is_said_to_be_one(tmp_path: Path) -> None:
+    workshop = begun(tmp_path)
+    assert workshop.session is not None
+    from imucal_wizard.sessions import Session
+
+    with Session.open(workshop.session) as session:
+        session.set_meta("grade", "none such")
+    with pytest.raises(SessionError, match="damaged"):
+        Workshop(WizardOptions(sessions=tmp_path)).open_source(
+            SourceChoice(SourceKind.SESSION, str(workshop.session))
+        )
+
+
+def test_the_same_number_hides_the_same_and_others_hide_others() -> None:
+    assert sitting(3).truth == sitting(3).truth
+    assert len({sitting(number).truth for number in range(12)}) > 6
+
+
+def test_it_opens_on_the_virtual_imu() -> None:
+    choice = first_choice(WizardOptions(mystery=1))
+    assert choice is not None
+    assert choice.kind is SourceKind.VIRTUAL
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--mystery", "--hidden", "second-order:3:x"],
+        ["--mystery", "--port", "/dev/null"],
+        ["--key", "newton"],
+        ["--mystery", "--key", " "],
+    ],
+)
+def test_what_does_not_go_together_is_refused(arguments: list[str]) -> None:
+    with pytest.raises(UsageError):
+        wizard.run(arguments)
