@@ -4,6 +4,7 @@ A rung is kept only if data that the fit has not seen agree: other directions or
 effect of orientation, the later part of the session for an effect of time.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from imucal_wizard.bench.floors import Floors, Rounding, floors_of
@@ -66,3 +67,12 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
         pairs.append((below.rms_late, above.rms_late))
     known = [(old, new) for old, new in pairs if old is not None and new is not None]
     return bool(known) and all(new < old for old, new in known)
+
+
+def noise_of(ladder: Sequence[Rung]) -> float:
+    """What the noise alone makes, by the model that shows it most purely.
+
+    Repeats are never exact: what a model lacks makes them differ, too, and noise does not depend on
+    the model.
+    """
+    return min(rung.floor for rung in ladder)

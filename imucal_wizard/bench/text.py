@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.bench.amounts import amount, detectable, shown, sizes_text
-from imucal_wizard.bench.ladder import Rung
+from imucal_wizard.bench.ladder import Rung, noise_of
 from imucal_wizard.bench.says import says
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement
@@ -120,14 +120,14 @@ def _ladder(bench: Bench) -> list[str]:
     """The models so far with their errors: fitted, held out, floor."""
     unit = bench.fit.fit.unit
     errors = [rung.rms_held_out or rung.rms_fitted for rung in bench.ladder]
-    longest = max(*errors, bench.ladder[-1].floor, 1e-300)
+    longest = max(*errors, noise_of(bench.ladder), 1e-300)
     lines = ["LADDER  fitted, held out"]
     for rung, error in zip(bench.ladder, errors, strict=True):
         name = " + ".join(rung.model) if rung.added is None else f"+ {rung.added}"
         bar = _bar(error / longest)
         cells = f"{shown(unit, rung.rms_fitted):>9} {shown(unit, rung.rms_held_out):>9}"
         lines.append(f"  {name or 'nothing':34}{cells} {bar}")
-    floor = bench.ladder[-1].floor
+    floor = noise_of(bench.ladder)
     lines.append(f"  {'noise':34}{'':9} {shown(unit, floor):>9} {_bar(floor / longest)}")
     return [*lines, *_wrapped(_floors(bench.ladder[-1]), "  ")]
 

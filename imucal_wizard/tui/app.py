@@ -147,7 +147,9 @@ class WizardApp(App[Saved]):
             from imucal_wizard.tui.screens.bench_screen import BenchScreen
 
             live = self.source is not None and self.source.live
-            self.push_screen(BenchScreen(lambda: self.kept.of(report), live=live), self._ask)
+            predict = self.settings.predict and self.kept.benches is None
+            screen = BenchScreen(lambda: self.kept.of(report), live=live, predict=predict)
+            self.push_screen(screen, self._ask)
 
     def _ask(self, asked: "tuple[Asked, ...] | None") -> None:
         """The bench has been left, perhaps to measure something for it."""

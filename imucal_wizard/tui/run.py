@@ -31,6 +31,7 @@ def run_wizard(options: WizardOptions) -> int:
     _check(options)
     workshop = Workshop(options)
     settings = Settings(options.auto, options.quit, options.muted)
+    settings = replace(settings, predict=options.mystery is not None)
     if options.auto or options.quit:
         settings = replace(settings, countdown=AUTO_COUNTDOWN)
     app = WizardApp(workshop.services(), settings, first_choice(options))

@@ -18,6 +18,7 @@ class Settings:
         header_patience: seconds a header is waited for before the operator is asked what the
             columns are: a device that was opened in the middle of its stream prints the next one
             within five.
+        predict: the bench tells nothing before a guess when it is opened first.
     """
 
     auto: bool = False
@@ -25,3 +26,4 @@ class Settings:
     muted: bool = False
     countdown: float = 20.0
     header_patience: float = 6.0
+    predict: bool = False

@@ -209,3 +209,12 @@ def test_the_desk_remembers_what_is_chosen_per_panel(sight: Sight) -> None:
 def entry_of(desk: Desk) -> Entry:
     assert desk.entry is not None
     return desk.entry
+
+
+def test_the_noise_in_the_ladder_is_that_of_the_model_that_shows_it_most_purely(
+    sight: Sight,
+) -> None:
+    mg = 9.80665e-3
+    rungs = tuple(replace(sight.ladder[0], floor=floor * mg) for floor in (0.4, 0.05, 7.0))
+    noise = plain(ladder_rows(replace(sight, ladder=rungs), 90))[-1]
+    assert noise.split()[:3] == ["noise", "alone", "0.0500"]

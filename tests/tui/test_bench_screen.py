@@ -1,5 +1,6 @@
 """The bench on the screen: look, learn, predict, add, see the error fall, take it back."""
 
+import threading
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.tui.screens.bench_screen import BenchScreen
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.text import number
 from imucal_wizard.units import STANDARD_GRAVITY
@@ -198,6 +200,7 @@ async def test_a_typed_formula_becomes_a_suspect(benches: Benches, bench: Bench)
         await pilot.press(*(["backspace"] * 3), *"k*a**3", "enter")
         await shows(pilot, "formula  ")
         assert any(suspect.term == "formula" for suspect in bench.look().suspects)
+        await shows(pilot, "▸ formula")
 
 
 async def test_the_gyroscope_is_one_key_away_and_shows_turns_and_rest(
@@ -222,3 +225,38 @@ async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> 
         await shows(pilot, "BENCH  accelerometer", "▸ second-order")
         await pilot.press("escape")
         await shows(pilot, "▸RESULT")
+
+
+async def test_an_exercise_opens_with_nothing_told(benches: Benches) -> None:
+    app = BenchApp(lambda: benches)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ second-order")
+        app.push_screen(BenchScreen(lambda: benches, predict=True))
+        text = await shows(pilot, "Predict first", "p show the answer", "▸ asymmetry")
+        assert "<0.003" not in text
+        await pilot.press("n")
+        assert "what the data say" not in seen(pilot)
+        await pilot.press("p")
+        await shows(pilot, "<0.003", "▸ second-order")
+
+
+async def test_nothing_is_told_of_a_model_that_is_being_fitted(
+    benches: Benches, bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    going_on, done = threading.Event(), threading.Event()
+
+    def slow(name: str) -> None:
+        going_on.set()
+        assert done.wait(20.0)
+        Bench.add(bench, name)
+
+    async with app_with(benches).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ second-order")
+        monkeypatch.setattr(bench, "add", slow)
+        await pilot.press("enter")
+        await shows(pilot, "Adding second-order and fitting again")
+        await pilot.press("n", "enter", "m", "u")
+        assert "what the data say" not in seen(pilot)
+        done.set()
+        await shows(pilot, "model is complete")
+        assert bench.fit.model[-1] == "second-order"

@@ -88,6 +88,12 @@ class Desk:
             self._suspect = ((self.place or 0) + by) % max(1, len(self.entries()))
             self.cursor = None if self.added else self.cursor
 
+    def select(self, term: str) -> None:
+        """Choose the suspect of this name."""
+        names = [entry.term for entry in self.entries()]
+        if term in names:
+            self.panel, self._suspect = PANELS[0], names.index(term)
+
     def point(self, by: int) -> None:
         """Another point of the picture."""
         view = self.view()

@@ -1,5 +1,6 @@
 """The ladder: every model so far, with its errors as bars and numbers."""
 
+from imucal_wizard.bench.ladder import noise_of
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.tui.text import Line, Span, line, number
@@ -20,7 +21,7 @@ def ladder_rows(sight: Sight, width: int, height: int | None = None) -> list[Lin
     """
     unit = sight.fit.fit.unit
     factor, shown = SHOWN[unit]
-    rungs, floor = sight.ladder, sight.ladder[-1].floor
+    rungs, floor = sight.ladder, noise_of(sight.ladder)
     errors = [e for rung in rungs for e in (rung.rms_fitted, rung.rms_held_out) if e is not None]
     present = max(rungs[-1].rms_fitted, rungs[-1].rms_held_out or 0.0, floor)
     top = min(max(errors), REACH * present) or 1.0

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.ladder import Rung, confirmed
+from imucal_wizard.bench.says import says
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.statement import Statement, statement
 from imucal_wizard.effects.effect import Effect
@@ -25,6 +26,7 @@ class Sight:
         fit: the present fit.
         findings: suspects and opinion.
         said: the verdict, and what to measure next.
+        told: the verdict in sentences, as it was when this was looked up.
         ladder: every model so far.
         entries: what may be missing, the likeliest first.
         views: pictures of what is left.
@@ -37,6 +39,7 @@ class Sight:
     fit: Extended
     findings: Findings
     said: Statement
+    told: str
     ladder: tuple[Rung, ...]
     entries: tuple[Entry, ...]
     views: tuple[View, ...]
@@ -66,12 +69,14 @@ class Sight:
 def look(benches: Benches, bench: Bench) -> Sight:
     """Look at a bench as it is now."""
     findings = bench.look()
+    said = statement(benches, bench, findings)
     return Sight(
         sensor=bench.sensor,
         measured=bench.measured,
         fit=bench.fit,
         findings=findings,
-        said=statement(benches, bench, findings),
+        said=said,
+        told=says(said),
         ladder=tuple(bench.ladder),
         entries=entries_of(bench, findings),
         views=views_of(bench.fit, bench.measured),

@@ -1,6 +1,5 @@
 """What is to be said of a model, and how the poses and effects in it are called."""
 
-from imucal_wizard.bench import says as bench_says
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
 from imucal_wizard.solver.extended.turn_data import TurnData
@@ -25,7 +24,7 @@ def says(sight: Sight) -> tuple[str, str]:
         )
     verdict = sight.said.verdict
     style = "good" if verdict is Verdict.COMPLETE else "warn"
-    return "accent" if verdict is Verdict.MISSING else style, bench_says.says(sight.said)
+    return "accent" if verdict is Verdict.MISSING else style, sight.told
 
 
 def pose_at(sight: Sight, hold: int) -> str:

@@ -28,6 +28,17 @@ _PREDICT = (
     "Predict first: look at what is left (tab turns the plot), choose what you think is missing "
     "(↑↓), commit with enter. p shows the answer at once."
 )
+PREDICTING: tuple[Keys, ...] = (
+    (
+        ("enter", "commit to it"), ("l", "lesson"), ("p", "show the answer"), ("↑↓", "choose"),
+        ("?", "help"), ("q", "quit"),
+    ),
+    (
+        ("tab", "look at …"), ("←→", "point"), ("t", "trace"), ("a", "other data"),
+        ("g", "other sensor"), ("esc", "back"),
+    ),
+)  # fmt: skip
+"""The keys while a guess is asked for."""
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 
@@ -91,7 +102,7 @@ class BenchLayout(Screen[tuple[Asked, ...]]):
             return
         for panel in PANELS:
             self.set_class(panel == self.desk.panel, f"panel-{panel}")
-        self.query_one(KeyFooter).offer(*self.keys)
+        self.query_one(KeyFooter).offer(*(PREDICTING if self.desk.hidden else self.keys))
         self._show("bench-head", [self._head()])
         self._show("bench-says", self._said())
         if self.desk.sight is not None:

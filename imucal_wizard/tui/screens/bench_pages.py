@@ -42,7 +42,7 @@ class BenchPages(BenchWork):
 
     def _typed(self, effect: FormulaEffect | None) -> None:
         if effect is not None:
-            self.do("Testing your formula …", lambda bench: bench.offer(effect))
+            self.do("Testing your formula …", lambda bench: bench.offer(effect), effect.name)
 
     def action_explain(self) -> None:
         """Help."""

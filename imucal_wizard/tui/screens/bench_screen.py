@@ -28,6 +28,7 @@ class BenchScreen(BenchPages):
     Args:
         make: makes the benches; called in a thread.
         live: there is a device that can be asked for more poses.
+        predict: tell nothing before a guess.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -68,8 +69,10 @@ class BenchScreen(BenchPages):
         ),
     )  # fmt: skip
 
-    def __init__(self, make: Callable[[], Benches], *, live: bool = False) -> None:
-        super().__init__(make)
+    def __init__(
+        self, make: Callable[[], Benches], *, live: bool = False, predict: bool = False
+    ) -> None:
+        super().__init__(make, predict=predict)
         self._live = live
 
     def action_choose(self, by: int) -> None:
@@ -158,6 +161,8 @@ class BenchScreen(BenchPages):
     def action_next_poses(self) -> None:
         """The whole verdict, and what to measure next."""
         sight = self.desk.sight
+        if self.busy:  # it is about the model before, and what it brings about the one after
+            return
         if sight is not None and not self.desk.hidden:
             page = NextScreen(
                 "what the data say", lambda width: next_rows(sight, width, live=self._live), "n"

@@ -21,12 +21,15 @@ class BenchWork(BenchLayout):
 
     Args:
         make: makes the benches; called in a thread.
+        predict: tell nothing before a guess.
     """
 
-    def __init__(self, make: Callable[[], Benches]) -> None:
+    def __init__(self, make: Callable[[], Benches], *, predict: bool = False) -> None:
         super().__init__()
+        self.desk.hidden = predict
         self._make = make
         self._benches: Benches | None = None
+        self._chosen = ""
         self.busy = "Opening the bench …"
 
     def on_mount(self) -> None:
@@ -51,10 +54,16 @@ class BenchWork(BenchLayout):
         """Look at the sensor chosen."""
         self.do(f"Looking for what the {self.sensor} lacks …", lambda _bench: None)
 
-    def do(self, words: str, act: Act) -> None:
-        """Change the model in a thread, then look again; one thing at a time."""
+    def do(self, words: str, act: Act, choose: str = "") -> None:
+        """Change the model in a thread, then look again; one thing at a time.
+
+        Args:
+            words: what is being done.
+            act: does it.
+            choose: the suspect to choose then.
+        """
         if self._benches is not None and not self.busy:
-            self.busy, self.note = words, ("", "")
+            self.busy, self.note, self._chosen = words, ("", ""), choose
             self.redraw()
             self._work(self._benches, self.sensor, act)
 
@@ -66,6 +75,7 @@ class BenchWork(BenchLayout):
             self.note = (str(error), "bad")
         else:
             self.desk.show(sight)
+            self.desk.select(self._chosen)
             if sight.rose(len(sight.ladder) - 1):
                 self.note = (_ROSE, "warn")
         self.busy = ""
