@@ -1,11 +1,13 @@
 """A recording that can be played; a session is read like any recording first."""
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.live.engine import Engine
+from imucal_wizard.procedure.alignment import aligned
 from imucal_wizard.readings import Readings, Series
 
 
@@ -64,16 +66,9 @@ class ReadingsTape:
 
 
 def _together(readings: Readings) -> Readings:
-    """The gyroscope at the accelerometer's times, where it has its own."""
-    own, gyroscope = readings.accelerometer, readings.gyroscope
-    if gyroscope is None or np.array_equal(own.time, gyroscope.time):
+    """Both sensors at the same times, and a word where that took something."""
+    together = aligned(readings)
+    if together is readings:
         return readings
-    columns = [np.interp(own.time, gyroscope.time, column) for column in gyroscope.values.T]
     says = "the gyroscope's samples were brought to the accelerometer's times for the wizard"
-    return Readings(
-        own,
-        Series(own.time, np.column_stack(columns), gyroscope.unit),
-        readings.magnetometer,
-        readings.temperature,
-        (*readings.warnings, says),
-    )
+    return replace(together, warnings=(*readings.warnings, says))

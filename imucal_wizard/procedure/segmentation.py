@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.procedure.alignment import aligned
 from imucal_wizard.procedure.blocks import BlockCutter, Blocks, join_blocks
 from imucal_wizard.procedure.holds import Hold, hold_from, settled, still_runs
 from imucal_wizard.procedure.rotation_check import clipped
@@ -50,26 +51,16 @@ class Stream:
 
 def reduce(readings: Readings) -> Stream | None:
     """Blocks, windows and the quietest noise of a recording; None when it is shorter than that."""
-    aligned = _aligned(readings)
-    rate = aligned.accelerometer.rate
+    together = aligned(readings)
+    rate = together.accelerometer.rate
     if rate <= 0.0:
         return None
     cutter, maker = BlockCutter(rate), WindowMaker()
-    parts = [cutter.feed(part) for part in _slabs(aligned)]
+    parts = [cutter.feed(part) for part in _slabs(together)]
     blocks = join_blocks(parts)
     windows = maker.feed(blocks)
     noise = _quietest(windows)
     return None if noise is None else Stream(blocks, windows, noise)
-
-
-def _aligned(readings: Readings) -> Readings:
-    """The gyroscope at the accelerometer's times, for the detection alone."""
-    accelerometer, gyroscope = readings.accelerometer, readings.gyroscope
-    if gyroscope is None or np.array_equal(accelerometer.time, gyroscope.time):
-        return readings
-    time = accelerometer.time
-    values = np.column_stack([np.interp(time, gyroscope.time, c) for c in gyroscope.values.T])
-    return Readings(accelerometer, Series(time, values, gyroscope.unit), None, readings.temperature)
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:
