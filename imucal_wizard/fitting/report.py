@@ -238,4 +238,5 @@ def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorF
         return fit
     readings = np.array([hold.accelerometer for hold in holds])
     errors = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1) - gravity
-    return replace(fit, validation_rms=float(np.sqrt(np.mean(errors**2))))
+    rms = float(np.sqrt(np.mean(errors**2)))
+    return replace(fit, validation_rms=rms, validation=tuple(errors.tolist()))

@@ -17,6 +17,8 @@ noise is known to a fifth, and slow noise is seen but in part within a hold."""
 FEW_RATIO = 3.0
 """Held-out error against the fitted one beyond which there are too few data to predict any: with
 twice as many equations as unknowns the ratio is about two."""
+WORSE = 3.0
+"""New poses that err so many times more than those left out: in four poses chance makes twice."""
 ENOUGH_REPEATS = 4
 """Degrees of freedom from which the scatter of repeats is a better floor than the noise."""
 UNLIKELY = 0.01
@@ -53,13 +55,30 @@ def _judged(name: str, fit: SensorFit) -> str:
         return f"{text}; {_unchecked(fit)}"
     text += f", {shown(fit, fit.rms_held_out)} on {_left_out(fit)}s left out"
     if fit.validation_rms is not None:
-        text += f", {shown(fit, fit.validation_rms)} on new orientations"
+        text += f", {shown(fit, fit.validation_rms)} on {_new_poses(fit)}"
     if fit.suspects:
         one = "hold" if fit.sensor == "accelerometer" else "rotation"
         return f"{text}: one {one} does not fit with the others; measure it again"
     if fit.rms_held_out > FEW_RATIO * fit.rms_fitted:
         return f"{text}: too few {_left_out(fit)}s to foretell one that is left out; add some"
+    if _changed(fit):
+        return (
+            f"{text}: on new poses it errs more than all before lets expect. Something has changed "
+            "since (warmth, a knock), or they were held less still: take them again"
+        )
     return f"{text}: {_against_floors(fit, fit.rms_held_out)}"
+
+
+def _new_poses(fit: SensorFit) -> str:
+    count = len(fit.validation)
+    return f"your {count} new poses" if count > 1 else "your new pose"
+
+
+def _changed(fit: SensorFit) -> bool:
+    """Whether the validation errs far more than what was left out did."""
+    if fit.validation_rms is None or fit.rms_held_out is None:
+        return False
+    return fit.validation_rms > WORSE * max(fit.rms_held_out, fit.floor or 0.0)
 
 
 def _unchecked(fit: SensorFit) -> str:

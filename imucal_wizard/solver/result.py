@@ -64,6 +64,7 @@ class SensorFit:
             (gyroscope).
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
+        validation: the error of each of them, in ``unit``; empty without any.
         warnings: what the user must know about this sensor.
         degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
             the truth 95 times in 100 reaches ``student.quantile(0.95, degrees_of_freedom)`` times
@@ -102,6 +103,7 @@ class SensorFit:
     suspects: tuple[int, ...] = ()
     unused: tuple[int, ...] = ()
     not_held_out: str = ""
+    validation: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

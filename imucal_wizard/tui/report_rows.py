@@ -65,7 +65,16 @@ def error_rows(report: FitReport) -> list[Line]:
     validated = any(fit.validation_rms is not None for fit in report.sensors.values())
     last = "new poses" if validated else ""
     head = f"{'':<19}{'before':>9}   {'after':>9} {'held out':>10} {'noise':>10} {last:>10}"
-    return [line(head, "quiet"), *(_error_row(fit, validated) for fit in report.sensors.values())]
+    rows = [line(head, "quiet"), *(_error_row(fit, validated) for fit in report.sensors.values())]
+    return rows + [_validation_row(fit) for fit in report.sensors.values() if fit.validation]
+
+
+def _validation_row(fit: SensorFit) -> Line:
+    """The error on each new pose, beside that of the table."""
+    factor, unit = SHOWN.get(fit.unit, (1.0, unit_sign(fit.unit)))
+    places = decimals(max(abs(error) for error in fit.validation) * factor)
+    each = "  ".join(fixed(error * factor, places) for error in fit.validation)
+    return line(f" left over on each new pose  {each} {unit}", "quiet")
 
 
 def _error_row(fit: SensorFit, validated: bool) -> Line:

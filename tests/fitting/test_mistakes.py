@@ -319,6 +319,7 @@ def test_validation_holds_are_judged_and_not_fitted(plain: FitReport) -> None:
     means = np.array([hold.accelerometer for hold in new])
     errors = np.linalg.norm((means - fit.bias) @ fit.matrix.T, axis=1) - STANDARD_GRAVITY
     assert fit.validation_rms == pytest.approx(float(np.sqrt(np.mean(errors**2))), rel=1e-12)
+    assert fit.validation == pytest.approx(errors, rel=1e-9)
     assert len(fit.residuals) == 34
 
 

@@ -67,7 +67,14 @@ GYROSCOPE = replace(
         ({"rms_before": None}, "accelerometer: 0.20 mg after"),
         ({"floor": None}, "the noise is not known"),
         ({"floor": 0.0}, "the noise is not known"),
-        ({"validation_rms": 0.4 * MILLI_G}, "left out, 0.40 mg on new orientations: about"),
+        (
+            {"validation_rms": 0.4 * MILLI_G, "validation": (0.0,) * 4},
+            "left out, 0.40 mg on your 4 new poses: about",
+        ),
+        (
+            {"validation_rms": 1.2 * MILLI_G, "validation": (0.0,) * 4},
+            "1.20 mg on your 4 new poses: on new poses it errs more than all before lets expect",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(changes: dict[str, object], words: str) -> None:

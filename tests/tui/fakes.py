@@ -259,6 +259,7 @@ def report(validated: bool = False) -> FitReport:
         ),
         "m/s^2", 0.308, 0.00108, 0.00157, 0.0009, rng.normal(0, 0.001, 24),
         validation_rms=0.0019 if validated else None,
+        validation=(0.001, -0.003, 0.0012, -0.0016) if validated else (),
     )  # fmt: skip
     gyroscope = SensorFit(
         "gyroscope", ("bias", "scale", "non-orthogonality"), "vector", "accelerometer",

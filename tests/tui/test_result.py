@@ -140,6 +140,7 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
     assert "0.19 mg" in sensor
+    assert any("left over on each new pose  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
 @pytest.mark.parametrize("width", [60, 76, 150])
