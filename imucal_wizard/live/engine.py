@@ -207,6 +207,11 @@ class Engine:
         """Let something be known that the procedure does not know of."""
         self._happened((Event(kind, self._time, text),))
 
+    def note(self, text: str) -> None:
+        """The same, to be found again in the warnings of the stream and of the result."""
+        self._noted = (*self._noted, text)
+        self.tell(EventKind.WARNING, text)
+
     def _happened(self, events: Sequence[Event]) -> None:
         if not events:
             return

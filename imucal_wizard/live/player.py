@@ -8,7 +8,7 @@ from imucal_wizard.errors import UsageError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.runner import Runner
 from imucal_wizard.live.tape import Tape
-from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.procedure.stillness import Noise
 
 TICK = 0.02
@@ -21,7 +21,7 @@ _LONGEST_TICK = 0.25
 
 _AGAIN = (
     "The recording has no rest as long as the settle step wants: the noise is that of its longest "
-    "rest so far. It is played again from its beginning with that."
+    "rest so far, and it was played again from its beginning with that."
 )
 
 
@@ -80,7 +80,7 @@ class Player(Runner):
         self._rewind(noise)
         self._second = True
         self._engine.command("start")
-        self._engine.tell(EventKind.WARNING, _AGAIN)
+        self._engine.note(_AGAIN)
         return True
 
     def _work(self) -> None:

@@ -108,7 +108,7 @@ class ValidateStage:
         if up is not None and wanted is not None:
             off_by = turn_towards(up, DIRECTIONS[wanted])[2]
         return Status(
-            instruction=turn_up(wanted) if wanted else "TILT IT TO A NEW PLACE",
+            instruction=turn_up(wanted) if wanted else "TILT IT ANEW",
             detail=f"{spoken(wanted)}; any new orientation will do" if wanted else "",
             guidance=how_to_turn(up, wanted) if up is not None and wanted else "",
             wanted=wanted,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from imucal_wizard.digits import measured
 from imucal_wizard.procedure.poses import DIRECTIONS
 from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
+from imucal_wizard.procedure.wording import turn_up
 from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
 from imucal_wizard.tui.residual_plot import dot_plot
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
@@ -168,3 +169,13 @@ def test_help_and_quit_stay_in_the_footer_when_there_is_no_room_for_all_keys() -
     assert row.rstrip() == f" a {'a' * 30}  ? help  q quit"
     row = "".join(text for text, _ in footer_row(keys, 83))
     assert row.rstrip() == f" a {'a' * 30}  b {'b' * 30}  ? help  q quit"
+
+
+def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
+    """Also the longest, the corners of the validation: they are read from two metres."""
+    others = ("HOLD STILL", "PUT IT DOWN", "ROTATE ABOUT Z", "TILT IT ANEW", "NOT CONNECTED")
+    for words in (*map(turn_up, DIRECTIONS), *others):
+        rows = enlarged(words, 78, 4)
+        assert len(rows) == 4
+        assert max(map(len, rows)) <= 78
+        assert set("".join(rows)) <= set(" █▀▄"), words

@@ -117,10 +117,13 @@ class ResultScreen(LiveScreen):
 
     def _rows(self, width: int) -> list[Line]:
         if self._problem:
+            way = "b goes back to measure more; nothing is lost."
+            if self._over:
+                way = "The recording has ended here: make another one, with these rests in it."
             return [
                 *wrapped(f"▲ {self._problem}", width, "bad", indent="  "),
                 line(""),
-                *wrapped("b goes back to measure more; nothing is lost.", width),
+                *wrapped(way, width),
             ]
         if self.wizard.report is None:
             status = self.wizard.snapshot.status if self.wizard.snapshot else None

@@ -48,6 +48,9 @@ def enlarged(text: str, width: int, height: int) -> list[str]:
         return _centred(full_blocks(shape), height)
     if shape and len(shape[0]) <= width and height >= 4:
         return _centred(half_blocks(shape), height)
+    near = dots(text, close=True)
+    if near and len(near[0]) <= width and height >= 4:
+        return _centred(half_blocks(near), height)
     split = _two_rows(text, width) if height >= 8 else None
     if split:
         return split

@@ -71,9 +71,14 @@ GLYPHS: dict[str, tuple[str, ...]] = {
 _SAME = {"-": "−", "–": "−"}
 
 
-def dots(text: str) -> list[str] | None:
+_CLOSE = {" ": ("",) * 7}
+"""Words that stand closer together, where they would not fit otherwise."""
+
+
+def dots(text: str, *, close: bool = False) -> list[str] | None:
     """The text as seven rows of ``#`` and space, or None when a character has no glyph."""
-    glyphs = [GLYPHS.get(_SAME.get(c, c)) for c in text.upper()]
+    known = {**GLYPHS, **_CLOSE} if close else GLYPHS
+    glyphs = [known.get(_SAME.get(c, c)) for c in text.upper()]
     if not glyphs or None in glyphs:
         return None
     return [" ".join(glyph[y] for glyph in glyphs if glyph) for y in range(7)]
