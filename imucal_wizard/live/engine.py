@@ -15,11 +15,10 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.stream import stream_status
 from imucal_wizard.live.view import View
-from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
+from imucal_wizard.procedure.state import Collected, Event, EventKind, Status
 from imucal_wizard.procedure.steps import Listener, Machine
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
-from imucal_wizard.units import SI_UNIT
 
 EVENTS_KEPT = 50
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
@@ -101,11 +100,10 @@ class Engine:
         self._remark()
 
     def _remark(self) -> None:
-        """Say what the stream's reader has noticed, and how the session is."""
-        noticed = self._remarks.of_stream(self.intake.warnings)
-        if self.status().step is StepKind.SOURCE:  # the preview shows it
-            noticed = []
-        for kind, text in (*noticed, *self._remarks.of_session(self.journal.problem)):
+        """Say what is new about the stream and the session."""
+        stalled = self._health.stalled(self.intake)
+        step, unwritten = self.status().step, self.journal.problem
+        for kind, text in self._remarks.new(step, self.intake.warnings, stalled, unwritten):
             self.tell(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
@@ -126,19 +124,8 @@ class Engine:
 
     def _begin(self, readings: Readings, rate: float) -> Machine:
         """The machine, now that rate and units are known; it obeys what was ordered before."""
-        gyroscope = readings.gyroscope
-        known = gyroscope is not None and gyroscope.unit == SI_UNIT["gyroscope"]
         rate = self.intake.rate or rate or readings.accelerometer.rate
-        machine = self._machine = Machine(
-            self.settings.procedure,
-            rate=rate,
-            accelerometer_unit=readings.accelerometer.unit,
-            gyroscope_unit=SI_UNIT["gyroscope"] if gyroscope is None else gyroscope.unit,
-            gravity=self.settings.gravity,
-            gyroscope_range=self.settings.gyroscope_range if known else None,
-            noise=self._noise,
-            listener=self.listener,
-        )
+        machine = self._machine = self.settings.machine(readings, rate, self._noise, self.listener)
         self._view.begin(rate, readings)
         waiting, self._waiting = self._waiting, []
         for name, argument in waiting:

@@ -5,6 +5,8 @@ from imucal_wizard.devices.intake import Intake
 SILENCE = 3.0
 """Seconds without data after which the silence is a problem."""
 
+_SILENT = "is the device switched on and sending, and is the speed (--baud) right?"
+
 
 class Health:
     """What has gone wrong with the stream, the most pressing first.
@@ -35,6 +37,12 @@ class Health:
         before, self._silent = self._silent, arrival - self._last
         return self._silent >= SILENCE and int(self._silent) != int(before)
 
+    def stalled(self, intake: Intake) -> str:
+        """Why no samples come although the port is open, or ``""``."""
+        if self._link:
+            return ""
+        return f"No data comes any more: {_SILENT}" if self._silent >= SILENCE else intake.problem
+
     def problem(self, intake: Intake, journal: str) -> str:
         """What is wrong and what to do, or ``""``.
 
@@ -46,10 +54,7 @@ class Health:
         if self._link or unwritten or intake.problem:
             return self._link or unwritten or intake.problem
         if self._silent >= SILENCE:
-            return (
-                f"no data for {int(self._silent)} s: is the device switched on and sending,"
-                " and is the speed (--baud) right?"
-            )
+            return f"no data for {int(self._silent)} s: {_SILENT}"
         if intake.needs:
             return f"the stream does not say its {', '.join(intake.needs)}: please say it"
         return ""

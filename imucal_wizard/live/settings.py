@@ -7,7 +7,10 @@ import msgspec
 
 from imucal_wizard.errors import SessionError
 from imucal_wizard.procedure.plan import Procedure
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.procedure.steps import Listener, Machine
+from imucal_wizard.procedure.stillness import Noise
+from imucal_wizard.readings import Readings
+from imucal_wizard.units import SI_UNIT, STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,30 @@ class Settings:
     procedure: Procedure = field(default_factory=Procedure)
     gravity: float = STANDARD_GRAVITY
     gyroscope_range: float | None = None
+
+    def machine(
+        self, readings: Readings, rate: float, noise: Noise | None, listener: Listener | None
+    ) -> Machine:
+        """A procedure for a stream that begins with these samples.
+
+        Args:
+            readings: the first samples, which tell the units.
+            rate: samples per second.
+            noise: of the device at rest, where it is known already.
+            listener: told of every status.
+        """
+        gyroscope = readings.gyroscope
+        known = gyroscope is not None and gyroscope.unit == SI_UNIT["gyroscope"]
+        return Machine(
+            self.procedure,
+            rate=rate,
+            accelerometer_unit=readings.accelerometer.unit,
+            gyroscope_unit=SI_UNIT["gyroscope"] if gyroscope is None else gyroscope.unit,
+            gravity=self.gravity,
+            gyroscope_range=self.gyroscope_range if known else None,
+            noise=noise,
+            listener=listener,
+        )
 
     def to_json(self) -> dict[str, Any]:
         """A value that the ``json`` module writes."""

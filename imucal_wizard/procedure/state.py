@@ -43,6 +43,8 @@ class EventKind(StrEnum):
     UNDONE = "undone"
     LINK_LOST = "link-lost"
     LINK_BACK = "link-back"
+    STALLED = "stalled"
+    FLOWING = "flowing"
     WRITTEN_AGAIN = "written-again"
     WARNING = "warning"
     FINISHED = "finished"

@@ -22,11 +22,13 @@ PATTERNS: dict[str, tuple[int, float]] = {
     "wrong-pose": (2, SLOW),
     "link-back": (2, QUICK),
     "written-again": (2, QUICK),
+    "flowing": (2, QUICK),
     "step-skipped": (3, QUICK),
     "step-done": (3, QUICK),
     "rotation-rejected": (3, SLOW),
     "warning": (3, SLOW),
     "stuck": (4, SLOW),
+    "stalled": (5, SLOW),
     "link-lost": (5, SLOW),
     "finished": (6, QUICK),
 }

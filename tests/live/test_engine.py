@@ -150,6 +150,23 @@ def test_silence_is_named_with_its_length_and_ends_with_the_next_data() -> None:
     assert engine.snapshot().stream.problem == ""
 
 
+def test_a_stream_that_stops_while_measuring_is_heard_and_so_is_its_return() -> None:
+    """Nobody looks at the screen; in the source step somebody does."""
+    for order, expected in (("start", [EventKind.STALLED, EventKind.FLOWING]), ("", [])):
+        engine = Engine()
+        if order:
+            engine.command(order)
+        engine.receive(contract(200), 0.0)
+        for moment in (2.0, 3.1, 4.2, 9.0):
+            engine.idle(moment)
+        engine.receive(contract(201)[-90:], 9.5)
+        engine.idle(9.6)
+        kinds = [event.kind for event in engine.snapshot().events]
+        assert [
+            kind for kind in kinds if kind in (EventKind.STALLED, EventKind.FLOWING)
+        ] == expected
+
+
 def test_bytes_of_a_wrong_speed_are_named() -> None:
     engine = Engine()
     garbage = bytes((17 * i * i + 128 * (i % 3)) % 256 for i in range(6000))

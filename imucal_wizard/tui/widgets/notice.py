@@ -13,6 +13,8 @@ _SIGNS: dict[str, tuple[str, str]] = {
     EventKind.FINISHED: ("✓", "good"),
     EventKind.LINK_BACK: ("✓", "good"),
     EventKind.WRITTEN_AGAIN: ("✓", "good"),
+    EventKind.FLOWING: ("✓", "good"),
+    EventKind.STALLED: ("▲", "bad"),
     EventKind.UNDONE: ("↶", "accent"),
     EventKind.STEP_SKIPPED: ("▲", "warn"),
     EventKind.HOLD_BROKEN: ("▲", "warn"),
