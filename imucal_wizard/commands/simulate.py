@@ -28,6 +28,11 @@ def parser() -> Parser:
     made.add_argument(
         "--poses", metavar="NAME", help="6, 8 (tilted), 18 (default), 26 or 26+repeats"
     )
+    made.add_argument(
+        "--magnetometer",
+        action="store_true",
+        help="with a magnetometer, and a circle on each of the six faces at the end",
+    )
     class_room = made.add_argument_group("an exercise for a class")
     class_room.add_argument(
         "--mystery",
@@ -63,6 +68,7 @@ def run(argv: Sequence[str]) -> int:
         seed=arguments.seed or 0,
         rate=arguments.rate,
         poses=arguments.poses or "18",
+        magnetometer=arguments.magnetometer,
     )
     say(f"written: {arguments.out}")
     return 0

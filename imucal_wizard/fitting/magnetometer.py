@@ -53,11 +53,17 @@ def _fit(series: Series, field: float | None, method: str) -> tuple[Magnetometer
         return None, f"the magnetometer is not calibrated: {error}"
 
 
+def _rate(series: Series) -> float:
+    """Mean rate: a slow sensor in the lines of a faster one has steps of two lengths."""
+    length = float(series.time[-1] - series.time[0]) if len(series) > 1 else 0.0
+    return (len(series) - 1) / length if length > 0.0 else 0.0
+
+
 def added(
     report: FitReport, series: Series, found: MagnetometerFit | None, why: str = ""
 ) -> FitReport:
     """A report with the magnetometer's fit, or with the reason why there is none."""
-    rates = {**report.rates, "magnetometer": series.rate}
+    rates = {**report.rates, "magnetometer": _rate(series)}
     if found is None:
         report = replace(report, rates=rates, warnings=(*report.warnings, why))
         return replace(report, verdict=verdict(report))

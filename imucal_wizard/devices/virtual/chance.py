@@ -13,6 +13,8 @@ class Chance(IntEnum):
     SENSOR = 3
     NOISE = 4
     POSES = 5
+    FIELD = 6
+    FIELD_NOISE = 7
 
 
 def generator(seed: int, what: Chance) -> np.random.Generator:

@@ -52,6 +52,8 @@ SPEEDS_DEG = (45.0, 110.0, 200.0)
 """Peak rates of slow, medium and fast turns, °/s."""
 ANGLES_DEG = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0, 165.0, -100.0, 120.0, -140.0)
 """Signed angles of successive turns, in both senses."""
+CIRCLE_SPEED_DEG = 60.0
+"""Peak rate of a circle on the table, °/s."""
 START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
 LARGEST_TILT_DEG = 172.0
 
@@ -104,6 +106,15 @@ def perform_rotations(number: int, hold: float) -> Iterator[Action]:
             tilt += angle
             yield Turn(axis, angle, SPEEDS_DEG[turn % len(SPEEDS_DEG)])
             yield Rest(hold)
+
+
+def perform_circles(hold: float) -> Iterator[Action]:
+    """A whole circle about the vertical on each face, as on a table (N, VI-A)."""
+    for face in FACES:
+        yield Place(face, error=0.7)
+        yield Rest(hold)
+        yield Turn(face[1], 360.0 if face[0] == "+" else -360.0, CIRCLE_SPEED_DEG, error=3.0)
+        yield Rest(hold)
 
 
 def perform_procedure(

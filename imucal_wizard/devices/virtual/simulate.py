@@ -1,5 +1,6 @@
 """Recordings of the virtual IMU, written as the program itself reads them."""
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,8 @@ from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
 from imucal_wizard.devices.virtual.line import LinePrinter
-from imucal_wizard.devices.virtual.scripts import perform_rotations, pose_names
+from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
+from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotations, pose_names
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import RecordingError
@@ -77,6 +79,7 @@ def simulate_recording(
     model: SensorModel | None = None,
     hold: float | None = None,
     rotations: int = 6,
+    magnetometer: bool = False,
 ) -> None:
     """Write a recording: comments, header, one line per sample. Nothing in it tells the truth.
 
@@ -89,6 +92,7 @@ def simulate_recording(
         model: the sensor; drawn from the seed when not given.
         hold: seconds per pose; 5, or 10 where corners are taken.
         rotations: turns about each axis at the end.
+        magnetometer: there is one too, and a circle on each face comes last.
 
     Raises:
         UsageError: an unknown set of poses or hidden effect.
@@ -103,14 +107,18 @@ def simulate_recording(
     )
     sensor = SensorModel.drawn(seed) if model is None else model
     hand = VirtualHand(rate, seed)
-    hand.perform(script)
+    hand.perform(itertools.chain(script, perform_circles(TURN_HOLD)) if magnetometer else script)
     middle = (FIRST_REST + 0.5 * len(names) * (seconds + 1.2)) / 60.0
-    stream = VirtualStream(hand, sensor, effects, rate=rate, seed=seed, step=middle)
+    field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
+    stream = VirtualStream(
+        hand, sensor, effects, rate=rate, seed=seed, step=middle, magnetometer=field
+    )
+    printer = LinePrinter(sensor, "\n", field=magnetometer)
     comment = f"# a virtual IMU at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
     try:
         with Path(path).open("wb") as file:
             file.write(comment.encode())
-            file.writelines(_lines(hand, stream, LinePrinter(sensor, "\n")))
+            file.writelines(_lines(hand, stream, printer))
     except OSError as error:
         raise RecordingError(
             f"{path} cannot be written ({error.strerror}); choose another"

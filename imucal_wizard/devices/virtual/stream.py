@@ -13,6 +13,7 @@ from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.forward import STEP_TIME, Circumstances
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.magnetometer import VirtualMagnetometer
 from imucal_wizard.devices.virtual.motion import Motion
 from imucal_wizard.devices.virtual.noise import Noise
 from imucal_wizard.devices.virtual.sensor import DEGREE, SensorModel
@@ -29,12 +30,14 @@ class Samples:
         accelerometer: readings, shape (n, 3).
         gyroscope: readings, shape (n, 3).
         temperature: °C, shape (n,).
+        magnetometer: readings, µT, shape (n, 3), NaN where there is no new one; None without one.
     """
 
     time: FloatArray
     accelerometer: FloatArray
     gyroscope: FloatArray
     temperature: FloatArray
+    magnetometer: FloatArray | None = None
 
 
 class VirtualStream:
@@ -47,6 +50,7 @@ class VirtualStream:
         rate: samples per second, the hand's.
         seed: of the noise.
         step: when a ``bias-step`` happens, minutes.
+        magnetometer: what feels the field, or None.
     """
 
     def __init__(
@@ -58,7 +62,9 @@ class VirtualStream:
         rate: float = 100.0,
         seed: int = 0,
         step: float = STEP_TIME,
+        magnetometer: VirtualMagnetometer | None = None,
     ) -> None:
+        self._magnetometer = magnetometer
         self._hand = hand
         self._sensor = sensor
         self._hidden = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
@@ -85,6 +91,7 @@ class VirtualStream:
             self._sensor.accelerometer.reading(force, noise[:, :3]),
             self._sensor.gyroscope.reading(rate, noise[:, 3:]),
             _rounded(temperature, self._sensor.temperature_step),
+            None if self._magnetometer is None else self._magnetometer.take(motion),
         )
 
     def _circumstances(self, motion: Motion, temperature: FloatArray, sensor: str) -> Circumstances:
