@@ -113,9 +113,10 @@ class Search:
                 self._values.append(rows.values)
                 self._arrivals += [arrival] * len(rows.values)
         count = len(self._arrivals)
-        due = len(rows.values) > 0 and (count >= self._next or count == _PROBE_LINES)
+        due = len(rows.values) > 0 and count >= self._next
         if due:  # ever less often, so that looking stays cheap while the user is being asked
-            self._next = max(count + FIRST_ROWS, count * 5 // 4)
+            later = max(count + FIRST_ROWS, count * 5 // 4)
+            self._next = min(later, _PROBE_LINES) if count < _PROBE_LINES else later
         changed = decoder.columns != before and count >= FIRST_ROWS
         return self._resolve(decoder) if due or changed else None
 

@@ -7,12 +7,14 @@ named by its number.
 """
 
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.devices.formats.moment import seconds
+from imucal_wizard.devices.formats.numbers import LARGEST
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.recordings.layout import LONGEST, Layout, shown, split
@@ -21,6 +23,8 @@ TOLERATED = 0.05
 """A file in which more than this share of the lines does not fit is not what it was taken for."""
 
 _NOTHING = {"", "nan", "inf", "-inf", "+inf", "ovf", "null", "none", "n/a", "na"}
+_ANYTHING = re.compile(r"^[^\S\n]*[^#\s]", re.MULTILINE)
+"""A line with more than blanks or a comment."""
 _PIECES = 16
 _SMALL = 32_768
 """Characters below which a refused text is no longer cut into pieces."""
@@ -56,7 +60,7 @@ def read_table(text: str, layout: Layout, first_line: int) -> Table:
     """
     text, cut = _without_cut_line(text, layout)
     values, misfits = _read(text, layout, first_line)
-    values[~np.isfinite(values)] = np.nan
+    values[~(np.abs(values) < LARGEST)] = np.nan
     warnings = _judge(misfits, len(values)) + cut
     if np.isnan(values).all():
         raise RecordingError(
@@ -93,6 +97,8 @@ def _pieces(text: str) -> Iterator[str]:
 
 def _fast(text: str, layout: Layout) -> FloatArray | None:
     """The whole text by NumPy's reader, or None when anything in it is not plain numbers."""
+    if not _ANYTHING.search(text):
+        return np.zeros((0, len(layout.used)))
     some = len(layout.used) < layout.width
     picked = some and layout.separator is not None
     try:

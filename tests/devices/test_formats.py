@@ -392,3 +392,25 @@ def test_yaw_pitch_and_roll_are_not_taken_for_a_gyroscope() -> None:
     assert [c.channel for c in intake.columns] == ["", "", "", "ax", "ay", "az"]
     intake, _ = heard(b"ypr\t1.20\t-2.10\t3.30\tareal\t0.10\t0.20\t9.80\r\n")
     assert intake.needs == ("columns",)
+
+
+def test_a_header_that_no_line_fits_is_given_up_and_the_columns_learned() -> None:
+    """Lines with a word among their numbers fit neither; they must not be tried for ever."""
+    decoder = decoder_for("csv")
+    decoder.feed(b"first\nax,ay,az\n" + b"1.0,2.0,3.0,4.0,bad\n" * 5)
+    rows = decoder.feed(b"1.0,2.0,3.0,4.0,5.0\n" * 40)
+    assert rows.values.shape == (40, 5)
+
+
+LINE = st.lists(st.sampled_from(["1", "2.5", "-3", "nan", "x", "ax", "10:00:00", ""]), max_size=7)
+
+
+@settings(max_examples=60, deadline=None)
+@given(lines=st.lists(st.tuples(LINE, st.sampled_from([",", ";", "\t", " "])), max_size=60))
+def test_lines_of_any_width_and_words_are_read_without_end(
+    lines: list[tuple[list[str], str]],
+) -> None:
+    data = "".join(sign.join(fields) + "\n" for fields, sign in lines).encode()
+    intake = Intake(StreamSetup(gyroscope_unit="rad/s"))
+    intake.feed(b"begin\n" + data * 3, 0.0)
+    assert intake.preview.line.isprintable()

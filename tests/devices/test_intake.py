@@ -3,6 +3,7 @@
 import json
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from imucal_wizard.devices.intake import Intake, StreamSetup
 from imucal_wizard.devices.link import LINK_BREAK
+from imucal_wizard.devices.resolve import resolve
 from imucal_wizard.devices.setup import named_columns
 from imucal_wizard.errors import FormatError, UsageError
 from imucal_wizard.readings import join
@@ -192,3 +194,22 @@ def test_wrong_words_in_a_setup_are_named() -> None:
         StreamSetup(rate=-1.0)
     with pytest.raises(UsageError, match="cannot be read"):
         StreamSetup.from_json({"colour": "red"})
+
+
+def test_a_stream_about_which_nobody_answers_stays_cheap_to_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without an answer for minutes, the reader must not fall behind."""
+    looks: list[int] = []
+
+    def counted(*arguments: Any) -> Any:
+        looks.append(1)
+        return resolve(*arguments)
+
+    monkeypatch.setattr("imucal_wizard.devices.search.resolve", counted)
+    intake = Intake()
+    rows = printed(at_rest(500)[:, 1:7])
+    for second in range(50):
+        intake.feed(rows, float(second))
+    assert intake.needs == ("gyroscope unit",)
+    assert len(looks) < 50

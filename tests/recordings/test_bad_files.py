@@ -42,6 +42,14 @@ def test_a_line_that_does_not_fit_is_left_out_and_named(
     assert not any("\x1b" in text for text in readings.warnings)
 
 
+@pytest.mark.filterwarnings("error")
+def test_long_stretches_of_comments_are_read_in_silence(tmp_path: Path) -> None:
+    path, lines = _lines(tmp_path)
+    pause = ["# a pause of the logger, which it wrote down again and again"] * 2000
+    path.write_text("\n".join([*lines[:200], *pause, "garb@ge", *pause, *lines[200:], ""]))
+    assert len(read([path])) == 400
+
+
 def test_the_fast_and_the_careful_way_read_the_same_numbers(tmp_path: Path) -> None:
     path, lines = _lines(tmp_path, 5000)
     clean = read([path])
@@ -71,7 +79,7 @@ def test_too_many_lines_that_do_not_fit_are_an_error(tmp_path: Path) -> None:
         read([path])
 
 
-@pytest.mark.parametrize("word", ["nan", "", "inf", "ovf"])
+@pytest.mark.parametrize("word", ["nan", "", "inf", "ovf", "1e308"])
 def test_rows_without_a_number_are_left_out_and_counted(tmp_path: Path, word: str) -> None:
     path, lines = _lines(tmp_path)
     for place in (5, 50, 51):

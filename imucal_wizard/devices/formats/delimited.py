@@ -1,7 +1,7 @@
 """Numbers between commas, semicolons, tabs or blanks, with or without a header."""
 
 import math
-from collections import Counter
+from collections import Counter, deque
 
 from imucal_wizard.devices.formats import numbers
 from imucal_wizard.devices.formats.base import Column
@@ -39,8 +39,9 @@ class DelimitedDecoder(TextDecoder):
         self._fixed = bool(columns)
         self._units = header_units or {}
         self._separator = b""
-        self._learning: list[bytes] = []
-        self._misfits: list[int] = []
+        self._learning: deque[bytes] = deque(maxlen=LEARN_FROM)
+        self._misfits: deque[int] = deque(maxlen=_GIVE_UP_HEADER)
+        self._again = False
         self._names: list[str] = []
 
     @property
@@ -101,9 +102,7 @@ class DelimitedDecoder(TextDecoder):
             len(found) == len(self._columns) and _named(found) > _named(self._columns)
         ):  # a spoilt header names fewer columns than the one that is known
             self._columns = found
-            waiting, self._learning = self._learning, []
-            for line in waiting:
-                self._read(line, False)
+            self._read_again()
 
     def _unknown_names(self, fields: list[bytes]) -> None:
         """Names that mean nothing here: nobody may guess what they stand for."""
@@ -124,9 +123,17 @@ class DelimitedDecoder(TextDecoder):
         names = self._names if len(self._names) == width else []
         names = names or [f"column {i + 1}" for i in range(width)]
         self._columns = tuple(Column("", "", name) for name in names)
-        waiting, self._learning = self._learning, []
+        self._read_again()
+
+    def _read_again(self) -> None:
+        """The lines that waited, now that the columns are known."""
+        waiting = list(self._learning)
+        self._learning.clear()
+        self._again = True  # what is known now is not given up for the lines it was learned from
         for line in waiting:
             self._read(line, False)
+        self._again = False
+        self._misfits.clear()
 
     def _unfit(self, line: bytes, count: int) -> None:
         """A header that lost its first name disagrees with every line: then it is forgotten."""
@@ -134,8 +141,10 @@ class DelimitedDecoder(TextDecoder):
             return
         self._misfits.append(count)
         self._learning.append(line)
-        if len(self._misfits) >= _GIVE_UP_HEADER and len(set(self._misfits)) == 1:
-            self._columns, self._misfits = (), []
+        full = len(self._misfits) == _GIVE_UP_HEADER and len(set(self._misfits)) == 1
+        if full and not self._again:
+            self._columns = ()
+            self._misfits.clear()
 
 
 def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.devices.formats.names import column, with_gravity
+from imucal_wizard.devices.formats.numbers import LARGEST
 from imucal_wizard.devices.formats.text import TextDecoder
 
 
@@ -59,7 +60,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _real(value: Any) -> float:
-    return float(value) if value is not None and math.isfinite(value) else math.nan
+    return float(value) if value is not None and abs(value) < LARGEST else math.nan
 
 
 def _digits(value: float) -> int:

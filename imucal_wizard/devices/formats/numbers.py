@@ -13,6 +13,9 @@ _NOT_A_NUMBER = frozenset(
     (b"", b"nan", b"-nan", b"+nan", b"inf", b"+inf", b"-inf", b"ovf", b"-ovf", b"null", b"none")
 )
 
+LARGEST = 1e30
+"""A larger number is no reading and no time (nanoseconds since 1970 have 19 digits)."""
+
 NUMBER = re.compile(
     r"(?<![\w.^])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w^])"
     r"|(?<!\w)[-+]?(?:nan|inf|ovf)(?!\w)",
@@ -34,7 +37,7 @@ def number(field: bytes) -> float | None:
             value = float(field)
         except ValueError:
             return math.nan if not field else None
-        return value if math.isfinite(value) else math.nan
+        return value if abs(value) < LARGEST else math.nan
     if field.lower() in _NOT_A_NUMBER:
         return math.nan
     if field.count(b":") < len("::"):
@@ -87,6 +90,6 @@ def batch(lines: list[bytes], separator: bytes, columns: int) -> FloatArray | No
         values = np.fromiter(map(float, fields), np.float64, len(lines) * columns)
     except ValueError:
         return None
-    if not np.isfinite(values).all():  # 1e999 is not a reading
+    if not (np.abs(values) < LARGEST).all():
         return None
     return values.reshape(len(lines), columns)
