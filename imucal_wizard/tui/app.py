@@ -148,11 +148,14 @@ class WizardApp(App[Saved]):
 
             live = self.source is not None and self.source.live
             predict = self.settings.predict and self.kept.benches is None
-            screen = BenchScreen(lambda: self.kept.of(report), live=live, predict=predict)
-            self.push_screen(screen, self._ask)
+            screen = BenchScreen(
+                lambda: self.kept.of(report), self.kept.sensor, live=live, predict=predict
+            )
+            self.push_screen(screen, lambda asked: self._ask(asked, screen.sensor))
 
-    def _ask(self, asked: "tuple[Asked, ...] | None") -> None:
+    def _ask(self, asked: "tuple[Asked, ...] | None", sensor: str) -> None:
         """The bench has been left, perhaps to measure something for it."""
+        self.kept.sensor = sensor
         if asked:
             from imucal_wizard.procedure.asked import to_text
 

@@ -16,12 +16,14 @@ class BenchKeeper:
 
     Attributes:
         benches: as they were left; None before the bench was opened.
+        sensor: whose bench was open last.
         again: the bench has sent the operator to measure more, and is to be opened after that.
     """
 
     def __init__(self, make: "Callable[[FitReport, Benches | None], Benches]") -> None:
         self._make = make
         self.benches: Benches | None = None
+        self.sensor = ""
         self.again = False
 
     def forget(self) -> None:

@@ -8,6 +8,8 @@ from imucal_wizard.devices.intake import StreamSetup
 from imucal_wizard.errors import SessionError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.resume import begin, resume
+from imucal_wizard.procedure.asked import pose_asked, to_text
+from imucal_wizard.procedure.poses import CORNERS, FACES
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.sessions import Session
 from tests.live.performance import pieces, recorded, same, settings
@@ -94,3 +96,26 @@ def test_a_session_without_its_settings_is_refused(tmp_path: Path) -> None:
     Session.create(path, {}).close()
     with pytest.raises(SessionError, match="lacks its settings"):
         resume(path)
+
+
+def test_what_the_bench_has_asked_for_is_asked_for_again(tmp_path: Path) -> None:
+    """Left in the middle of it, the session goes on with the same poses, some of them taken."""
+    parts = pieces(recorded(), 3000)
+    path, middle = tmp_path / "a.imucal", len(parts) // 2
+    live = begin(path, None, settings())
+    live.command("start")
+    _receive(live, 0, middle // 2)
+    live.command("goto", "result")
+    live.command("measure", to_text([pose_asked(name, "to know") for name in (*FACES, *CORNERS)]))
+    _receive(live, middle // 2, middle)
+    live.journal.close()
+    status = live.status()
+    assert status.step is StepKind.MORE
+    assert status.done
+    assert status.missing
+    resumed = resume(path)
+    engine = resumed.engine
+    resumed.prepare(engine)
+    assert engine.status() == status
+    assert same(engine.collected(), live.collected())
+    engine.journal.close()

@@ -59,6 +59,21 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         await shows(pilot, "✓ second-order")
 
 
+async def test_the_bench_opens_again_on_the_sensor_it_was_left_with(sagging: FitReport) -> None:
+    source = fakes.FakeSource(RESULT)
+    app = WizardApp(fitting(source, sagging, replace(sagging, warnings=("more",))), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "f find missing")
+        await pilot.press("f")
+        await shows(pilot, "BENCH  accelerometer", "is complete")
+        await pilot.press("g")
+        await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity")
+        await pilot.press("m")
+        await shows(pilot, "▸MORE POSES")
+        source.say(RESULT)
+        await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity")
+
+
 async def test_what_the_bench_asks_for_can_be_left_at_any_time(bent: FitReport) -> None:
     source = fakes.FakeSource(Status(step=StepKind.MORE, progress=(1, 4)))
     async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:

@@ -83,7 +83,7 @@ def entry_row(sight: Sight, entry: Entry, width: int, *, here: bool, hidden: boo
         (f"{_short(entry.rms_held_out, unit):>9}", "good" if falls == "▼" else ""),
         (f" {falls} ", "good" if falls == "▼" else "warn"),
         (f"{chance(entry):<7}", "strong" if _strong(entry) else "quiet"),
-        (f"{size_text(entry):<26}"[: max(0, width - 53)], ""),
+        (f"{size_text(entry, max(0, width - 53)):<26}", ""),
     ]
     if width >= WIDE:
         spans.append((f"  {_seen_from(entry):<12}{', '.join(_like(entry))}"[: width - 79], "quiet"))
@@ -105,14 +105,15 @@ def chance(entry: Entry) -> str:
     return "<0.003" if entry.suspect.p < 0.003 else f"{entry.suspect.p:.2g}"
 
 
-def size_text(entry: Entry) -> str:
-    """Size ± standard error of the parameter that stands out most."""
+def size_text(entry: Entry, room: int = 99) -> str:
+    """Size ± standard error of the parameter that stands out most; its unit where there is room."""
     suspect = entry.suspect
     if suspect is None or suspect.trial is None or suspect.candidate is None:
         return ""
     k, trial = entry.largest, suspect.trial
     name, unit = suspect.candidate.names[k], unit_words(suspect.candidate.unit)
-    return f"{name} {pair(float(trial.size[k]), float(trial.standard_error[k]))} {unit}"
+    size = f"{name} {pair(float(trial.size[k]), float(trial.standard_error[k]))}"
+    return f"{size} {unit}" if len(size) + 1 + len(unit) <= room else size[:room]
 
 
 def about_rows(sight: Sight, entry: Entry, width: int, *, hidden: bool = False) -> list[Line]:

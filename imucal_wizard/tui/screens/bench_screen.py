@@ -27,6 +27,7 @@ class BenchScreen(BenchPages):
 
     Args:
         make: makes the benches; called in a thread.
+        sensor: whose bench to look at first; "" for the first there is.
         live: there is a device that can be asked for more poses.
         predict: tell nothing before a guess.
     """
@@ -70,9 +71,14 @@ class BenchScreen(BenchPages):
     )  # fmt: skip
 
     def __init__(
-        self, make: Callable[[], Benches], *, live: bool = False, predict: bool = False
+        self,
+        make: Callable[[], Benches],
+        sensor: str = "",
+        *,
+        live: bool = False,
+        predict: bool = False,
     ) -> None:
-        super().__init__(make, predict=predict)
+        super().__init__(make, sensor, predict=predict)
         self._live = live
 
     def action_choose(self, by: int) -> None:

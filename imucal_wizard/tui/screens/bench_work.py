@@ -21,11 +21,15 @@ class BenchWork(BenchLayout):
 
     Args:
         make: makes the benches; called in a thread.
+        sensor: whose bench to look at first; "" for the first there is.
         predict: tell nothing before a guess.
     """
 
-    def __init__(self, make: Callable[[], Benches], *, predict: bool = False) -> None:
+    def __init__(
+        self, make: Callable[[], Benches], sensor: str = "", *, predict: bool = False
+    ) -> None:
         super().__init__()
+        self.sensor = sensor
         self.desk.hidden = predict
         self._make = make
         self._benches: Benches | None = None
@@ -47,7 +51,7 @@ class BenchWork(BenchLayout):
             self.redraw()
             return
         self.busy, self._benches, self.sensors = "", benches, benches.sensors
-        self.sensor = self.sensors[0]
+        self.sensor = self.sensor if self.sensor in self.sensors else self.sensors[0]
         self.look()
 
     def look(self) -> None:
