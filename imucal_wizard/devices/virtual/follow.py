@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.devices.virtual.actions import Action, Place, Turn, direction
+from imucal_wizard.devices.virtual.actions import Action, Place, Shake, Turn, direction
 from imucal_wizard.devices.virtual.asks import RotationLike, StatusLike, StillLike
 from imucal_wizard.devices.virtual.scripts import (
     LARGEST_TILT_DEG,
@@ -22,10 +22,21 @@ START_ERROR_DEG = 12.0
 """A turn begins with its axis level within this; else the hand goes to the start pose first."""
 
 
+SHAKEN_EVERY = 3
+SHAKE_RMS = 0.5
+"""Vibration per axis of an idling machine on which every third pose is held, m/s²."""
+
+
 class Follower:
-    """Remembers what it has done for which request."""
+    """Remembers what it has done for which request.
+
+    Attributes:
+        shaken: every third of the poses is held on a support that vibrates.
+    """
 
     def __init__(self) -> None:
+        self.shaken = False
+        self._placed = 0
         self._request: tuple[object, ...] | None = None
         self._turns = 0
         self._axis = ""
@@ -49,8 +60,16 @@ class Follower:
         request = (status.step, target, status.holds if status.step == "more" else 0)
         if request == self._request and rested < status.still.needed + PATIENCE:
             return ()
+        self._placed += request != self._request
         self._request = request
-        return [Place(target)]
+        return [*self._support(status.step), Place(target)]
+
+    def _support(self, step: str) -> Sequence[Action]:
+        """What the device is laid on."""
+        if not self.shaken:
+            return ()
+        shakes = step == "poses" and self._placed % SHAKEN_EVERY == 0
+        return [Shake(SHAKE_RMS if shakes else 0.0)]
 
     def _rotate(
         self, rotation: RotationLike, still: StillLike, rested: float, up: FloatArray
@@ -61,7 +80,7 @@ class Follower:
         level = abs(np.degrees(np.arcsin(np.clip(up[axis], -1.0, 1.0)))) < START_ERROR_DEG
         if rotation.axis != self._axis or not level:
             self._axis, self._turns, self._request = rotation.axis, 0, None
-            return [Place(rotation.start_pose, error=0.7)]
+            return [*self._support("rotations"), Place(rotation.start_pose, error=0.7)]
         counted = request != self._request
         if not (still.held >= still.needed if counted else rested > still.needed + TURN_PATIENCE):
             return ()

@@ -33,12 +33,15 @@ class VirtualHand:
         rate: samples per second.
         seed: of everything that is by chance in a hand: errors of placement, wobble, tremor.
         up: the pose it starts in, lying at rest.
+        shaken: when it follows the wizard, it holds every third pose on a support that vibrates.
 
     Raises:
         UsageError: the rate is not a positive number, or there is no such pose.
     """
 
-    def __init__(self, rate: float = 100.0, seed: int = 0, up: str = "+z") -> None:
+    def __init__(
+        self, rate: float = 100.0, seed: int = 0, up: str = "+z", *, shaken: bool = False
+    ) -> None:
         if not 0.0 < rate < float("inf"):
             raise UsageError(f"a rate of {rate:g} samples per second cannot be; give one like 100")
         self._rate = rate
@@ -46,6 +49,7 @@ class VirtualHand:
         self._lock = threading.RLock()
         self._queue: deque[Action] = deque()
         self._follower = Follower()
+        self._follower.shaken = shaken
         self._words = Words(round(REACTION * rate), round(PREVIEW * rate))
 
     @property
@@ -69,6 +73,11 @@ class VirtualHand:
         """Up direction in the body frame at the end of the present move, shape (3,)."""
         with self._lock:
             return self._mover.up
+
+    @property
+    def shaken(self) -> bool:
+        """Whether it holds every third pose on a support that vibrates."""
+        return self._follower.shaken
 
     @property
     def trembling(self) -> bool:

@@ -28,6 +28,7 @@ then both factors (``xyz``). One letter there means ``xx`` and ``xxy`` (``yyz``,
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,6 +116,11 @@ class Hidden:
         error = np.zeros((len(value), 3))
         error[:, self.axes[0]] = value
         return error
+
+
+def needs_shaking(effects: Iterable[Hidden]) -> bool:
+    """Whether one of them shows only on a support that vibrates."""
+    return any(effect.term == "vibration-rectification" for effect in effects)
 
 
 def parse_hidden(text: str) -> Hidden:

@@ -11,7 +11,7 @@ from typing import Self
 
 from imucal_wizard.devices.virtual.endpoint import Endpoint, open_endpoint
 from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
@@ -65,8 +65,8 @@ class VirtualImu:
             raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
         self.speed = speed
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
-        self.hand = VirtualHand(rate, seed)
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+        self.hand = VirtualHand(rate, seed, shaken=needs_shaking(effects))
         self._stream = VirtualStream(self.hand, self.sensor, effects, rate=rate, seed=seed)
         self._printer = LinePrinter(self.sensor)
         self._rate = rate

@@ -53,12 +53,12 @@ class Unrest:
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> "Unrest":
-        """Sway near 1 Hz, physiological tremor near 9 Hz, machinery between 20 and 40 Hz."""
+        """Sway near 1 Hz, physiological tremor near 9 Hz, an idling machine above 50 Hz."""
         degree = np.pi / 180.0
         return cls(
             Tremor.drawn(rng, (0.7, 2.3, 9.0), (0.25 * degree, 0.06 * degree, 0.02 * degree)),
             Tremor.drawn(rng, (1.1, 5.0, 9.5), (0.03, 0.05, 0.10)),
-            Tremor.drawn(rng, (21.0, 28.0, 35.0), (3**-0.5, 3**-0.5, 3**-0.5)),
+            Tremor.drawn(rng, (55.0, 68.0, 80.0), (3**-0.5, 3**-0.5, 3**-0.5)),
         )
 
 

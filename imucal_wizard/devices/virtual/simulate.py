@@ -10,7 +10,7 @@ import numpy as np
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.devices.virtual.line import LinePrinter
 from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
 from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotations, pose_names
@@ -23,8 +23,12 @@ FIRST_REST = 20.0
 TURN_HOLD = 5.0
 BATCH = 4096
 SHAKEN_EVERY = 3
-SHAKE_RMS = 0.05
-"""Vibration of the support in every third pose where rectification is to be seen, m/s²."""
+SHAKE_RMS = 0.1
+"""Vibration of the support in every third pose where rectification is to be seen, m/s².
+
+No search for holds in a recording calls a device at rest that is shaken harder. The hand that
+follows the wizard, whose limits can be loosened, shakes it harder.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,7 @@ def simulate_recording(
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
-    shaken = any(effect.term == "vibration-rectification" for effect in effects)
+    shaken = needs_shaking(effects)
     names = pose_names(poses, generator(seed, Chance.POSES))
     script = recording_script(
         poses, generator(seed, Chance.POSES), hold=seconds, rotations=rotations, shaken=shaken
