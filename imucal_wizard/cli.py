@@ -1,5 +1,6 @@
 """The commands. Each is imported when it is called, so that none pays for another's imports."""
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -31,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the program; the exit status is 0 done, 1 the data do not carry it, 2 wrong usage."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if argv is None:
+        # the matrices here are small: threads would spend more CPU on waiting for one another
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         never_fail_to_encode()
         watch()
     try:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,15 +14,16 @@ from benchmarks.hidden.scenarios import FAMILY, Scenario
 from imucal_wizard.bench.chance import Chances
 from imucal_wizard.bench.detectable import detectable
 from imucal_wizard.bench.evidence import Jury, Weighed, make_jury
-from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.misfit import Candidate, Misfit
 from imucal_wizard.bench.suspects import Suspect, noise_of, rank
 from imucal_wizard.bench.trial import try_effect
 from imucal_wizard.bench.verdict import Opinion, judge
 from imucal_wizard.devices.virtual.hidden import Hidden
 from imucal_wizard.effects.catalogue import effect
+from imucal_wizard.effects.effect import ACCELEROMETER
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.hold_data import HoldData
+from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
 
 Seed = Sequence[int]
@@ -39,7 +41,7 @@ class Trialled:
         linear: the same with the hidden effects added (the first suspect where there are none), as
             foretold by the linear model, mg.
         after: the same by fitting again, mg.
-        sure: for a single effect, (size − truth) / standard error of its parameter.
+        sure: for a single effect, (size − truth) / standard error of its parameter, once added.
     """
 
     hidden: tuple[Hidden, ...]
@@ -51,26 +53,38 @@ class Trialled:
     sure: float | None
 
 
-class Sizes(dict[str, FloatArray]):
-    """Detectable sizes in one session without any effect, as the program itself finds them."""
+class Detectable(dict[str, FloatArray]):
+    """Sizes that the program itself calls detectable in a session, if that has no effect at all.
 
-    def __init__(self, misfit: Misfit, jury: Jury, weighed: Weighed, chances: Chances) -> None:
+    Args:
+        plan: of the session.
+        colour: of its noise.
+        chances: simulations of noise alone.
+        seed: of the session.
+    """
+
+    def __init__(self, plan: Plan, colour: Colour, chances: Chances, seed: Seed) -> None:
         super().__init__()
-        self._misfit, self._jury, self._weighed = misfit, jury, weighed
-        self._threshold = chances.threshold(weighed.noise)
+        self._plan, self._colour, self._chances, self._seed = plan, colour, chances, seed
+
+    @cached_property
+    def _plain(self) -> tuple[Misfit, Jury, Weighed]:
+        rng = np.random.default_rng(self._seed)
+        misfit = left_over(measured_of(record(self._plan, self._colour, (), rng)))
+        jury = make_jury(misfit, pairs=False)
+        return misfit, jury, jury.weigh(misfit.residual)
 
     def __missing__(self, term: str) -> FloatArray:
-        found = [one for one in self._misfit.candidates if one.term == term]
-        weighed = self._weighed
+        misfit, jury, weighed = self._plain
+        found = [one for one in misfit.candidates if one.term == term]
+        threshold, noise = self._chances.threshold(weighed.noise), noise_of(weighed)
         middle = found[len(found) // 2]
-        self[term] = detectable(
-            self._jury, middle, self._threshold, noise_of(weighed), weighed.wander
-        )
+        self[term] = detectable(jury, middle, threshold, noise, weighed.wander)
         return self[term]
 
 
 def chances_of(plan: Plan, colour: Colour) -> Chances:
-    """Chance on a typical session of this plan."""
+    """Chance on a session of this plan."""
     misfit = left_over(measured_of(record(plan, colour, (), np.random.default_rng(1))))
     return Chances(make_jury(misfit, pairs=False))
 
@@ -79,44 +93,45 @@ def try_out(
     plan: Plan, colour: Colour, scenario: Scenario, chances: Chances, seed: Seed
 ) -> Trialled:
     """Hide, record, judge, add."""
-    plain = left_over(measured_of(record(plan, colour, (), np.random.default_rng(seed))))
-    jury = make_jury(plain, pairs=False)
-    sizes = Sizes(plain, jury, jury.weigh(plain.residual), chances)
+    sizes = Detectable(plan, colour, chances, seed)
     hidden = scenario.draw(np.random.default_rng([*seed, 1]), sizes)
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)
     measured = measured_of(record(plan, noise, hidden, rng, scenario.extra))
-    misfit = left_over(measured)
+    plain = fit_with(measured)
+    misfit = left_over(measured, plain)
     jury = make_jury(misfit)
     weighed = jury.weigh(misfit.residual)
     suspects = rank(misfit, jury, weighed, chances)
     opinion = judge(misfit, jury, weighed, suspects[0].p)
-    families = tuple(sorted({FAMILY[one.term] for one in hidden}))
+    chosen = _chosen(suspects, hidden)
+    fit = fit_with(measured, [Term(effect(one.term), one.variant) for one in chosen])
     return Trialled(
-        hidden, families, opinion, *_added(measured, misfit, suspects, hidden, opinion.noise)
+        hidden=hidden,
+        families=tuple(sorted({FAMILY[one.term] for one in hidden})),
+        opinion=opinion,
+        before=_milli(plain.rms_held_out),
+        linear=_milli(try_effect(misfit, chosen, opinion.noise).rms_held_out),
+        after=_milli(fit.rms_held_out),
+        sure=_sure(fit, hidden),
     )
 
 
-def _added(
-    measured: HoldData,
-    misfit: Misfit,
-    suspects: Sequence[Suspect],
-    hidden: Sequence[Hidden],
-    noise: float,
-) -> tuple[float, float, float, float | None]:
+def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Candidate, ...]:
+    """The suspects that are hidden; the first one where nothing is."""
     named = {one.term for one in hidden}
     found = [one.candidate for one in suspects if one.candidate is not None]
-    chosen = tuple(one for one in found if one.term in named) or (found[0],)
-    linear = try_effect(misfit, chosen, noise).rms_held_out
-    first = next(one for one in suspects if one.candidate is chosen[0])
-    terms = [Term(effect(one.term), one.variant) for one in chosen]
-    fit = fit_with(measured, terms)
-    before = fit_with(measured).rms_held_out
-    sure = None
-    if len(hidden) == 1 and len(hidden[0].axes) == 1 and first.trial is not None:
-        axis = hidden[0].axes[0]
-        sure = float((first.trial.size[axis] - hidden[0].size) / first.trial.standard_error[axis])
-    return _milli(before), _milli(linear), _milli(fit.rms_held_out), sure
+    return tuple(one for one in found if one.term in named) or (found[0],)
+
+
+def _sure(fit: Extended, hidden: Sequence[Hidden]) -> float | None:
+    """How far the size that was fitted is from the truth, in its own standard errors."""
+    if len(hidden) != 1:
+        return None
+    letters = "".join("xyz"[axis] for axis in hidden[0].axes)
+    names = [one.name for one in effect(hidden[0].term).parameters(ACCELEROMETER)]
+    place = names.index(letters)
+    return float((fit.sizes[0][place] - hidden[0].size) / fit.errors[0][place])
 
 
 def _milli(rms: float | None) -> float:

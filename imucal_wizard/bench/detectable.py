@@ -11,12 +11,17 @@ from imucal_wizard.bench.evidence import Jury
 from imucal_wizard.bench.hypotheses import EFFECT, SPREADS
 from imucal_wizard.bench.misfit import Candidate
 from imucal_wizard.bench.noise import SQUARES
+from imucal_wizard.bench.verdict import NOISE
 from imucal_wizard.readings import FloatArray
 
 POWER = 1.645
 """Standard deviations for 95 times in 100."""
 BLIND = 0.02
 """Share of a pattern left by the base below which the data do not show it."""
+COMPANY = 2.0
+"""Log odds that an effect's look-alikes (its family, pairs, unknown structure) lend to it."""
+CALM = 0.3
+"""Wander of the bias that no session can exclude."""
 STEPS = np.exp(np.linspace(np.log(2.0), np.log(200.0), 40))
 """Sizes looked at, in standard deviations of the estimate; the first that is enough is taken."""
 
@@ -36,6 +41,7 @@ def detectable(
     Returns:
         In the shown unit; infinite where the data are blind.
     """
+    wander = max(wander, CALM)
     patterns = jury.frame.across.T @ candidate.columns
     whole = np.linalg.norm(candidate.columns, axis=0)
     visible = np.linalg.norm(patterns, axis=0) > BLIND * np.maximum(whole, 1e-300)
@@ -44,7 +50,8 @@ def detectable(
         one.kind == EFFECT and one.terms == (candidate.term,) and not one.parameter
         for one in jury.hypotheses
     )
-    needed = max(threshold, 0.0) + np.log(2.0 * len(whole) * settings)
+    shared = np.log(2.0 * len(whole) * settings)
+    needed = max(threshold + shared, shared, _claimed(jury, candidate))
     patterns = patterns[:, visible]
     strength = np.stack([weights @ patterns**2 for weights in jury.weights])
     error = noise / np.sqrt(jury.frame.weights(wander) @ patterns**2)
@@ -55,6 +62,16 @@ def detectable(
     found = np.full(len(whole), np.inf)
     found[visible] = (reached + POWER) * error
     return found
+
+
+def _claimed(jury: Jury, candidate: Candidate) -> float:
+    """Log odds of one parameter against noise alone at which something is claimed."""
+    own = next(
+        one.log_prior
+        for one in jury.hypotheses
+        if one.kind == EFFECT and one.terms == (candidate.term,) and one.parameter
+    )
+    return float(jury.hypotheses[0].log_prior - own + np.log(1.0 / NOISE - 1.0)) - COMPANY
 
 
 def _odds(

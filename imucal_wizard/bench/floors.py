@@ -3,8 +3,9 @@
 - **within**: noise of an average by the scatter of its block means;
 - **rounding**: step of the readings / √12, which averaging does not lessen where the noise is too
   small to carry a reading from one step to the next;
-- **repeats**: scatter of holds in one direction about their mean, the pure error. It alone sees
-  what changes from hold to hold, so it is tested first, by F against the noise within.
+- **repeats**: scatter of visits to one direction about their mean, the pure error. It alone sees
+  what changes from hold to hold, so it is tested first, by F against the noise within. Pieces of
+  one rest, cut by a disturbance, are one visit.
 
 A steady drift makes repeats scatter too; that part a model can take away. ``steady`` is the scatter
 without it, and what the floor is made of where the repeats are worse than the noise.
@@ -100,8 +101,10 @@ def floors_of(extended: Extended, rounding: Rounding | None = None) -> Floors:
     drift = (linear.lift(effect("bias-drift")) * linear.sigma[:, None])[rest] / noise[:, None]
     group = 3 * linear.groups[rest] + axis
     within = float(np.sqrt(np.mean(noise**2)))
-    share, freedom = _pure(residual, group, np.zeros((len(residual), 0)))
-    steady, _ = _pure(residual, group, drift)
+    visit = 3 * linear.visits[rest] + axis
+    both, group = _visited(np.column_stack([residual, drift]), visit, group)
+    share, freedom = _pure(both[:, 0], group, np.zeros((len(both), 0)))
+    steady, _ = _pure(both[:, 0], group, both[:, 1:])
     return Floors(
         within=within,
         rounding=None if rounding is None else rounding.error,
@@ -112,6 +115,15 @@ def floors_of(extended: Extended, rounding: Rounding | None = None) -> Floors:
         steady=None if steady is None else within * float(np.sqrt(steady)),
         unit=extended.fit.unit.replace("rad", "rad/s"),
     )
+
+
+def _visited(rows: FloatArray, visit: IntArray, group: IntArray) -> tuple[FloatArray, IntArray]:
+    """The pieces of each rest taken together, as exact as they are together; and their groups."""
+    _, first, number, count = np.unique(
+        visit, return_index=True, return_inverse=True, return_counts=True
+    )
+    sums = np.array([np.bincount(number, column) for column in rows.T]).T
+    return sums / np.sqrt(count)[:, None], group[first]
 
 
 def _pure(residual: FloatArray, group: IntArray, columns: FloatArray) -> tuple[float | None, int]:

@@ -48,8 +48,23 @@ def misfit_of(
         time=linear.order,
         sigma=linear.floor,
         group=linear.groups,
+        visit=linear.visits,
+        lever=_lever(linear, direction, axis),
         candidates=tuple(candidates),
     )
+
+
+def _lever(linear: Linear, direction: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """How rows move with the biases; without biases in the model, those at rest alone."""
+    at_rest = np.isfinite(direction).all(axis=1)
+    names = [f"bias_{letter}" for letter in "xyz"]
+    if not set(names) <= set(linear.names):
+        still = np.eye(3)[np.maximum(axis, 0)] * (axis >= 0)[:, None]
+        return np.where(at_rest[:, None], np.where((axis >= 0)[:, None], still, direction), 0.0)
+    columns = linear.base[:, [linear.names.index(name) for name in names]]
+    moved = columns * linear.sigma[:, None]
+    # in counts, or dimensionless: a mean at rest moves by one
+    return np.asarray(moved / np.median(np.linalg.norm(moved[at_rest], axis=1)))
 
 
 def _with_priors(linear: Linear, ratio: np.ndarray) -> np.ndarray:

@@ -62,6 +62,9 @@ class Misfit:
         sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
         group: what is left out together: directions, or rotations; -1 for rows that always stay,
             shape (n,).
+        visit: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
+        lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
+            at rest by one, a closure by the seconds that its rotation lasts, shape (n, 3).
         candidates: the effects that are not in the model.
     """
 
@@ -74,6 +77,8 @@ class Misfit:
     time: FloatArray
     sigma: FloatArray
     group: IntArray
+    visit: IntArray
+    lever: FloatArray
     candidates: tuple[Candidate, ...]
 
     def __len__(self) -> int:

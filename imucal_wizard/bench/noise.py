@@ -16,9 +16,9 @@ from imucal_wizard.readings import FloatArray
 SIGMAS = np.exp(np.linspace(np.log(0.65), np.log(12.0), 15))
 """Noise in units of that within the holds."""
 SQUARES = SIGMAS**2
-WANDERS = (0.0, 0.6, 2.0)
+WANDERS = (0.0, 0.6, 2.0, 6.0)
 """Steps of a wandering bias, in units of the noise per square root of minute."""
-WANDER_PRIOR = (0.6, 0.25, 0.15)
+WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
 WHITE = 0.6
 """Share of sensors whose noise between holds is that within them."""
 
@@ -60,10 +60,9 @@ class Frame:
 def frame_of(misfit: Misfit) -> Frame:
     """The frame of a misfit."""
     across = complement(misfit.base)
-    shown = shown_axes(misfit)
     minutes = (misfit.time - misfit.time.min()) / 60.0
-    walked = (shown @ shown.T) * np.minimum(minutes[:, None], minutes)
-    seen = shown.any(axis=1)
+    walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
+    seen = misfit.kind != RowKind.ROTATION
     usual = float(np.median(misfit.sigma[seen])) if seen.any() else 1.0
     whitened = walked * np.outer(usual / misfit.sigma, usual / misfit.sigma)
     values, vectors = np.linalg.eigh(across.T @ whitened @ across)

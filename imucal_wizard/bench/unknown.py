@@ -19,7 +19,7 @@ LENGTHS = (0.22, 0.4)
 """Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
 SIZES = (1.5, 5.0, 16.0)
 """Its size in noise standard deviations."""
-WAVES = (5.0, 6.0, 7.5, 9.0, 11.0)
+WAVES = tuple(np.linspace(4.5, 12.0, 11))
 """Wave numbers of a rippled characteristic, rad/g."""
 SHARES = {"sphere": 0.15, "odd": 0.15, "even": 0.1, "axes": 0.1, "axis": 0.06, "wave": 0.1}
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,

@@ -15,19 +15,26 @@ from imucal_wizard.bench.evidence import Jury, Weighed
 from imucal_wizard.bench.hypotheses import DISTURBED, NOTHING, UNKNOWN
 from imucal_wizard.bench.labels import Shares, Terms, ordered, shares_of
 from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.pairs import BENT
+from imucal_wizard.bench.rivals import own_share
 from imucal_wizard.bench.strength import Best
 
 NAMED = 0.75
 """Share of the probability that explanations with a family must hold for it to be named."""
-STRONG = 70.0
+STRONG = 90.0
 """Misfit, in squares of the noise, that a named family takes away beside all others. An effect at
-twice the size that these data detect takes away about 120; an unknown effect that merely resembles
+twice the size that these data detect takes away about 140; an unknown effect that merely resembles
 it, less."""
+CLEAR = 30.0
+"""What would be seen of another characteristic than a bent one, in the same squares, for a bent one
+to be named: as strong as it must be for that, but not stronger than ``OVERWHELMING``."""
+OVERWHELMING = 500.0
+"""A bent characteristic as strong as this is named on any poses: a rippled one so large is rare."""
 HEAVY = 36.0
 """The same for a disturbed hold."""
-STRANGE = 0.12
+STRANGE = 0.2
 """Probability of unknown structure above which nothing is named."""
-NOISE = 0.2
+NOISE = 0.1
 """Probability of noise alone above which nothing is claimed."""
 LOUD = 3.0
 """Noise, in units of that within the holds, that is believed only when poses were repeated."""
@@ -86,7 +93,8 @@ def judge(misfit: Misfit, jury: Jury, weighed: Weighed, p: float) -> Opinion:
     """
     shares = shares_of(jury, weighed)
     best = Best(misfit, jury, weighed)
-    verdict, families = decide(evidence_of(misfit, shares, best))
+    own = own_share(misfit, jury.frame)
+    verdict, families = decide(evidence_of(misfit, shares, best, own))
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
@@ -109,7 +117,8 @@ class Evidence:
         taken: squares of the noise that each likely family takes away beside the others.
         strongest: the same for the likeliest effects together.
         noise: in units of that within the holds.
-        repeats: holds beyond the first of their direction: they show how large the noise is.
+        repeats: visits to a direction beyond the first: they show how large the noise is.
+        own_share: of another characteristic, that no bent one imitates (see ``rivals``).
     """
 
     present: dict[str, float]
@@ -117,15 +126,17 @@ class Evidence:
     strongest: float
     noise: float
     repeats: int
+    own_share: float
 
 
-def evidence_of(misfit: Misfit, shares: Shares, best: Best) -> Evidence:
+def evidence_of(misfit: Misfit, shares: Shares, best: Best, own: float) -> Evidence:
     """Everything that the decision is made from."""
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
     taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
-    repeats = len(misfit) - len(np.unique(misfit.group))
-    return Evidence(present, taken, best.strongest(), best.noise, repeats)
+    rest = misfit.visit >= 0
+    repeats = len(np.unique(misfit.visit[rest])) - len(np.unique(misfit.group[rest]))
+    return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
 
 
 def decide(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
@@ -137,7 +148,7 @@ def decide(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     named = tuple(
         family
         for family, squares in taken.items()
-        if present[family] > NAMED and squares > (HEAVY if family == DISTURBED else STRONG)
+        if present[family] > NAMED and squares > needed(family, evidence.own_share)
     )
     if present.get(UNKNOWN, 0.0) > STRANGE:
         return Verdict.UNEXPLAINED, ()
@@ -146,6 +157,15 @@ def decide(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     if evidence.strongest > STRONG:
         return Verdict.AMBIGUOUS, ()
     return Verdict.UNEXPLAINED, ()
+
+
+def needed(family: str, own_share: float) -> float:
+    """Squares of the noise that a family must take away to be named."""
+    if family == DISTURBED:
+        return HEAVY
+    if family not in BENT:
+        return STRONG
+    return float(np.clip(CLEAR / max(own_share, 1e-9), STRONG, OVERWHELMING))
 
 
 def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:

@@ -11,8 +11,9 @@ def evidence(
     strongest: float = 0.0,
     noise: float = 1.0,
     repeats: int = 12,
+    own_share: float = 0.35,
 ) -> Evidence:
-    return Evidence({"nothing": 0.0, **present}, taken or {}, strongest, noise, repeats)
+    return Evidence({"nothing": 0.0, **present}, taken or {}, strongest, noise, repeats, own_share)
 
 
 @pytest.mark.parametrize(
@@ -35,7 +36,7 @@ def test_each_verdict_has_its_evidence(
 
 def test_structure_without_a_name_forbids_every_name() -> None:
     """A strong family is not named while an unknown shape may be the truth."""
-    given = evidence({"even-order": 0.8, "unknown": 0.2}, {"even-order": 150.0}, 150.0)
+    given = evidence({"even-order": 0.78, "unknown": 0.22}, {"even-order": 150.0}, 150.0)
     assert decide(given) == (Verdict.UNEXPLAINED, ())
 
 
@@ -51,3 +52,18 @@ def test_loud_noise_is_believed_only_where_poses_were_repeated() -> None:
     assert decide(evidence({"nothing": 0.9}, noise=5.0)) == (Verdict.COMPLETE, ())
     given = evidence({"nothing": 0.9}, noise=5.0, repeats=0)
     assert decide(given) == (Verdict.UNEXPLAINED, ())
+
+
+@pytest.mark.parametrize(
+    ("strength", "own_share", "named"),
+    [(150.0, 0.35, True), (150.0, 0.03, False), (550.0, 0.03, True), (80.0, 1.0, False)],
+)
+def test_where_any_characteristic_looks_bent_a_bent_one_must_be_overwhelming(
+    strength: float, own_share: float, named: bool
+) -> None:
+    """Eighteen poses show two numbers of a characteristic: effects are listed, none is named."""
+    given = evidence(
+        {"odd-order": 0.95}, {"odd-order": strength}, max(strength, 100.0), own_share=own_share
+    )
+    expected = (Verdict.MISSING, ("odd-order",)) if named else (Verdict.AMBIGUOUS, ())
+    assert decide(given) == expected

@@ -1,5 +1,7 @@
 """Three floors are told apart: within the holds, rounding, repeats; repeats are tested first."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,21 @@ def test_a_steady_drift_spoils_the_repeats_but_not_the_floor(report: FitReport) 
     assert found.repeats is not None
     assert found.repeats > 5.0 * found.within
     assert found.floor < 2.0 * found.within
+
+
+def test_pieces_of_one_rest_are_no_repeats(report: FitReport) -> None:
+    """A disturbance that cuts every rest in two gives nothing to judge by that was not there."""
+    whole = floors(report)
+    cut = []
+    for hold in report.holds:
+        middle = 0.5 * (hold.start + hold.end)
+        cut += [replace(hold, end=middle - 0.5), replace(hold, start=middle + 0.5)]
+    halves = moved(report, lambda _, hold: 0.0 * hold.accelerometer)
+    object.__setattr__(halves, "holds", tuple(cut))
+    found = floors(halves)
+    assert found.freedom == whole.freedom
+    assert whole.repeats is not None
+    assert found.repeats == pytest.approx(whole.repeats * np.sqrt(2.0), rel=0.2)
 
 
 def test_without_repeats_nothing_is_said_of_them() -> None:

@@ -147,6 +147,7 @@ def _linear(fit: HoldFit) -> Linear:
         names=(*_base_names(fit.free.basis), *model.terms.names),
         rows=tuple(RowInfo("hold", index) for index in range(len(sigma))),
         groups=data.task.labels,
+        visits=data.visits,
         order=data.circumstances.time,
         sigma=sigma,
         floor=np.sqrt(data.noise),

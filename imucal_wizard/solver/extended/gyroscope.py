@@ -159,6 +159,7 @@ def _linear(fit: TurnFit) -> Linear:
         ),
         rows=_rows(data),
         groups=_groups(data),
+        visits=np.concatenate([np.repeat(data.visits, 3), np.full(2 * len(data), -1)]),
         order=row_times(data),
         sigma=sigma,
         floor=np.sqrt(fit.system.known),

@@ -9,8 +9,9 @@ from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.carried import Carried, basis_of
-from imucal_wizard.solver.extended.surroundings import circumstances_of
+from imucal_wizard.solver.extended.surroundings import circumstances_of, visits
 from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE, triangle
 from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.start import sphere
@@ -35,6 +36,7 @@ class HoldData:
         full: parameters of the whole base model, shape (9,).
         noise: variance of each hold's error by the noise within holds alone, (m/s²)², shape (n,).
         circumstances: of each hold.
+        visits: number of the rest that each hold is a piece of, shape (n,).
         scatter: standard deviation of what comes on top of that noise from hold to hold, m/s²;
             None has it estimated from what the fit leaves.
     """
@@ -46,6 +48,7 @@ class HoldData:
     full: FloatArray
     noise: FloatArray
     circumstances: Circumstances
+    visits: IntArray
     scatter: float | None = None
 
     def nominal(self) -> FloatArray:
@@ -92,6 +95,7 @@ def hold_data(
     full = task.solve().theta
     gain = float(np.linalg.norm(triangle(full), ord=2)) * gravity / task.problem.span
     noise = hold_noise(holds).accelerometer * gain**2
+    up = up_directions(full, task.problem.points)
     return HoldData(
         holds=tuple(holds),
         gravity=gravity,
@@ -99,9 +103,8 @@ def hold_data(
         task=task,
         full=full,
         noise=np.maximum(noise, (SMALLEST_NOISE * gravity) ** 2),
-        circumstances=circumstances_of(
-            holds, up_directions(full, task.problem.points), gravity, gain, readings
-        ),
+        circumstances=circumstances_of(holds, up, gravity, gain, readings),
+        visits=visits(holds, up),
         scatter=scatter,
     )
 

@@ -43,6 +43,7 @@ class Linear:
         rows: what each row is.
         groups: what is left out together when the fit is judged on what it has not seen, a
             direction or a rotation; −1 for rows that always stay, shape (n,).
+        visits: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
         order: time of each row, s, shape (n,).
         sigma: standard deviation each row was divided by, that which the fit itself finds, m/s²,
             rad/s (still means) or rad (closures), shape (n,).
@@ -56,6 +57,7 @@ class Linear:
     names: tuple[str, ...]
     rows: tuple[RowInfo, ...]
     groups: IntArray
+    visits: IntArray
     order: FloatArray
     sigma: FloatArray
     floor: FloatArray

@@ -10,6 +10,11 @@ from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.directions import group_directions
 
+AWAY_AND_BACK = 3.0
+"""Seconds that it takes at least to take a pose anew."""
+UNMOVED = np.radians(0.1)
+"""No hand takes a pose again so exactly."""
+
 
 def circumstances_of(
     holds: Sequence[Hold], up: FloatArray, gravity: float, gain: float, readings: Readings | None
@@ -47,6 +52,26 @@ def _previous(force: FloatArray, labels: IntArray) -> FloatArray:
         same = labels[row] == labels[row - 1]
         before[row] = before[row - 1] if same else force[row - 1]
     return before
+
+
+def visits(holds: Sequence[Hold], up: FloatArray) -> IntArray:
+    """Which holds are pieces of one rest, shape (n,); only different visits repeat a pose.
+
+    A disturbance cuts a rest in pieces: the next hold in the same direction begins before the
+    device could have been turned away and back, or lies exactly as before.
+
+    Args:
+        holds: in the order of time.
+        up: unit up vector of each.
+    """
+    labels = group_directions(up)
+    number = np.zeros(len(holds), np.int64)
+    for row in range(1, len(holds)):
+        pause = holds[row].start - holds[row - 1].end
+        moved = float(np.linalg.norm(up[row] - up[row - 1]))
+        same = labels[row] == labels[row - 1] and (pause < AWAY_AND_BACK or moved < UNMOVED)
+        number[row] = number[row - 1] + (not same)
+    return number
 
 
 def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:

@@ -34,6 +34,7 @@ class TurnData:
         stills: mean reading of each hold, shape (h, 3).
         still_rows: which of all holds they are, shape (h,).
         labels: number of each hold's direction, shape (h,).
+        visits: number of the rest that each is a piece of, shape (h,).
         still_noise: variance of their means by noise alone, (rad/s)², shape (h, 3).
         circumstances: of the holds with a mean.
         start: matrix and bias of the base fit, shapes (3, 3) and (3,).
@@ -54,6 +55,7 @@ class TurnData:
     stills: FloatArray
     still_rows: IntArray
     labels: IntArray
+    visits: IntArray
     still_noise: FloatArray
     circumstances: Circumstances
     start: tuple[FloatArray, FloatArray]

@@ -15,7 +15,7 @@ from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.rest import Rest, rest_of
 from imucal_wizard.solver.extended.samples import Samples, lay_samples
-from imucal_wizard.solver.extended.surroundings import circumstances_of, first_time
+from imucal_wizard.solver.extended.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.gains import nominal_of
 from imucal_wizard.solver.result import SensorFit
@@ -75,6 +75,7 @@ def turn_data(
         stills=np.array([holds[i].gyroscope for i in rows]),
         still_rows=rows,
         labels=accelerometer.labels[rows],
+        visits=visits(holds, accelerometer.up)[rows],
         still_noise=np.maximum(rest.mean[rows], SMALLEST_STILL**2),
         circumstances=known.select(rows),
         start=start,
