@@ -15,6 +15,8 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
 RATE = 100.0
+SETTLING = (1.2, 8.0)
+"""Time constants of a warm-up, minutes; each recording has one by chance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,8 @@ def record(
     sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
     noise = batch_noise(colour, schedule, rng) * MILLI_G
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
-    c = circumstances(schedule, (schedule.start[0] + step) / 60.0)
+    settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
+    c = circumstances(schedule, (schedule.start[0] + step) / 60.0, settling)
     error = np.zeros((len(schedule.up), 3))
     for one in hidden:
         error += one.error(c)
@@ -70,8 +73,8 @@ def record(
     return Recorded(_holds(schedule, rounded), measured, schedule)
 
 
-def circumstances(schedule: Schedule, step: float) -> forward.Circumstances:
-    """What the forward equations need, one row per hold; ``step`` in minutes."""
+def circumstances(schedule: Schedule, step: float, settling: float) -> forward.Circumstances:
+    """What the forward equations need, one row per hold; ``step`` and ``settling`` in minutes."""
     n = len(schedule.up)
     return forward.Circumstances(
         force=schedule.up,
@@ -83,6 +86,7 @@ def circumstances(schedule: Schedule, step: float) -> forward.Circumstances:
         attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
         sensed=schedule.up,
         step=step,
+        settling=settling,
     )
 
 

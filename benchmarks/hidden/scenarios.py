@@ -9,6 +9,7 @@ from benchmarks.hidden import strangers
 from benchmarks.hidden.noise import Colour
 from benchmarks.hidden.recording import Extra
 from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.effects.catalogue import effect as known_effect
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import ACCELEROMETER
 from imucal_wizard.readings import FloatArray
@@ -16,6 +17,9 @@ from imucal_wizard.readings import FloatArray
 EFFECTS = tuple(effect.name for effect in effects_for(ACCELEROMETER))
 FAMILY = {effect.name: effect.family or effect.name for effect in effects_for(ACCELEROMETER)}
 PRODUCTS = tuple((i, j, k) for i in range(3) for j, k in ((0, 1), (0, 2), (1, 2)))
+
+LARGEST = 5.0
+"""Parameters that these poses show only at more than so many typical sizes are not hidden."""
 
 Sizes = Mapping[str, FloatArray]
 """The detectable size of each parameter of each effect."""
@@ -50,7 +54,10 @@ def hidden_effect(
     term: str, times: float, sizes: Sizes, rng: np.random.Generator, axis: int | None = None
 ) -> Hidden:
     """An effect on an axis and with a sign by chance, at a multiple of its detectable size."""
-    visible = np.flatnonzero(np.isfinite(sizes[term]))
+    typical = [one.typical for one in known_effect(term).parameters(ACCELEROMETER)]
+    visible = np.flatnonzero(sizes[term] < LARGEST * np.array(typical))
+    if not len(visible):
+        visible = np.array([np.argmin(sizes[term])])
     place = int(rng.choice(visible)) if axis is None else axis
     axes = PRODUCTS[place] if term == "cross-product" else (place,)
     size = times * float(sizes[term][place])

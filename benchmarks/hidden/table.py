@@ -12,7 +12,8 @@ from imucal_wizard.bench.verdict import Verdict
 COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "complete", "WRONG")
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
 among them. ``part``: one of two. ``listed``: no name, but the truth among the explanations.
-``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden."""
+``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden.
+``seen``: p ≤ 0.01. ``inside``: the size ± 1.96 standard errors, once added, holds the truth."""
 
 
 def outcome(one: Trialled) -> str:
@@ -37,7 +38,7 @@ def heading(design: str, colour: str, count: int) -> str:
     columns = "".join(f"{name:>9}" for name in COLUMNS)
     return (
         f"\n{design} poses, {colour} noise, {count} recordings each; per cent of them\n"
-        f"{'hidden':<40}{'size':>16}{columns}{'seen':>6}"
+        f"{'hidden':<40}{'size':>16}{columns}{'seen':>6}{'inside':>8}"
         f"{'held out: before → linear / fitted, mg':>42}"
     )
 
@@ -50,9 +51,11 @@ def line(scenario: Scenario, trials: Sequence[Trialled]) -> str:
     cells = "".join(f"{share * counts[name]:9.1f}" for name in COLUMNS)
     seen = share * sum(one.opinion.p <= 0.01 for one in trials)
     errors = np.array([(one.before, one.linear, one.after) for one in trials])
+    sure = [abs(one.sure) < 1.96 for one in trials if one.sure is not None]
+    inside = f"{100.0 * np.mean(sure):.0f}" if sure else ""
     before, linear, after = np.sqrt(np.nanmean(errors**2, axis=0))
     fall = f"{before:.3f} → {linear:.3f} / {after:.3f}"
-    return f"{scenario.name:<40}{_size(trials):>16}{cells}{seen:6.0f}{fall:>42}"
+    return f"{scenario.name:<40}{_size(trials):>16}{cells}{seen:6.0f}{inside:>8}{fall:>42}"
 
 
 def _size(trials: Sequence[Trialled]) -> str:

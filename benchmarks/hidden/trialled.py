@@ -15,14 +15,17 @@ from imucal_wizard.bench.chance import Chances
 from imucal_wizard.bench.detectable import detectable
 from imucal_wizard.bench.evidence import Jury, Weighed, make_jury
 from imucal_wizard.bench.misfit import Candidate, Misfit
+from imucal_wizard.bench.settling import settled
 from imucal_wizard.bench.suspects import Suspect, noise_of, rank
 from imucal_wizard.bench.trial import try_effect
 from imucal_wizard.bench.verdict import Opinion, judge
+from imucal_wizard.bench.wandering import with_wander
 from imucal_wizard.devices.virtual.hidden import Hidden
 from imucal_wizard.effects.catalogue import effect
 from imucal_wizard.effects.effect import ACCELEROMETER
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.fit import fit_with
+from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
 
@@ -105,7 +108,7 @@ def try_out(
     suspects = rank(misfit, jury, weighed, chances)
     opinion = judge(misfit, jury, weighed, suspects[0].p)
     chosen = _chosen(suspects, hidden)
-    fit = fit_with(measured, [Term(effect(one.term), one.variant) for one in chosen])
+    fit = _with(measured, chosen)
     return Trialled(
         hidden=hidden,
         families=tuple(sorted({FAMILY[one.term] for one in hidden})),
@@ -113,8 +116,17 @@ def try_out(
         before=_milli(plain.rms_held_out),
         linear=_milli(try_effect(misfit, chosen, opinion.noise).rms_held_out),
         after=_milli(fit.rms_held_out),
-        sure=_sure(fit, hidden),
+        sure=_sure(with_wander(fit, left_over(measured, fit)), hidden),
     )
+
+
+def _with(measured: HoldData, chosen: Sequence[Candidate]) -> Extended:
+    """The fit with effects; the setting of a single one is settled as the bench does."""
+    terms = [Term(effect(one.term), one.variant) for one in chosen]
+    if len(terms) > 1:
+        return fit_with(measured, terms)
+    variants = terms[0].effect.variants(measured.circumstances)
+    return settled(lambda term: fit_with(measured, [term]), terms[0], variants)
 
 
 def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Candidate, ...]:

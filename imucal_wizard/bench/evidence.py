@@ -59,7 +59,8 @@ class Jury:
         self.pairs = pairs
         self.log_prior = np.array([one.log_prior for one in hypotheses])
         self.weights = [frame.weights(wander) for wander in frame.wanders]
-        self.spectra = [spectrum(self.hypotheses[1:], weights) for weights in self.weights]
+        others = self.hypotheses[1:]
+        self.spectra = [spectrum(others, weights) for weights in self.weights if others]
         spread = -np.array([np.log(weights).sum() for weights in self.weights])
         volume = frame.across.shape[1] * np.log(SQUARES) + spread[:, None]
         self._log_volume = frame.log_prior[:, None] + sigma_prior() - 0.5 * volume

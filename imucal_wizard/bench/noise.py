@@ -60,12 +60,7 @@ class Frame:
 def frame_of(misfit: Misfit) -> Frame:
     """The frame of a misfit."""
     across = complement(misfit.base)
-    minutes = (misfit.time - misfit.time.min()) / 60.0
-    walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
-    seen = misfit.kind != RowKind.ROTATION
-    usual = float(np.median(misfit.sigma[seen])) if seen.any() else 1.0
-    whitened = walked * np.outer(usual / misfit.sigma, usual / misfit.sigma)
-    values, vectors = np.linalg.eigh(across.T @ whitened @ across)
+    values, vectors = np.linalg.eigh(across.T @ walk_of(misfit) @ across)
     count = len(WANDERS) if values.size and values[-1] > 1e-3 else 1
     prior = np.array(WANDER_PRIOR[:count])
     return Frame(
@@ -74,6 +69,15 @@ def frame_of(misfit: Misfit) -> Frame:
         WANDERS[:count],
         np.asarray(np.log(prior / prior.sum())),
     )
+
+
+def walk_of(misfit: Misfit) -> FloatArray:
+    """Covariance of the whitened rows by a wander of one, from the first row on, shape (n, n)."""
+    minutes = (misfit.time - misfit.time.min()) / 60.0
+    walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
+    seen = misfit.kind != RowKind.ROTATION
+    usual = float(np.median(misfit.sigma[seen])) if seen.any() else 1.0
+    return np.asarray(walked * np.outer(usual / misfit.sigma, usual / misfit.sigma))
 
 
 def shown_axes(misfit: Misfit) -> FloatArray:

@@ -11,6 +11,7 @@ from imucal_wizard.bench.misfit import Misfit
 from imucal_wizard.bench.settling import settled
 from imucal_wizard.bench.suspects import Suspect, rank
 from imucal_wizard.bench.verdict import Opinion, judge
+from imucal_wizard.bench.wandering import with_wander
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.errors import DataError, UsageError
@@ -189,6 +190,8 @@ class Bench:
         return settled(fit, Term(effect, begin), effect.variants(self.measured.circumstances))
 
     def _climb(self, fit: Extended, added: str | None) -> Rung:
+        left = misfit_of(fit.linear, self.sensor, self.measured.circumstances, ())
+        fit = with_wander(fit, left)
         self._fits.append(fit)
         self.ladder.append(rung(fit, added, self.rounding))
         self._findings = None

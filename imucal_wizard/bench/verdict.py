@@ -32,8 +32,9 @@ OVERWHELMING = 500.0
 """A bent characteristic as strong as this is named on any poses: a rippled one so large is rare."""
 HEAVY = 36.0
 """The same for a disturbed hold."""
-STRANGE = 0.2
-"""Probability of unknown structure above which nothing is named."""
+STRANGE = 0.1
+"""Probability of unknown structure above which nothing is named. Even on corners and repeats
+some rippled characteristics are bent ones within the noise."""
 NOISE = 0.1
 """Probability of noise alone above which nothing is claimed."""
 LOUD = 3.0

@@ -16,7 +16,7 @@ from imucal_wizard.readings import FloatArray
 REFERENCE_TEMPERATURE = 25.0
 """Temperature at which thermal effects vanish, °C."""
 WARM_UP_TIME = 3.0
-"""Time constant of the warm-up, minutes."""
+"""Time constant of the warm-up unless told otherwise, minutes."""
 STEP_TIME = 1.5
 """When the bias jumps unless told otherwise, minutes."""
 
@@ -35,6 +35,7 @@ class Circumstances:
         attitude: body to world, shape (n, 4).
         sensed: ``force`` or ``rate``, whichever this sensor measures.
         step: when the bias jumps, minutes.
+        settling: time constant of the warm-up, minutes.
     """
 
     force: FloatArray
@@ -46,6 +47,7 @@ class Circumstances:
     attitude: FloatArray
     sensed: FloatArray
     step: float = STEP_TIME
+    settling: float = WARM_UP_TIME
 
 
 Forward = Callable[[Circumstances, tuple[int, ...]], FloatArray]
@@ -90,7 +92,7 @@ def scale_temperature(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
 
 def warm_up(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
     """``K exp(−t/τ)``."""
-    return np.exp(-c.minutes / WARM_UP_TIME)
+    return np.exp(-c.minutes / c.settling)
 
 
 def bias_drift(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
