@@ -21,7 +21,9 @@ class Parser(argparse.ArgumentParser):
 def add_recording_options(parser: argparse.ArgumentParser) -> None:
     """What may be said of files that do not say it themselves."""
     group = parser.add_argument_group("what the files do not say")
-    group.add_argument("--as", dest="as_format", metavar="FORMAT", help="imu_tk: text `t x y z`")
+    group.add_argument(
+        "--as", dest="as_format", metavar="FORMAT", help="imu_tk: text `t x y z`; or a stream's"
+    )
     group.add_argument("--columns", metavar="NAMES", help="columns in order: ax,ay,az,gx,gy,gz")
     group.add_argument("--rate", type=positive, metavar="HZ", help="samples per second")
     group.add_argument("--accel-unit", metavar="UNIT", help="m/s^2, g, mg or count")

@@ -168,6 +168,8 @@ def _units(
         says.append(
             f"{UNIT_OPTION[sensor]} {given} was used instead of {columns[0].unit} in the header"
         )
+    if sensor == "magnetometer" and not given and not set(units) <= {*FACTORS[sensor], COUNT, ""}:
+        units = [""] * len(units)  # arbitrary units are as good as counts
     if not all(units):
         units, says = _without_unit(sensor, values, len(columns))
     for unit, column in zip(units, columns, strict=True):

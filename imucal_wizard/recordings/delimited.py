@@ -28,6 +28,7 @@ _USUAL_COLUMNS = {
     9: "ax,ay,az,gx,gy,gz,mx,my,mz",
     10: "t,ax,ay,az,gx,gy,gz,mx,my,mz",
 }
+_OF_PAIRS = "; a pair of files of imu_tk, lines t x y z, is read with --as imu_tk"
 _WIDEST = 40
 _LOOKED_AT = 20_000
 """Characters from which the columns of a file without a header are guessed for the example."""
@@ -80,6 +81,7 @@ def _command(path: Path, text: str, line: Line) -> str:
     return (
         f"say what its {width} columns are, with the true names, units and rate; for example:"
         f" imucal-wizard fit {shlex.quote(str(path))} {options}"
+        f"{_OF_PAIRS if width == len('txyz') else ''}"
     )
 
 

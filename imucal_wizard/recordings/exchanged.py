@@ -36,7 +36,7 @@ def refuse(readings: Readings) -> None:
         raise RecordingError(
             f"accelerometer and gyroscope are exchanged: {names['gyroscope']} feel gravity in every"
             f" position and {names['accelerometer']} do not; name the columns in their true order"
-            " with --columns"
+            " with --columns (with --as imu_tk give the accelerometer's file first)"
         )
     series = readings.accelerometer
     size = usual_size(series.values)

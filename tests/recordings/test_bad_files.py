@@ -5,11 +5,11 @@ from tempfile import NamedTemporaryFile
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.errors import InputError, RecordingError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.recordings import RecordingOptions, read
 from imucal_wizard.recordings.layout import Layout
 from imucal_wizard.recordings.table import read_table
@@ -316,3 +316,72 @@ def test_a_gyroscope_without_a_number_is_left_out_and_an_accelerometer_refused(
     values[:, 2] = np.nan
     with pytest.raises(RecordingError, match=r"ay\[m/s\^2\] hold no number"):
         read([write(tmp_path / "b.csv", values)])
+
+
+_SPOILERS = [
+    "nan",
+    "inf",
+    "1e400",
+    "1,5",
+    "--",
+    "0x1F",
+    "12:00:00",
+    "2024-13-45T99:99:99Z",
+    ";",
+    "|",
+    "[",
+    "]",
+    "{",
+    "}",
+    "(",
+    '"',
+    "#",
+    ":",
+    "=",
+    "\t",
+    "\r",
+    "\n",
+    "\x00",
+    "\x1b[2J",
+]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    separator=st.sampled_from([",", ";", "\t", " ", "|"]),
+    spoil=st.lists(
+        st.tuples(st.floats(0, 1), st.sampled_from(_SPOILERS), st.integers(1, 300)), max_size=8
+    ),
+    options=st.sampled_from(
+        [
+            RecordingOptions(),
+            RecordingOptions(rate=100.0, gyroscope_unit="deg/s"),
+            RecordingOptions(("t", "ax", "ay", "az", "gx", "gy", "gz", "-")),
+            RecordingOptions(as_format="labels"),
+        ]
+    ),
+)
+def test_a_mutilated_recording_is_read_or_refused_in_one_line(
+    separator: str, spoil: list[tuple[float, str, int]], options: RecordingOptions
+) -> None:
+    text = "\n".join([HEADER, *(",".join(f"{v:.4f}" for v in row) for row in samples(60)), ""])
+    text = text.replace(",", separator)
+    for where, what, times in spoil:
+        place = int(where * len(text))
+        text = text[:place] + what * times + text[place:]
+    with NamedTemporaryFile(suffix=".csv") as file:
+        file.write(text.encode())
+        file.flush()
+        readings, says = _read_or_told(Path(file.name), options)
+    assert "\n" not in says
+    assert len(says) < 1000
+    if readings is not None:
+        assert np.isfinite(readings.accelerometer.values).all()
+        assert np.all(np.diff(readings.accelerometer.time) >= 0.0)
+
+
+def _read_or_told(path: Path, options: RecordingOptions) -> tuple[Readings | None, str]:
+    try:
+        return read([path], options), ""
+    except InputError as error:
+        return None, str(error)

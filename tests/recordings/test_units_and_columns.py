@@ -223,6 +223,14 @@ def test_a_temperature_in_another_unit_does_no_harm(tmp_path: Path) -> None:
     assert any("the temperature was left out: 'K'" in text for text in readings.warnings)
 
 
+def test_a_field_in_arbitrary_units_is_read_as_counts(tmp_path: Path) -> None:
+    header = HEADER.replace("temp[degC]", "mx[a.u.],my[a.u.],mz[a.u.]")
+    values = np.column_stack([samples()[:, :7], np.tile([0.4, 0.1, -0.8], (400, 1))])
+    readings = read([write(tmp_path / "a.csv", values, header)])
+    assert readings.magnetometer is not None
+    assert readings.magnetometer.unit == "count"
+
+
 def test_files_with_different_sensors_become_one_recording(tmp_path: Path) -> None:
     slow, fast = samples(400, 80.0), samples(8000, 1600.0)
     first = write(tmp_path / "acc.csv", slow[:, :4], ",".join(HEADER.split(",")[:4]))
