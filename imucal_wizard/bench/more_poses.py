@@ -59,7 +59,8 @@ def again(bench: Bench, findings: Findings) -> tuple[NextPose, ...]:
             row = int(np.flatnonzero(measured.still_rows == hold)[0])
         up = up_of(bench)[row]
         why = f"{_name(up)} again: hold {hold + 1} is accused, and one more hold there decides it"
-        found.append(NextPose(up, why, _pose(up)))
+        brief = f"hold {hold + 1} is accused, and one more there decides it"
+        found.append(NextPose(up, why, _pose(up), brief=brief))
     for number in rotations:
         if isinstance(measured, TurnData):
             place = int(np.flatnonzero(measured.rotations == number)[0])

@@ -106,12 +106,12 @@ class Workshop(Opening):
 
 
 def _offered(session: "SessionInfo") -> SourceChoice:
-    from imucal_wizard.tui.widgets.step_header import STEPS
+    from imucal_wizard.tui.widgets.step_header import MORE, STEPS
 
     begun = datetime.fromtimestamp(session.created).astimezone()
     today = begun.date() == datetime.now().astimezone().date()
     when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
-    step = dict(STEPS).get(session.step, session.step)
+    step = dict((*STEPS, MORE)).get(session.step, session.step)
     return SourceChoice(
         SourceKind.SESSION,
         str(session.path),

@@ -33,6 +33,7 @@ def a_student(binary: str, folder: Path) -> None:
         terminal.wait_for("|a|")
         terminal.press("f")
         terminal.wait_for("▸ second-order")
+        _trace(terminal)
         _lesson(terminal)
         _guess(terminal)
         before, after = _ladder(terminal)
@@ -50,6 +51,14 @@ def a_student(binary: str, folder: Path) -> None:
     assert abs(effect.sizes[1] - 5.0) < 0.5, effect.sizes
     spent = time.monotonic() - begun
     print(f"a student: held out {before} mg, with second-order {after} mg; {spent:.0f} s")
+
+
+def _trace(terminal: Terminal) -> None:
+    """The readings of the hold that stands out are there: the session has kept them."""
+    terminal.press("t")
+    terminal.wait_for("accelerometer x   mean")
+    terminal.press("t")
+    terminal.wait_for("enter add it")
 
 
 def _lesson(terminal: Terminal) -> None:

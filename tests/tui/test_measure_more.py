@@ -12,7 +12,7 @@ from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.source import Services, SourceChoice, SourceKind
 from imucal_wizard.tui.text import signed
 from tests.tui import fakes
-from tests.tui.waiting import shows, until
+from tests.tui.waiting import seen, shows, until
 
 USUAL = (80, 24)
 VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
@@ -110,3 +110,25 @@ async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_po
         await shows(pilot, "This is a recording", "MEASURE NEXT", " UP ")
         await pilot.press("m")
         await shows(pilot, "a device is needed", "▸SUSPECTS")
+
+
+async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: FitReport) -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "f find missing")
+        await pilot.press("f")
+        await shows(pilot, "▸ second-order")
+        for _ in range(20):
+            if "▸ disturbed" in seen(pilot):
+                break
+            await pilot.press("down")
+        text = await shows(pilot, "▸ disturbed (#")
+        number = text.split("▸ disturbed (#")[1].split(")")[0]
+        await pilot.press("enter")
+        await shows(pilot, "m asks for it")
+        await pilot.press("n")
+        await shows(pilot, f"hold {number} is accused")
+        await pilot.press("m")
+        await until(pilot, lambda: bool(source.commands))
+    (asked,) = from_text(source.commands[-1][1])
+    assert asked.turns == 0

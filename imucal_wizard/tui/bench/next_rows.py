@@ -5,6 +5,7 @@ import numpy as np
 from imucal_wizard.bench.pose import NextPose
 from imucal_wizard.bench.separating import Apart
 from imucal_wizard.procedure.poses import spoken
+from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.model_rows import unit_words
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.to_measure import to_measure
@@ -27,20 +28,25 @@ _NEVER = (
 _NEVER_TURNING = "No turn by hand tells them apart: the difference shows only on a rate table."
 
 
-def next_rows(sight: Sight, width: int, *, live: bool = False) -> list[Line]:
+def next_rows(
+    sight: Sight, width: int, *, chosen: Entry | None = None, live: bool = False
+) -> list[Line]:
     """The whole verdict, then what to measure next.
 
     Args:
         sight: what was looked up.
         width: columns there are.
+        chosen: the suspect chosen.
         live: there is a device that can be asked for it.
     """
-    poses, apart = to_measure(sight)
+    poses, apart = to_measure(sight, chosen)
+    repeated = chosen is not None and chosen.term == "disturbed" and bool(poses)
     rows = [*wrapped(says(sight)[1], width), line("")]
     if apart is not None:
         head = f"{apart.first} OR {apart.second}?".upper()
         rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
-    if (apart is None or not apart.poses) and not (sight.said.advice.poses or sight.missing_base):
+    asked = repeated or sight.said.advice.poses or sight.missing_base
+    if (apart is None or not apart.poses) and not asked:
         rows += [*wrapped(_NOTHING, width), line("")]
     if not poses:
         return rows

@@ -74,7 +74,7 @@ def entry_row(sight: Sight, entry: Entry, width: int, *, here: bool, hidden: boo
     if hidden or entry.lacking:
         told = "" if hidden else f"  cannot be seen here: {entry.lacking}"
         return mark, name, (told[: max(0, width - 26)], "quiet")
-    unit = sight.fit.fit.unit
+    unit, room = sight.fit.fit.unit, max(0, width - 53)
     falls = _falls(sight, entry)
     spans: list[Span] = [
         mark,
@@ -83,7 +83,7 @@ def entry_row(sight: Sight, entry: Entry, width: int, *, here: bool, hidden: boo
         (f"{_short(entry.rms_held_out, unit):>9}", "good" if falls == "▼" else ""),
         (f" {falls} ", "good" if falls == "▼" else "warn"),
         (f"{chance(entry):<7}", "strong" if _strong(entry) else "quiet"),
-        (f"{size_text(entry, max(0, width - 53)):<26}", ""),
+        (f"{size_text(entry, room):<26}"[:room], ""),
     ]
     if width >= WIDE:
         spans.append((f"  {_seen_from(entry):<12}{', '.join(_like(entry))}"[: width - 79], "quiet"))

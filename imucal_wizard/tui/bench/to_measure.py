@@ -1,8 +1,10 @@
 """What to measure next, whatever the verdict: the poses, and between which two they decide."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from imucal_wizard.bench.more_poses import more_of_all
+from imucal_wizard.bench.more_poses import again, more_of_all
 from imucal_wizard.bench.next_poses import Explained, separating_poses
 from imucal_wizard.bench.pose import NextPose
 from imucal_wizard.bench.separating import (
@@ -15,6 +17,7 @@ from imucal_wizard.bench.separating import (
 )
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.sight import Sight
 
 FEW = 6
@@ -23,8 +26,18 @@ PROBABLE = 0.05
 """A suspect of this p-value is worth being told from another."""
 
 
-def to_measure(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
-    """What the verdict asks for; else what makes surer; else more of everything."""
+def to_measure(
+    sight: Sight, chosen: Entry | None = None
+) -> tuple[tuple[NextPose, ...], Apart | None]:
+    """What the verdict asks for; else what makes surer; else more of everything.
+
+    Args:
+        sight: what was looked up.
+        chosen: the suspect chosen; where that is a disturbed hold, this hold is to be repeated.
+    """
+    repeated = _again(sight, chosen)
+    if repeated:
+        return repeated, None
     advice = sight.said.advice
     if advice.poses:
         return advice.poses, advice.apart[-1] if advice.apart else None
@@ -33,6 +46,14 @@ def to_measure(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
     if poses or bench is None:
         return poses, apart
     return more_of_all(bench), apart
+
+
+def _again(sight: Sight, chosen: Entry | None) -> tuple[NextPose, ...]:
+    bench, suspect = sight.said.bench, None if chosen is None else chosen.suspect
+    if bench is None or suspect is None or suspect.hold is None:
+        return ()
+    opinion = replace(sight.findings.opinion, holds=(suspect.hold,))
+    return again(bench, replace(sight.findings, opinion=opinion))
 
 
 def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:

@@ -141,7 +141,7 @@ class BenchScreen(BenchPages):
         if entry.addable:
             self._add(entry.term)
             return
-        why = entry.lacking or "there is nothing to add: measure that pose again"
+        why = entry.lacking or "there is nothing to add: measure that pose again (m asks for it)"
         self.note = (f"{entry.term}: {why}", "warn")
         self.redraw()
 
@@ -166,12 +166,14 @@ class BenchScreen(BenchPages):
 
     def action_next_poses(self) -> None:
         """The whole verdict, and what to measure next."""
-        sight = self.desk.sight
+        sight, chosen = self.desk.sight, self.desk.entry
         if self.busy:  # it is about the model before, and what it brings about the one after
             return
         if sight is not None and not self.desk.hidden:
             page = NextScreen(
-                "what the data say", lambda width: next_rows(sight, width, live=self._live), "n"
+                "what the data say",
+                lambda width: next_rows(sight, width, chosen=chosen, live=self._live),
+                "n",
             )
             self.app.push_screen(page, lambda now: self.action_measure() if now else None)
 
@@ -184,7 +186,7 @@ class BenchScreen(BenchPages):
             self.note = (_NO_DEVICE, "warn")
             self.redraw()
             return
-        self.dismiss(asked_for(to_measure(sight)[0]))
+        self.dismiss(asked_for(to_measure(sight, self.desk.entry)[0]))
 
     def action_sensor(self) -> None:
         """The other sensor."""
