@@ -22,6 +22,8 @@ LARGEST = 1000
 """Samples that the start rests on; more make it no safer."""
 TRUSTED = 0.7
 """Share of the samples that is taken to be undisturbed."""
+FEWEST = 10
+"""Samples of the first fit: as many as a quadric has numbers."""
 STRETCHES = 6
 FIRST_ROUNDS = 2
 """Rounds after which it shows which starts lead anywhere ..."""
@@ -131,6 +133,8 @@ def _concentrate(points: FloatArray, kept: BoolArray, basis: FloatArray, rounds:
     size = min(max(int(TRUSTED * points.shape[1]), 10), points.shape[1] - 1)
     last = np.inf
     for _ in range(rounds):
+        if kept.sum() < FEWEST:
+            raise DataError("too few samples of the magnetometer differ from one another")
         theta = algebraic(points[:, kept], basis)
         square = look(theta, points)[0] ** 2
         chosen = np.argpartition(square, size)[:size]

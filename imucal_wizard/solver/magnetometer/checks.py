@@ -8,6 +8,7 @@ from imucal_wizard.solver.ellipsoid.robust import spread
 
 FEWEST_SAMPLES = 60
 """Six directions ten times over."""
+LARGEST = 1e100
 FLAT = 0.1
 """Spread out of the plane over spread in it, up to which readings are a single circle."""
 NEARLY_FLAT = 0.25
@@ -40,6 +41,8 @@ def check_readings(readings: FloatArray) -> None:
             f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
             "least half a minute"
         )
+    if not (np.abs(readings) < LARGEST).all():
+        raise DataError("the magnetometer's readings are not all numbers: check the columns")
     columns = np.ascontiguousarray(readings.T)
     still = np.flatnonzero(columns.max(axis=1) == columns.min(axis=1))
     if len(still) == 3:

@@ -11,7 +11,7 @@ from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.ellipsoid.bins import bin_of
 from imucal_wizard.solver.ellipsoid.orthogonal import orthogonal
 from imucal_wizard.solver.ellipsoid.robust import robust_start, spread
-from imucal_wizard.solver.ellipsoid.shape import Cloud, look, make_cloud
+from imucal_wizard.solver.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
 from imucal_wizard.solver.magnetometer.checks import (
     check_field,
     check_readings,
@@ -75,24 +75,37 @@ def fit_methods(
     if unknown:
         raise UsageError(f"{unknown[0]!r} is no method; choose one of {', '.join(METHODS)}")
     check_readings(series.values)
+    try:
+        # what overflows or divides by nothing ends as a number that is none, and is refused
+        with np.errstate(all="ignore"):
+            return _fitted(series, field, methods)
+    except np.linalg.LinAlgError:
+        raise no_shell(series.values) or DataError(_SINGULAR) from None
+
+
+def _fitted(
+    series: Series, field: float | None, methods: Sequence[str]
+) -> tuple[MagnetometerFit, ...]:
     cloud = make_cloud(series.values)
     start = _start(cloud, series)
-    radius = cloud.span * float(np.linalg.det(cloud.shape(start.theta) * cloud.span)) ** (-1 / 3)
+    radius = cloud.span * abs(float(np.linalg.det(symmetric_matrix(start.theta)))) ** (-1.0 / 3.0)
     warning = check_field(radius, series.unit, field)
     measured = Measured(
         series, cloud, start.kept, start.left_out, start.areas, start.model, field, warning
     )
     kept = np.ascontiguousarray(cloud.points[:, start.kept])
-    return tuple(
-        report(
-            measured,
-            name,
-            by_orthogonal(kept, start.theta, start.variance, start.model)
-            if name == "orthogonal"
-            else by_method(name, cloud.points, start.kept, start.model, start.theta),
-        )
-        for name in methods
-    )
+    fits = []
+    for name in methods:
+        if name == "orthogonal":
+            estimate = by_orthogonal(kept, start.theta, start.variance, start.model)
+        else:
+            estimate = by_method(name, cloud.points, start.kept, start.model, start.theta)
+        if not np.isfinite([*estimate.theta, *estimate.square]).all():
+            raise DataError(_SINGULAR)
+        if not np.linalg.eigvalsh(symmetric_matrix(estimate.theta))[0] > 0.0:
+            raise DataError(_SINGULAR)
+        fits.append(report(measured, name, estimate))
+    return tuple(fits)
 
 
 def _start(cloud: Cloud, series: Series) -> _Start:
@@ -118,6 +131,8 @@ def _start(cloud: Cloud, series: Series) -> _Start:
             "the others: the field changed while the device turned. Measure again, away from iron, "
             "magnets, loudspeakers and currents"
         )
+    radius = abs(float(np.linalg.det(symmetric_matrix(theta)))) ** (-1.0 / 3.0)
+    check_scatter(float(distance[kept].std()), radius, series.values)
     model = decide(seen[:, kept], areas[kept])
     if model is not WHOLE:
         theta, sigma = robust_start(cloud.points[:, kept], model.quadrics)
@@ -134,14 +149,19 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
     stuck = stuck_samples(readings)
     points = cloud.points
     if stuck:
-        points = points[:, ~np.any(list(stuck.values()), axis=0)]
+        free = ~np.any(list(stuck.values()), axis=0)
+        if free.sum() < FEWEST_KEPT * len(free):
+            # so much at the ends is no saturation but the few places where the device was
+            stuck = {}
+        else:
+            points = points[:, free]
     try:
         theta, sigma = robust_start(points, WHOLE.quadrics)
     except DataError as error:
         raise no_shell(readings) or error from None
     if stuck:
         check_saturation(stuck, look(theta, cloud.points)[0])
-    radius = float(np.linalg.det(cloud.shape(theta) * cloud.span)) ** (-1.0 / 3.0)
+    radius = abs(float(np.linalg.det(symmetric_matrix(theta)))) ** (-1.0 / 3.0)
     check_scatter(sigma, radius, readings)
     try:
         return _refined(points, theta, sigma)
@@ -158,3 +178,9 @@ def _refined(points: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
     some = points[:, :: max(1, points.shape[1] // SUBSET)]
     near = np.abs(look(theta, some)[0]) < 5.0 * max(sigma, SMALLEST)
     return orthogonal(some[:, near], theta, WHOLE.basis)[0]
+
+
+_SINGULAR = (
+    "the magnetometer's readings determine no ellipsoid: turn the device through a circle with "
+    "each of its six faces up, away from iron and magnets"
+)
