@@ -19,7 +19,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import Steps
 from imucal_wizard.solver.closure import MATRIX, SIZE, Turns, linearise
 
-MAX_ITERATIONS = 30
+MAX_ITERATIONS = 60
 TOLERANCE = 1e-4
 """A step of so many standard errors is the last."""
 SMALLEST = 1e-9
@@ -145,7 +145,10 @@ def fit_attitude(
         matrix = matrix + (units[MATRIX] * step[MATRIX]).reshape(3, 3)
         bias = bias + units[9:] * step[9:]
         before = tilt_variance, heading_variance
-        tilt_variance, heading_variance = problem.variances()
+        # the mean of old and new (of their logarithms): taking the new ones alone may swing for ever
+        tilt_new, heading_new = problem.variances()
+        tilt_variance = float(np.sqrt(tilt_variance * tilt_new))
+        heading_variance = float(np.sqrt(heading_variance * heading_new))
         settled = abs(tilt_variance - before[0]) < 1e-3 * before[0]
         settled &= abs(heading_variance - before[1]) < 1e-3 * before[1]
         if settled and step @ problem.normal @ step < TOLERANCE**2 * SIZE:
