@@ -145,7 +145,7 @@ def fit_attitude(
         matrix = matrix + (units[MATRIX] * step[MATRIX]).reshape(3, 3)
         bias = bias + units[9:] * step[9:]
         before = tilt_variance, heading_variance
-        # the mean of old and new (of their logarithms): taking the new ones alone may swing for ever
+        # half way, by their logarithms: taken whole, the two may swing for ever
         tilt_new, heading_new = problem.variances()
         tilt_variance = float(np.sqrt(tilt_variance * tilt_new))
         heading_variance = float(np.sqrt(heading_variance * heading_new))
