@@ -5,10 +5,12 @@ import textwrap
 from imucal_wizard.digits import decimals
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.second_stage_text import second_stage_lines
+from imucal_wizard.solver.accelerometer import SIX
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 
 _WIDTH = 80
+_LACKING = "these data do not carry it"
 
 
 def summary(report: FitReport) -> str:
@@ -38,7 +40,7 @@ def _wrapped(text: str) -> str:
 
 def _sensor(name: str, fit: SensorFit) -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
-    lines += [f"  {_parameter(parameter)}" for parameter in fit.parameters]
+    lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     lines.append(
         f"  error: before {shown(fit, fit.rms_before)}, fitted {shown(fit, fit.rms_fitted)}, "
         f"held out {shown(fit, fit.rms_held_out)}, noise {shown(fit, fit.floor)}"
@@ -56,11 +58,13 @@ def _field(found: MagnetometerFit, fit: SensorFit) -> list[str]:
     return [f"  field {shown(fit, found.magnitude)}, {error}", f"  {covered}, {used}"]
 
 
-def _parameter(parameter: Parameter) -> str:
+def _parameter(parameter: Parameter, method: str) -> str:
     value = f"{parameter.value:.7g}"
+    unit = "" if parameter.unit == "1" else parameter.unit
     if not parameter.carried:
-        note = "nominal: these data do not carry it"
-    elif not parameter.standard_error:
+        why = f"the {method} method does not fit it" if method == SIX else _LACKING
+        return f"{parameter.name:16} {value:>14} {unit}".rstrip() + f"  nominal: {why}"
+    if not parameter.standard_error:
         note = "± not known"
     else:
         places = min(12, decimals(parameter.standard_error))
@@ -68,7 +72,6 @@ def _parameter(parameter: Parameter) -> str:
         note = f"± {parameter.standard_error:.{places}f}"
         if parameter.standard_error_repeats:
             note += f" (repeats ± {parameter.standard_error_repeats:.{places}f})"
-    unit = "" if parameter.unit == "1" else parameter.unit
     return f"{parameter.name:16} {value:>14} {note} {unit}".rstrip()
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from imucal_wizard.bench.labels import Terms
 from imucal_wizard.bench.session import Bench, Findings
+from imucal_wizard.bench.statement import lacking_base
 from imucal_wizard.bench.verdict import Opinion, Verdict
 from imucal_wizard.solver.extended.hold_data import BASE
 
@@ -18,7 +19,8 @@ noise is left: the two effects of the catalogue that are most alike leave that m
 def add_by_itself(bench: Bench) -> Findings:
     """Add what the evidence carries and data held out confirm; stop by itself.
 
-    Parts of the base that were left out come first: what they leave looks like any effect.
+    Parts of the base that were left out come first: what they leave looks like any effect. So does
+    a part that the data do not carry; then nothing is added.
 
     Returns:
         The findings that led to the last step: those of the model before it where something was
@@ -27,7 +29,8 @@ def add_by_itself(bench: Bench) -> Findings:
     _complete_base(bench)
     below = len(bench.ladder)
     said = bench.look()
-    for _ in range(MOST_ADDED if bench.fit.base == BASE else 0):
+    carried = bench.fit.base == BASE and not lacking_base(bench)
+    for _ in range(MOST_ADDED if carried else 0):
         found = bench.look()
         named = found.opinion.terms
         if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:

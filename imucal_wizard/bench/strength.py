@@ -82,5 +82,6 @@ class Best:
         root = np.sqrt(self._weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
         left, values, _ = np.linalg.svd(columns, full_matrices=False)
-        inside = left[:, values > 1e-6 * values[0]].T @ (root * self._coordinates)
+        # no value at all where the model has taken up every row that was measured
+        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
         return float(inside @ inside)

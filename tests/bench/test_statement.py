@@ -69,6 +69,23 @@ def test_directions_that_do_not_carry_the_model_are_insufficient() -> None:
     assert said.advice.poses
 
 
+def test_nothing_is_added_to_a_base_that_the_directions_do_not_carry() -> None:
+    """Nine directions: a tilt of the axes that is left at zero looks like a second-order term."""
+    report, readings = fitted(seed=3)
+    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    (said,) = survey(Benches(alone, readings), {}, automatic=True)
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert said.added == ()
+
+
+def test_an_effect_asked_for_that_takes_up_every_hold_leaves_a_word_not_a_fault() -> None:
+    """Nothing is left to compare when there are as many parameters as holds."""
+    report, readings = fitted(seed=3)
+    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    (said,) = survey(Benches(alone, readings), {"accelerometer": ("second-order",)}, False)
+    assert said.verdict is Verdict.INSUFFICIENT
+
+
 def test_while_a_part_of_the_base_is_left_out_no_effect_is_named() -> None:
     """What it leaves looks like any effect: the sentence asks for it, and automatic adds it."""
     report, readings = fitted()

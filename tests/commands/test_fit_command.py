@@ -89,6 +89,16 @@ def test_the_summary_names_parameters_with_standard_errors(
     assert max(map(len, text.splitlines())) <= 80
 
 
+def test_what_a_method_leaves_out_is_not_blamed_on_the_data(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """These poses carry the angles; six positions do not fit them."""
+    assert cli.main(["fit", str(recording), "--method", "six-position"]) == 0
+    text = capsys.readouterr().out
+    assert "0 rad  nominal: the six-position method does not fit it" in text
+    assert "data do not carry" not in text
+
+
 def test_a_saved_calibration_reads_back_to_the_same_numbers(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imucal_wizard.digits import measured
+from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.procedure.poses import DIRECTIONS
 from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
 from imucal_wizard.procedure.wording import turn_up
@@ -18,6 +19,7 @@ from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapp
 from imucal_wizard.tui.widgets.big_text import enlarged
 from imucal_wizard.tui.widgets.key_footer import footer_row
 from imucal_wizard.tui.widgets.still_bars import compact_row
+from imucal_wizard.tui.widgets.stream_line import stream_row
 from imucal_wizard.tui.widgets.traces import trace
 
 
@@ -179,3 +181,16 @@ def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
         assert len(rows) == 4
         assert max(map(len, rows)) <= 78
         assert set("".join(rows)) <= set(" █▀▄"), words
+
+
+def test_how_far_the_limits_are_loosened_is_readable_in_eighty_columns() -> None:
+    """The temperature gives way to it, and the source does."""
+    source = "virtual IMU on /dev/pts/4"
+    stream = StreamStatus(source=source, connected=True, rate=100.0, temperature=26.4)
+    noise = "1.0 1.0 1.1 mg, 0.096 0.095 0.096 °/s"
+    calm = "".join(text for text, _ in stream_row(stream, noise, 1.0, False, 80))
+    loose = "".join(text for text, _ in stream_row(stream, noise, 21.0, False, 80))
+    assert "26.4 °C" in calm
+    assert "limits ×21" in loose
+    assert noise in loose
+    assert len(loose) <= 80

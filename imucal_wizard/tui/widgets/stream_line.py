@@ -10,7 +10,10 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
 
 class StreamLine(Lines):
-    """``100.0 Hz, 0 lost, 24.6 °C  noise 1.2 mg  virtual IMU``; the source where it fits."""
+    """``100.0 Hz, 0 lost, 24.6 °C  noise 1.2 mg  virtual IMU``.
+
+    The source stands where it fits; the temperature gives way to all that it would push out.
+    """
 
     DEFAULT_CSS = "StreamLine { height: 1; }"
 
@@ -18,22 +21,32 @@ class StreamLine(Lines):
         self, stream: "StreamStatus", noise: str = "", loosened: float = 1.0, muted: bool = False
     ) -> None:
         """Show the newest state of the stream, and how far the limits are from the noise."""
-        spans: list[Span] = [(" ", "")]
-        if not stream.connected:
-            spans.append(("▲ not connected  ", "bad"))
-        spans.append((f"{stream.rate:.1f} Hz, " if stream.rate else "rate not known yet, ", ""))
-        spans.append((f"{stream.lost} lost", "warn" if stream.lost else ""))
-        if stream.malformed:
-            spans.append((f", {stream.malformed} unreadable", "warn"))
-        if stream.temperature is not None:
-            spans.append((f", {stream.temperature:.1f} °C".replace("-", "−"), ""))
-        if muted:
-            spans.append(("  sound off", "warn"))
-        if noise:
-            spans.append((f"  noise {clean(noise)}", ""))
-        if loosened > 1.0:
-            spans.append((f"  limits ×{loosened:.0f}", "warn"))
-        source: Span = (f"  {clean(stream.source)}", "quiet")
-        if width_of((*spans, source)) <= (self.size.width or 80):
-            spans.append(source)
-        self.show([tuple(spans)])
+        width = self.size.width or 80
+        self.show([stream_row(stream, noise, loosened, muted, width)])
+
+
+def stream_row(
+    stream: "StreamStatus", noise: str, loosened: float, muted: bool, width: int
+) -> tuple[Span, ...]:
+    """The row, in so many columns where that is possible."""
+    head: list[Span] = [(" ", "")]
+    if not stream.connected:
+        head.append(("▲ not connected  ", "bad"))
+    head.append((f"{stream.rate:.1f} Hz, " if stream.rate else "rate not known yet, ", ""))
+    head.append((f"{stream.lost} lost", "warn" if stream.lost else ""))
+    if stream.malformed:
+        head.append((f", {stream.malformed} unreadable", "warn"))
+    tail: list[Span] = [("  sound off", "warn")] if muted else []
+    if loosened > 1.0:
+        tail.append((f"  limits ×{loosened:.0f}", "warn"))
+    if noise:
+        tail.append((f"  noise {clean(noise)}", ""))
+    row = (*head, *tail)
+    if stream.temperature is not None:
+        warmth: Span = (f", {stream.temperature:.1f} °C".replace("-", "−"), "")
+        row = _where_it_fits(row, (*head, warmth, *tail), width)
+    return _where_it_fits(row, (*row, (f"  {clean(stream.source)}", "quiet")), width)
+
+
+def _where_it_fits(row: tuple[Span, ...], longer: tuple[Span, ...], width: int) -> tuple[Span, ...]:
+    return longer if width_of(longer) <= width else row
