@@ -57,6 +57,10 @@ def add_methods(parser: argparse.ArgumentParser) -> None:
         default="vector",
         help="the gyroscope's method (default vector)",
     )
+
+
+def add_magnetometer(parser: argparse.ArgumentParser) -> None:
+    """Method and scale of the magnetometer."""
     parser.add_argument(
         "--mag-method",
         choices=("orthogonal", "algebraic", "two-step", "numeric"),

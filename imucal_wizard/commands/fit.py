@@ -7,6 +7,7 @@ from pathlib import Path
 from imucal_wizard.commands.arguments import (
     Parser,
     add_gravity,
+    add_magnetometer,
     add_methods,
     add_recording_options,
     recording_options,
@@ -27,6 +28,7 @@ def parser() -> Parser:
     add_recording_options(made)
     add_gravity(made)
     add_methods(made)
+    add_magnetometer(made)
     made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
     made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
     return made
