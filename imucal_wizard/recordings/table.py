@@ -19,8 +19,11 @@ from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.recordings.layout import LONGEST, Layout, shown, split
 
-TOLERATED = 0.05
+TOLERATED = 0.3
 """A file in which more than this share of the lines does not fit is not what it was taken for."""
+
+_MANY = 0.05
+"""More than this share is no accident of a good link."""
 
 _NOTHING = {"", "nan", "inf", "-inf", "+inf", "ovf", "null", "none", "n/a", "na"}
 _ANYTHING = re.compile(r"^[^\S\n]*[^#\s]", re.MULTILINE)
@@ -201,4 +204,6 @@ def _judge(misfits: list[Misfit], rows: int) -> tuple[str, ...]:
             f"{says}; give --columns with one name for each column of this file (- for one to leave"
             " out), or mend the file"
         )
+    if len(misfits) > _MANY * rows:
+        return (f"{says}; left out. Check the cable and the speed before the next recording",)
     return (f"{says}; left out",)

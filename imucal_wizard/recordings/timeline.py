@@ -22,6 +22,9 @@ _BACK = 0.2
 """More steps back than this share make a column that is no time."""
 _JUMP = 3600.0
 """Seconds from which a step is a clock that was set, not samples that are missing."""
+_UNEVEN = 0.1
+_BURST = 5.0
+"""Steps between bursts are so many times those within them."""
 _JITTER = 0.05
 """More gaps than this share of the steps are jitter of the clock and no loss."""
 
@@ -81,10 +84,11 @@ def from_column(ticks: FloatArray, unit: str, rate: float | None) -> Timeline:
     ticks, wrapped = (ticks, ()) if unit == "s" else unwrapped(ticks, "device's clock")
     time, over = rolled_over(ticks * TIME[unit])
     wrapped += over
+    found = time
     time, kept, mended = in_order(time, near=5.0 * usual_step(time), gap=1.0, what="time")
     time, even = spread(time)
     timeline = Timeline(time, rows[kept], guessed + wrapped + mended + even)
-    return _rate_told(_gaps_told(timeline), rate)
+    return _rate_told(_gaps_told(timeline, np.diff(found[kept]) < 0), rate)
 
 
 def _no_time(ticks: FloatArray) -> str:
@@ -137,31 +141,39 @@ def usual_step(ticks: FloatArray) -> float:
     return float(np.median(steps)) if len(steps) else 0.0
 
 
-def _gaps_told(timeline: Timeline) -> Timeline:
-    """The same, with a warning about what is missing."""
+def _gaps_told(timeline: Timeline, restarts: NDArray[np.bool_] | None = None) -> Timeline:
+    """The same, with a warning about what is missing; at a restart nobody knows what is."""
     steps = np.diff(timeline.time)
     usual = float(np.median(steps)) if len(steps) else 0.0
     jumps = np.flatnonzero(steps > _JUMP)
     if len(jumps):
         timeline = replace(timeline, warnings=(*timeline.warnings, _jumped(timeline, jumps)))
     long = (steps > _GAP_STEPS * usual) & (steps <= _JUMP)
+    if restarts is not None:
+        long &= ~restarts
     gaps = np.flatnonzero(long) if usual > 0 else np.zeros(0, np.intp)
     if not len(gaps):
         return timeline
     longest = gaps[np.argmax(steps[gaps])]
-    if len(gaps) > _JITTER * len(steps):
+    if len(gaps) > _JITTER * len(steps) and _uneven(steps[gaps] / usual):
         says = (
             "the times jitter as if they were taken where the samples arrived; let the device"
             " print its own time, or leave the column out and give --rate"
         )
     else:
         lost = int(np.round(steps[gaps] / usual - 1.0).sum())
+        where = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}"
         says = (
-            f"about {lost} samples are missing in {len(gaps)} gaps, the longest"
-            f" {steps[longest]:.3g} s at {timeline.time[longest]:.6g} s; rotations across a gap"
-            " are not used"
+            f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
+            f" {timeline.time[longest]:.6g} s; rotations across a gap are not used"
         )
     return replace(timeline, warnings=(*timeline.warnings, says))
+
+
+def _uneven(ratios: FloatArray) -> bool:
+    """Whether long steps are not two or three usual ones, as those without some samples are."""
+    parts = np.abs(ratios - np.round(ratios))
+    return float(np.median(parts)) > _UNEVEN or float(np.median(ratios)) > _BURST
 
 
 def _jumped(timeline: Timeline, jumps: NDArray[np.intp]) -> str:
@@ -179,5 +191,8 @@ def _rate_told(timeline: Timeline, rate: float | None) -> Timeline:
     step = usual_step(timeline.time)
     if rate is None or step == 0.0 or abs(1.0 / step - rate) <= 0.01 * rate:
         return timeline
-    says = f"--rate {rate:g} was not used: the times in the file say {1.0 / step:.6g} Hz"
+    says = (
+        f"--rate {rate:g} was not used: the times in the file say {1.0 / step:.6g} Hz; if they are"
+        " wrong, leave the time column out with --columns (- in its place)"
+    )
     return replace(timeline, warnings=(*timeline.warnings, says))

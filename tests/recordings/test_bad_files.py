@@ -73,10 +73,19 @@ def test_without_times_a_bad_line_still_takes_its_place_in_time(tmp_path: Path) 
 
 def test_too_many_lines_that_do_not_fit_are_an_error(tmp_path: Path) -> None:
     path, lines = _lines(tmp_path)
-    lines[10:60] = ["0.1,0.2"] * 50
+    lines[10:160] = ["0.1,0.2"] * 150
     path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(RecordingError, match=r"50 of 400 lines do not fit .* first line 11"):
+    with pytest.raises(RecordingError, match=r"150 of 400 lines do not fit .* first line 11"):
         read([path])
+
+
+def test_a_bad_cable_costs_the_lines_that_it_spoilt_and_no_others(tmp_path: Path) -> None:
+    path, lines = _lines(tmp_path)
+    lines[10:300:5] = [line[:20] for line in lines[10:300:5]]
+    path.write_text("\n".join(lines) + "\n")
+    readings = read([path])
+    assert len(readings) == 342
+    assert any("58 of 400 lines" in t and "Check the cable" in t for t in readings.warnings)
 
 
 @pytest.mark.parametrize("word", ["nan", "", "inf", "ovf", "1e308"])

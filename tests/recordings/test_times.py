@@ -45,7 +45,7 @@ def test_a_counter_of_16_bits_that_wraps_keeps_the_samples_that_are_missing() ->
     numbers = np.delete((np.arange(1000.0) + 65_000) % 65_536, 200)
     line = from_counter(numbers, 100.0)
     assert line.time[-1] == pytest.approx(9.99)
-    assert any("about 1 samples are missing in 1 gaps" in text for text in line.warnings)
+    assert any("about 1 samples are missing in 1 gap," in text for text in line.warnings)
 
 
 def test_single_wrong_times_are_left_out() -> None:
@@ -65,12 +65,13 @@ def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap() -> None:
     assert np.all(np.diff(line.time) > 0)
     assert np.diff(line.time).max() == pytest.approx(1.0)
     assert any("goes back once, first after 4.99" in text for text in line.warnings)
+    assert not any("missing" in text for text in line.warnings)
 
 
 def test_missing_samples_are_counted() -> None:
     time = np.delete(np.arange(1000) / 100.0, slice(300, 350))
     line = from_column(time, "s", None)
-    assert any("about 50 samples are missing in 1 gaps" in text for text in line.warnings)
+    assert any("about 50 samples are missing in 1 gap," in text for text in line.warnings)
 
 
 def test_times_of_a_coarse_clock_are_spread_evenly() -> None:
@@ -161,3 +162,10 @@ def test_a_clock_that_was_set_has_not_lost_a_thousand_million_samples() -> None:
 def test_a_unit_of_time_that_cannot_be_is_refused(unit: str, step: float) -> None:
     with pytest.raises(RecordingError, match=f"the times in {unit} would mean"):
         from_column(_ticks(step=step), unit, None)
+
+
+def test_many_samples_that_are_missing_are_no_jitter() -> None:
+    time = np.delete(np.arange(2000) / 100.0, np.random.default_rng(0).integers(0, 2000, 300))
+    line = from_column(time, "s", None)
+    assert any("samples are missing in" in text for text in line.warnings)
+    assert not any("jitter" in text for text in line.warnings)
