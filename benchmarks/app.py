@@ -65,8 +65,8 @@ def run(columns: int, rows: int) -> list[Outcome]:
             first = _measure(terminal, columns, rows)
             terminal.pump_until(opened + REST + TURNING + 1.0)
             second = _measure(terminal, columns, rows)
-        if not device.sending:
-            raise SystemExit("the device had nothing left to send before the end")
+            if not device.sending:
+                raise SystemExit("the device had nothing left to send before the end")
         if not second.taken > first.taken:
             raise SystemExit(f"{second.taken} poses were taken of a device that goes through them")
         return [first, second]
