@@ -1,6 +1,7 @@
 """The drawings in ``assets/``: what the program says now is what is printed there."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,3 +44,14 @@ def test_the_sheet_holds_every_pose_and_the_rotations() -> None:
 def test_the_drawings_in_the_repository_are_the_ones_that_the_script_draws(name: str) -> None:
     """``python -m assets.drawing.poses`` writes them anew after a change."""
     assert (FOLDER / name).read_text(encoding="utf-8") == drawings()[name]
+
+
+@pytest.mark.parametrize(
+    "place", sorted(FOLDER.parent.glob("*/*.svg")), ids=lambda place: place.name
+)
+def test_no_picture_loads_anything_from_elsewhere(place: Path) -> None:
+    """It looks alike without a network, and tells nobody who looks at it."""
+    text = place.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+    assert "://" not in text
+    assert "@import" not in text
+    assert "href" not in text
