@@ -108,6 +108,10 @@ def _benches(report: "FitReport", before: "Benches | None") -> "Benches":
     return Benches(report, before=before)
 
 
+def _nothing() -> None:
+    pass
+
+
 @dataclass(frozen=True)
 class Services:
     """Everything the app cannot do itself, given to it, so that tests give something simpler.
@@ -120,6 +124,7 @@ class Services:
         earlier: sessions that can be taken up again, newest first. Runs in a thread.
         benches: makes the benches of a fit, with the models of the benches before, if there were
             any. Runs in a thread.
+        loaded: told once when everything that the app will need has been imported.
     """
 
     open_source: Callable[[SourceChoice], Source]
@@ -128,3 +133,4 @@ class Services:
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
     benches: "Callable[[FitReport, Benches | None], Benches]" = _benches
+    loaded: Callable[[], None] = _nothing

@@ -22,7 +22,7 @@ async def conduct(app: "WizardApp") -> None:
     A screen ends with the step that the machine has gone to, forwards or backwards.
     """
     first = SourceScreen()
-    loading = asyncio.create_task(_load_behind(first))
+    loading = asyncio.create_task(_load_behind(app, first))
     step = await app.push_screen_wait(first)
     first.seen.set()  # it may have ended before it was drawn
     await loading
@@ -32,10 +32,11 @@ async def conduct(app: "WizardApp") -> None:
         step = await app.push_screen_wait(screen_for(step))
 
 
-async def _load_behind(screen: SourceScreen) -> None:
+async def _load_behind(app: "WizardApp", screen: SourceScreen) -> None:
     """Import the other screens while this one is being looked at."""
     await screen.seen.wait()
     await asyncio.to_thread(_load)
+    app.services.loaded()
 
 
 def _load() -> None:

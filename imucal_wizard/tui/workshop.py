@@ -4,6 +4,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from imucal_wizard.tui.garbage import look_briefly
 from imucal_wizard.tui.opening import Opening
 from imucal_wizard.tui.source import Saved, Services, SourceChoice, SourceKind
 
@@ -24,7 +25,13 @@ class Workshop(Opening):
     def services(self) -> Services:
         """What the app works with."""
         return Services(
-            self.open_source, self.fit, self.save, self.ports, self.earlier, self.benches
+            self.open_source,
+            self.fit,
+            self.save,
+            self.ports,
+            self.earlier,
+            self.benches,
+            look_briefly,
         )
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":

@@ -1,0 +1,39 @@
+"""The look for garbage is short while samples come."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.garbage import look_briefly
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.workshop import Workshop
+from tests.tui import fakes
+from tests.tui.waiting import until
+
+
+def test_what_is_loaded_is_not_looked_through_again() -> None:
+    """In a process of its own, because it lasts: few objects are left to look at."""
+    lines = (
+        "import gc, textual.app",
+        "before = len(gc.get_objects())",
+        "from imucal_wizard.tui.garbage import look_briefly",
+        "look_briefly()",
+        "assert len(gc.get_objects()) < before / 20, len(gc.get_objects())",
+        "assert gc.isenabled()",
+    )
+    subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True)
+
+
+async def test_the_app_says_once_that_everything_is_loaded() -> None:
+    """When the screens that need numpy have been imported behind the first one."""
+    told: list[bool] = []
+    services = replace(fakes.services(fakes.FakeSource()), loaded=lambda: told.append(True))
+    async with WizardApp(services).run_test() as pilot:
+        await until(pilot, lambda: bool(told))
+    assert told == [True]
+
+
+def test_the_program_looks_briefly_then() -> None:
+    """The real services; tests do without, because it would last for all of them."""
+    assert Workshop(WizardOptions()).services().loaded is look_briefly
