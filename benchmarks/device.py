@@ -26,7 +26,7 @@ from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 
 SEED = 0
-REST = 14.0
+REST = 20.0
 """Seconds of rest at the beginning: the settle step needs ten."""
 TURNING = 15.0
 """Seconds of turning without a pause after it, in ``turning``."""
