@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.devices.intake import Intake
@@ -44,6 +44,7 @@ def test_an_honest_step_stays(ticks: tuple[float, ...]) -> None:
     assert whole(*ticks) == list(ticks)
 
 
+@settings(deadline=None)
 @given(
     times=st.lists(st.integers(0, 60), min_size=1, max_size=30),
     cuts=st.lists(st.integers(0, 30), max_size=6),
