@@ -61,6 +61,8 @@ class DelimitedDecoder(TextDecoder):
         if line.lstrip().startswith(b"#"):
             return
         fields = split(line)
+        if len(fields) == len(self._columns) - 1 and _ends_empty(line):
+            fields.append(b"")
         values = [numbers.number(field) for field in fields]
         if all(value is None or math.isnan(value) for value in values) and None in values:
             self._words(line, fields, first)
@@ -178,6 +180,12 @@ def separator_of(line: bytes) -> bytes:
 def _decimal_commas(line: bytes) -> bool:
     """Whether numbers with commas stand between semicolons."""
     return line.count(b";") > 1 and b"," in line and b"." not in line
+
+
+def _ends_empty(line: bytes) -> bool:
+    """Whether a line ends with a separator: its last field may be an empty one."""
+    sign = separator_of(line)
+    return sign != b" " and line.rstrip(b" \r").endswith(sign)
 
 
 def split(line: bytes) -> list[bytes]:
