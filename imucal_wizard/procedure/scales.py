@@ -86,6 +86,18 @@ class Scales:
                 )
         return tuple(shown)
 
+    def shaking(self, values: FloatArray, limits: FloatArray) -> str:
+        """The accelerometer axis farthest over its limit: "x shakes by 12 mg, limit 4"; or ""."""
+        return _worst(values * self.mg, limits * self.mg, "shakes by", self.mg_unit)
+
+    def wandering(self, values: FloatArray, limits: FloatArray) -> str:
+        """The same of a mean that is not where it was."""
+        return _worst(values * self.mg, limits * self.mg, "wandered by", self.mg_unit)
+
+    def trembling(self, values: FloatArray, limits: FloatArray) -> str:
+        """The same of the gyroscope."""
+        return _worst(values * self.degrees, limits * self.degrees, "sways by", self.degrees_unit)
+
     def noise_text(self, noise: Noise) -> str:
         """The noise of each axis: "1.2 1.1 1.6 mg, 0.06 0.05 0.07 °/s"."""
         text = f"{_three(noise.std_a * self.mg)} {self.mg_unit}"
@@ -112,6 +124,15 @@ def _three(values: FloatArray) -> str:
     """Three values with as many decimals as give the largest of them two digits."""
     places = min(6, decimals(float(np.nanmax(values, initial=0.0))))
     return " ".join(fixed(value, places) for value in values.tolist())
+
+
+def _worst(values: FloatArray, limits: FloatArray, verb: str, unit: str) -> str:
+    pairs = list(zip(values.tolist(), limits.tolist(), strict=True))
+    index = max(range(len(pairs)), key=lambda i: _excess_of(pairs[i]))
+    value, limit = pairs[index]
+    if _excess_of(pairs[index]) <= 1.0:
+        return ""
+    return f"{AXES[index]} {verb} {_short(value)} {unit}, limit {_short(limit)}"
 
 
 def moves(motion: AxisMotion) -> str:

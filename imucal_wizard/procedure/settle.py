@@ -7,7 +7,6 @@ spread, and against where it began: a device that turns slowly shows a small spr
 import numpy as np
 
 from imucal_wizard.procedure.moments import Moment
-from imucal_wizard.procedure.poses import AXES
 from imucal_wizard.procedure.resolution import Resolution
 from imucal_wizard.procedure.scales import Scales
 from imucal_wizard.procedure.stillness import Noise, Windows, measure_noise
@@ -79,17 +78,15 @@ class Settling:
         if typical is None:
             return ""
         if self._calmer(typical):
-            return "it has only just become calm"
+            return "it has become calm only now"
         step_a, step_g = self._resolution.steps
         floor_a = np.maximum(step_a, DRIFT_G * one_g / 3.0)
-        over = moment.window.std_a[0] > np.maximum(JUMP * typical.std_a, floor_a)
-        if over.any():
-            return f"{AXES[int(np.argmax(over))]} was shaken"
-        if moment.window.std_g is not None and typical.std_g is not None:
-            over = moment.window.std_g[0] > np.maximum(JUMP * typical.std_g, step_g)
-            if over.any():
-                return f"it turned about {AXES[int(np.argmax(over))]}"
-        return self._wandered(typical, one_g)
+        limit = np.maximum(JUMP * typical.std_a, floor_a)
+        reason = self._units.shaking(moment.window.std_a[0], limit)
+        if not reason and moment.window.std_g is not None and typical.std_g is not None:
+            limit = np.maximum(JUMP * typical.std_g, step_g)
+            reason = self._units.trembling(moment.window.std_g[0], limit)
+        return reason or self._wandered(typical, one_g)
 
     def _calmer(self, typical: Noise) -> bool:
         newest = measure_noise(stacked(self._run[-FIRST_WINDOWS:]))
@@ -103,11 +100,7 @@ class Settling:
         limit = np.maximum(
             JUMP * typical.std_a, np.maximum(self._resolution.steps[0], DRIFT_G * one_g)
         )
-        if (apart <= limit).all():
-            return ""
-        axis = int(np.argmax(apart / limit))
-        units = self._units
-        return f"{AXES[axis]} wandered by {apart[axis] * units.mg:.0f} {units.mg_unit}"
+        return self._units.wandering(apart, limit)
 
 
 def noise_of(windows: list[Windows]) -> Noise | None:

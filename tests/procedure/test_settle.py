@@ -1,5 +1,7 @@
 """The settle step: ten seconds of rest, the noise in them, and the limits set from it."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -168,3 +170,17 @@ def test_where_ten_seconds_of_rest_never_come_the_longest_rest_must_do() -> None
     assert machine.status().step is StepKind.UP_DOWN
     assert machine.status().still.motions[0].limit < 6.0
     assert machine.status().done
+
+
+def test_why_a_rest_is_none_is_told_with_the_axis_the_amount_and_the_limit() -> None:
+    """In the settle step as in every other, and short enough for a row of eighty columns."""
+    for device in (
+        Device().rest(3.0).shake(1.0, force=0.12, rate=0.0),
+        Device().rest(3.0).shake(1.0, force=0.0, rate=0.008),
+        Device().rest(3.0).rotate("x", 0.6, 4.0),
+    ):
+        broken = texts(started().feed(device.taken()), EventKind.HOLD_BROKEN)
+        assert broken
+        reason = broken[0].split(" s: ")[1].removesuffix(". Hold it again.")
+        assert re.fullmatch(r"[xyz] \w+ (by|at) [\d.]+ (mg|°/s), limit [\d.]+", reason), reason
+        assert len(reason) <= 33
