@@ -1,8 +1,8 @@
 """Drives the installed program in a real terminal at 80×24: ``python -m tests.terminal.drive BIN``.
 
-Four sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
-same session taken up again; a student who finds a hidden effect. Each screen that passes is read;
-what is saved is held against the virtual sensor's truth.
+Five sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
+same session taken up again; a hand that trembles; a student who finds a hidden effect. Each screen
+that passes is read; what is saved is held against the virtual sensor's truth.
 """
 
 import sys
@@ -16,6 +16,7 @@ from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import truth
 from tests.terminal.student import a_student
 from tests.terminal.terminal import Terminal
+from tests.terminal.trouble import a_trembling_hand
 
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "RESULT", "VALIDATE", "SAVE")
 SEED = 3
@@ -119,6 +120,7 @@ def main() -> None:
         unattended(binary, folder)
         session = at_the_keys(binary, folder)
         taken_up_again(binary, session)
+        a_trembling_hand(binary, folder)
         a_student(binary, folder)
 
 
