@@ -11,24 +11,21 @@ from imucal_wizard.fitting.checks import (
     gyroscope_warnings,
     rotation_warnings,
 )
+from imucal_wizard.fitting.choice import find_holds
 from imucal_wizard.fitting.gyroscope import GyroscopeReport, fit_gyroscope
 from imucal_wizard.fitting.magnetometer import with_magnetometer
+from imucal_wizard.fitting.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.fitting.second_stage import with_second_stage
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.segmentation import candidates, reduce, rotations_between
+from imucal_wizard.procedure.segmentation import rotations_between
 from imucal_wizard.procedure.state import Collected
-from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.readings import Readings
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
-from imucal_wizard.solver.judging import disturbed, judge
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
-
-EQUAL = 1.1
-"""Expected errors that differ by less say nothing: each comes from about thirty residuals, which
-know a spread to 13 % at best."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +76,7 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     """
     if not len(readings):
         raise DataError("the recording has no accelerometer")
-    holds = _find_holds(readings, options)
+    holds, steps = find_holds(readings, options.gravity)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
@@ -87,7 +84,8 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
-    return _fit(holds, rotations, rates, units, options, (), readings.warnings)
+    warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
+    return _fit(with_rounding(holds, steps), rotations, rates, units, options, (), warnings)
 
 
 def fit_collected(
@@ -110,14 +108,15 @@ def fit_collected(
         DataError: the holds do not carry a calibration.
     """
     rates = dict.fromkeys(units, rate)
+    steps = steps_in(collected.rotations)
     return _fit(
-        collected.holds,
+        with_rounding(collected.holds, steps),
         collected.rotations,
         rates,
         units,
         options or FitOptions(),
         collected.validation,
-        warnings,
+        (*warnings, *rounding_warnings(collected.holds, steps, units)),
     )
 
 
@@ -126,52 +125,6 @@ def _units(readings: Readings) -> dict[str, str]:
     if readings.gyroscope is not None:
         units["gyroscope"] = readings.gyroscope.unit
     return units
-
-
-def _find_holds(readings: Readings, options: FitOptions) -> list[Hold]:
-    """The holds under the stillness limit from which the best calibration follows."""
-    stream = reduce(readings)
-    if stream is None:
-        raise DataError(
-            "the recording is too short: at least two seconds of rest and six still positions are "
-            "needed"
-        )
-    found = [holds for _, holds in candidates(stream)]
-    best = _best(found, [judge(holds, options.gravity) for holds in found])
-    odd = disturbed(best, options.gravity)
-    if odd is None:
-        return best
-    # a hold that was disturbed is so under every limit and must not decide between them
-    others = [_without(holds, best[odd]) for holds in found]
-    return _best(found, [judge(holds, options.gravity) for holds in others])
-
-
-def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
-    """Of those that are about as good as the best, the one with the longest holds.
-
-    A limit that is too strict breaks holds to pieces, one too loose adds slow moments of turns.
-    """
-    least = min(errors)
-    if not np.isfinite(least):
-        return max(found, key=_directions)
-    equal = [one for one, error in zip(found, errors, strict=True) if error <= EQUAL * least]
-    return max(equal, key=lambda holds: sum(one.end - one.start for one in holds) / len(holds))
-
-
-def _without(holds: Sequence[Hold], odd: Hold) -> list[Hold]:
-    """The holds at other times."""
-    return [hold for hold in holds if hold.end <= odd.start or hold.start >= odd.end]
-
-
-def _directions(holds: Sequence[Hold]) -> tuple[int, float]:
-    """How many clearly different readings there are, and for how long in all."""
-    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
-    leaders: list[FloatArray] = []
-    reach = 0.2 * float(np.ptp(means, axis=0).max()) if len(means) else 0.0
-    for mean in means:
-        if all(np.linalg.norm(mean - leader) > reach for leader in leaders):
-            leaders.append(mean)
-    return len(leaders), sum(hold.end - hold.start for hold in holds)
 
 
 def _fit(

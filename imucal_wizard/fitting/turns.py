@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from imucal_wizard.fitting.rounded import rate_shift
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray
@@ -67,11 +68,14 @@ def make_bench(
     density = hold_noise(holds).gyroscope_density
     density = np.zeros(3) if density is None else density
     duration = float(np.median([hold.end - hold.start for hold in holds]))
+    turned = [rotations[i] for i in usable]
+    # a shift that all still means have in common weighs like so many independent ones of its size
+    common = len(stills) * rate_shift(holds, turned)
     return Bench(
-        _turns([rotations[i] for i in usable], places, accelerometer),
+        _turns(turned, places, accelerometer),
         usable,
         stills,
-        np.sqrt(density / duration),
+        np.sqrt(density / duration + common),
         float(np.sqrt(accelerometer.direction_variance.mean())),
         density,
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.blocks import Blocks, BoolArray, join_blocks
+from imucal_wizard.procedure.rounding import rounding_variance
 from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
 from imucal_wizard.readings import FloatArray
 
@@ -72,26 +73,36 @@ SHORTEST_TO_JUDGE = 8
 """Blocks below which a hold has no middle to hold its ends against."""
 
 
-def settled(blocks: Blocks) -> Blocks:
+def settled(
+    blocks: Blocks, step_a: FloatArray | float = 0.0, step_g: FloatArray | float | None = 0.0
+) -> Blocks:
     """The same blocks without the ends at which the device came to rest or already left it.
 
     A turn that begins slowly stays within any limit of stillness for a while; against the middle of
     the hold it shows at once. The middle half gives centre and spread of each axis; from either end
-    blocks are taken off as long as they, or their neighbours inwards, lie too far out.
+    blocks are taken off as long as they, or their neighbours inwards, lie too far out. What
+    flickers between two neighbouring readings is at rest.
+
+    Args:
+        blocks: consecutive ones.
+        step_a: smallest step of the accelerometer's readings, where it is known.
+        step_g: the same of the gyroscope.
     """
     count = len(blocks)
     if count < SHORTEST_TO_JUDGE:
         return blocks
-    sensors = [(blocks.mean_a, blocks.var_a)]
+    sensors = [(blocks.mean_a, blocks.var_a, step_a)]
     if blocks.mean_g is not None and blocks.var_g is not None:
-        sensors.append((blocks.mean_g, blocks.var_g))
+        sensors.append((blocks.mean_g, blocks.var_g, 0.0 if step_g is None else step_g))
     off = np.zeros(count, bool)
     middle = slice(count // 4, count - count // 4)
-    for means, variances in sensors:
+    for means, variances, step in sensors:
         centre = np.median(means[middle], axis=0)
         scatter = 1.4826 * np.median(np.abs(means[middle] - centre), axis=0)
         white = np.sqrt(np.median(variances[middle], axis=0) / blocks.size)
-        off |= (np.abs(means - centre) > EDGE * np.maximum(scatter, white)).any(axis=1)
+        rounded = rounding_variance(np.median(variances[middle], axis=0), np.asarray(step))
+        spread = np.maximum(np.maximum(scatter, white), np.sqrt(rounded))
+        off |= (np.abs(means - centre) > EDGE * spread).any(axis=1)
     most = min(MOST_TRIMMED, count // 4)
     first, past = _quiet_from(off, most), count - _quiet_from(off[::-1], most)
     return blocks.select(slice(first, past))

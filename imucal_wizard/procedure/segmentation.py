@@ -1,30 +1,32 @@
 """Holds and rotations of a whole recording, and the stillness limits that suit it.
 
 No fixed multiple of the quietest noise finds the holds of every recording: a table asks for one, a
-hand for a hundred. Every candidate limit is therefore tried, and whoever can judge (the fit) picks.
+hand for a thousand. Every candidate limit is therefore tried; whoever can judge (the fit) picks.
 """
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from imucal_wizard.procedure.alignment import aligned
-from imucal_wizard.procedure.blocks import BlockCutter, Blocks, join_blocks
 from imucal_wizard.procedure.holds import Hold, hold_from, settled, still_runs
+from imucal_wizard.procedure.reduction import Stream
 from imucal_wizard.procedure.rotation_check import clipped
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.stillness import Noise, WindowMaker, Windows
-from imucal_wizard.readings import FloatArray, Readings, Series
+from imucal_wizard.procedure.stillness import Limits
+from imucal_wizard.readings import FloatArray, Series
 
 SHORTEST_HOLD = 1.0
 """Seconds; shorter rests are as often a slow moment of a turn as a hold."""
 VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
-"""Limits tried, as multiples of the quietest variance."""
-QUIET_BLOCKS = 20
-SLAB = 200_000
-"""Samples cut at a time, so that memory stays flat however long the recording."""
+"""Limits tried, as multiples of the quietest variance; doubled from there on."""
+LOOSEST_FORCE = 0.05
+"""No doubled limit is looser than this, in units of gravity: 50 mg, the wildest of tremors."""
+LOOSEST_RATE = 0.2
+"""The same of rates, in units of what the liveliest windows of the recording show."""
+LIVELIEST = 95.0
+IntArray = NDArray[np.int64]
 SHORTEST_TURN = 2.5
 """Seconds within which no hand turns a device all the way round and back to the same place."""
 SAME_PLACE = 0.01
@@ -34,97 +36,71 @@ OVERLAP = 0.05
 MEANING_OF_GAP = 2.5
 
 
-@dataclass(frozen=True, eq=False)
-class Stream:
-    """A recording reduced to blocks and windows.
-
-    Attributes:
-        blocks: its blocks.
-        windows: one per block.
-        noise: of its quietest two seconds.
-    """
-
-    blocks: Blocks
-    windows: Windows
-    noise: Noise
-
-
-def reduce(readings: Readings) -> Stream | None:
-    """Blocks, windows and the quietest noise of a recording; None when it is shorter than that."""
-    together = aligned(readings)
-    rate = together.accelerometer.rate
-    if rate <= 0.0:
-        return None
-    cutter, maker = BlockCutter(rate), WindowMaker()
-    parts = [cutter.feed(part) for part in _slabs(together)]
-    blocks = join_blocks(parts)
-    windows = maker.feed(blocks)
-    noise = _quietest(windows)
-    return None if noise is None else Stream(blocks, windows, noise)
-
-
-def _slabs(readings: Readings) -> Iterator[Readings]:
-    gyroscope = readings.gyroscope
-    for first in range(0, len(readings), SLAB):
-        part = slice(first, first + SLAB)
-        a = readings.accelerometer
-        yield Readings(
-            Series(a.time[part], a.values[part], a.unit),
-            None
-            if gyroscope is None
-            else Series(gyroscope.time[part], gyroscope.values[part], gyroscope.unit),
-            temperature=readings.temperature if first == 0 else None,
-        )
-
-
-def _quietest(windows: Windows) -> Noise | None:
-    """Noise of the two seconds in which all axes together are quietest."""
-    full = windows.full
-    if full.sum() < QUIET_BLOCKS:
-        return None
-    score = _relative(windows.std_a, full)
-    if windows.std_g is not None:
-        score = score + _relative(windows.std_g, full)
-    score[~(full & np.isfinite(score))] = np.inf
-    spans = np.lib.stride_tricks.sliding_window_view(score, QUIET_BLOCKS).sum(axis=1)
-    start = int(np.argmin(spans))
-    if not np.isfinite(spans[start]):
-        return None
-    part = slice(start, start + QUIET_BLOCKS)
-    std_g = mean_g = None
-    if windows.std_g is not None and windows.mean_g is not None:
-        std_g = np.sqrt((windows.std_g[part] ** 2).mean(axis=0))
-        mean_g = windows.mean_g[part].mean(axis=0)
-    return Noise(np.sqrt((windows.std_a[part] ** 2).mean(axis=0)), std_g, mean_g)
-
-
-def _relative(std: FloatArray, full: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> FloatArray:
-    """Variance over all axes against its own low values, so that two sensors can be added."""
-    variance = (std**2).sum(axis=1)
-    quiet = np.sort(variance[full])[:50]
-    return np.asarray(variance / max(float(np.median(quiet)), 1e-300))
-
-
 def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
     """The holds under limits at this multiple of the quietest variance."""
-    still = stream.windows.still(stream.noise.limits(float(np.sqrt(variance_factor))))
+    return _holds_under(stream, stream.noise.limits(float(np.sqrt(variance_factor))))
+
+
+def _holds_under(stream: Stream, limits: Limits) -> list[Hold]:
+    still = stream.windows.still(limits)
     holds = []
     for first, past in still_runs(still):
-        piece = settled(stream.blocks.select(slice(first, past)))
+        piece = settled(stream.blocks.select(slice(first, past)), stream.step_a, stream.step_g)
         if piece.end[-1] - piece.start[0] >= SHORTEST_HOLD - 1e-9:
             holds.append(hold_from(piece))
     return holds
 
 
 def candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
-    """Every limit tried with the holds it finds, from the strictest on; equal results once."""
+    """Every usual limit with the holds it finds, from the strictest on; equal results once."""
+    limits = ((factor, stream.noise.limits(float(np.sqrt(factor)))) for factor in VARIANCE_FACTORS)
+    return _different(stream, limits)
+
+
+def loose_candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
+    """Looser limits, for a device whose quietest two seconds say little of how it is held."""
+    return _different(stream, _doubled(stream))
+
+
+def _different(
+    stream: Stream, limits: Iterator[tuple[float, Limits]]
+) -> Iterator[tuple[float, list[Hold]]]:
     seen: set[tuple[float, ...]] = set()
-    for factor in VARIANCE_FACTORS:
-        holds = holds_at(stream, factor)
+    for factor, one in limits:
+        holds = _holds_under(stream, one)
         key = tuple(hold.start for hold in holds) + tuple(hold.end for hold in holds)
         if key not in seen:
             seen.add(key)
             yield factor, holds
+
+
+def _doubled(stream: Stream) -> Iterator[tuple[float, Limits]]:
+    """Multiples of the quietest variance, doubled until no hand exceeds the limits.
+
+    Each sensor stops at its own end: a tremor is many times a good gyroscope's noise, and hardly
+    more than a coarse accelerometer's step.
+    """
+    end, factor = _loosest(stream), float(VARIANCE_FACTORS[-1])
+    while True:
+        factor *= 2.0
+        wider = stream.noise.limits(float(np.sqrt(factor)))
+        capped = wider.capped(end)
+        yield factor, capped
+        if capped.equals(end):
+            return
+
+
+def _loosest(stream: Stream) -> Limits:
+    """No looser than this, and no stricter than the largest multiple that is tried anyway."""
+    least = stream.noise.limits(float(np.sqrt(VARIANCE_FACTORS[-1])))
+    gravity = float(np.ptp(stream.blocks.mean_a, axis=0).max()) / 2.0
+    force = np.maximum(least.accelerometer, LOOSEST_FORCE * gravity)
+    if least.gyroscope is None or stream.windows.std_g is None:
+        return Limits(force)
+    shown = stream.windows.std_g[stream.windows.full]
+    lively = np.percentile(shown, LIVELIEST, axis=0).max()
+    rate = np.maximum(least.gyroscope, LOOSEST_RATE * lively)
+    return Limits(force, rate, least.gyroscope_mean, rate)
 
 
 def rotations_between(
@@ -133,17 +109,40 @@ def rotations_between(
     """The motions between neighbouring holds, with the reason where one cannot be used."""
     interval = 1.0 / gyroscope.rate
     rotations = []
-    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
-    gravity = float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
+    gravity = _gravity(holds)
     for before, after in itertools.pairwise(holds):
-        moved = float(np.linalg.norm(after.accelerometer - before.accelerometer))
-        if after.start - before.end < SHORTEST_TURN and moved < SAME_PLACE * gravity:
-            continue  # one rest with a disturbance in it
+        if one_rest(before, after, gravity):
+            continue
         part = gyroscope.between(before.end - OVERLAP, after.start + OVERLAP)
         problem = _problem(part, interval, _rest(before, after))
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     return rotations
+
+
+def one_rest(before: Hold, after: Hold, gravity: float) -> bool:
+    """Whether two neighbouring holds are parts of one rest with a disturbance in it.
+
+    Args:
+        before: a hold.
+        after: the next one.
+        gravity: in the unit of the readings.
+    """
+    moved = float(np.linalg.norm(after.accelerometer - before.accelerometer))
+    return after.start - before.end < SHORTEST_TURN and moved < SAME_PLACE * gravity
+
+
+def rests(holds: Sequence[Hold]) -> IntArray:
+    """Number of the rest to which each hold belongs, shape (n,)."""
+    gravity = _gravity(holds)
+    new = [not one_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
+    return np.cumsum(np.array([0, *new][: len(holds)], np.int64))
+
+
+def _gravity(holds: Sequence[Hold]) -> float:
+    """In the unit of the readings: half of what the liveliest axis shows between holds."""
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    return float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
 
 
 def _at(series: Series, time: FloatArray) -> FloatArray:

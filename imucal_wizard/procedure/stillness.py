@@ -45,6 +45,27 @@ class Limits:
             rate=wider(self.rate),
         )
 
+    def capped(self, end: "Limits") -> "Limits":
+        """The same limits, but nowhere looser than others."""
+
+        def lower(limit: FloatArray | None, most: FloatArray | None) -> FloatArray | None:
+            return limit if limit is None or most is None else np.minimum(limit, most)
+
+        return replace(
+            self,
+            accelerometer=np.minimum(self.accelerometer, end.accelerometer),
+            gyroscope=lower(self.gyroscope, end.gyroscope),
+            rate=lower(self.rate, end.rate),
+        )
+
+    def equals(self, other: "Limits") -> bool:
+        """Whether the largest standard deviations are the same."""
+        rates = self.gyroscope, other.gyroscope
+        return bool(
+            np.array_equal(self.accelerometer, other.accelerometer)
+            and (rates[0] is rates[1] is None or np.array_equal(*rates))  # type: ignore[arg-type] # None only together
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Windows:

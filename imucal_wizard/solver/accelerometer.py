@@ -127,8 +127,12 @@ def _reweighted(task: Task, solution: Solution, holds: Sequence[Hold]) -> Task:
 
 def _noise(task: Task, holds: Sequence[Hold], theta: FloatArray) -> FloatArray:
     """Variance of each hold's error by noise within the holds alone, dimensionless, shape (n,)."""
-    gain = np.linalg.norm(triangle(theta), ord=2)
-    return np.asarray(hold_noise(holds).accelerometer * (gain / task.problem.span) ** 2)
+    return hold_noise(holds).accelerometer * _gain(task, theta) ** 2
+
+
+def _gain(task: Task, theta: FloatArray) -> float:
+    """Units of the magnitude per reading, at the axis that has most of them."""
+    return float(np.linalg.norm(triangle(theta), ord=2)) / task.problem.span
 
 
 def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) -> AccelerometerFit:
@@ -180,7 +184,7 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         fit,
         up_directions(theta, problem.points),
         task.labels,
-        noise + (known.variance or 0.0),
+        hold_noise(holds).across * _gain(task, theta) ** 2 + (known.variance or 0.0),
         up_doubt(task, theta, known.covariance),
         suspect,
     )

@@ -159,5 +159,7 @@ def up_directions(theta: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _leaders(up: FloatArray, labels: IntArray) -> FloatArray:
-    _, first = np.unique(labels, return_index=True)
-    return up[first]
+    """The middle of each direction's holds, shape (d, 3), so that no single hold decides."""
+    sums = np.zeros((int(labels.max()) + 1, 3))
+    np.add.at(sums, labels, up)
+    return np.asarray(sums / np.linalg.norm(sums, axis=1)[:, None])

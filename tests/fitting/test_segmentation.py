@@ -8,8 +8,9 @@ import pytest
 from imucal_wizard.devices.virtual import VirtualHand
 from imucal_wizard.devices.virtual.simulate import recording_script
 from imucal_wizard.fitting import fit_readings
-from imucal_wizard.procedure import segmentation
-from imucal_wizard.procedure.segmentation import candidates, holds_at, reduce, rotations_between
+from imucal_wizard.procedure import reduction
+from imucal_wizard.procedure.reduction import reduce
+from imucal_wizard.procedure.segmentation import candidates, holds_at, rests, rotations_between
 from imucal_wizard.readings import FloatArray, Readings, Series
 from tests.fitting.sessions import RATE, session, with_accelerometer, with_gyroscope
 
@@ -69,7 +70,7 @@ def test_every_motion_between_holds_is_a_rotation() -> None:
 def test_slabs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut into pieces of any size for the sake of memory: the same holds to the last bit."""
     whole = reduce(session())
-    monkeypatch.setattr(segmentation, "SLAB", 777)
+    monkeypatch.setattr(reduction, "SLAB", 777)
     pieces = reduce(session())
     assert whole is not None
     assert pieces is not None
@@ -152,6 +153,21 @@ def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
 
     report = fit_readings(with_accelerometer(readings, knock))
     assert len(report.rotations) == len(plain.rotations)
+
+
+def test_the_parts_of_a_rest_have_one_number() -> None:
+    """Whether two holds are one rest: by what lies between them, in time and in direction."""
+    stream = reduce(session())
+    assert stream is not None
+    whole = holds_at(stream, 16.0)
+    long = max(whole, key=lambda one: one.end - one.start)
+    place = whole.index(long)
+    middle = 0.5 * (long.start + long.end)
+    parts = [replace(long, end=middle - 0.3), replace(long, start=middle + 0.3)]
+    numbers = rests([*whole[:place], *parts, *whole[place + 1 :]])
+    assert numbers[place] == numbers[place + 1]
+    assert len(set(numbers)) == len(whole)
+    assert rests([]).dtype == np.int64
 
 
 def test_nothing_is_found_in_nothing() -> None:

@@ -135,3 +135,14 @@ def test_judging_prefers_good_holds_and_many_directions() -> None:
     assert judge(good, GRAVITY) < judge(good[:12], GRAVITY) < np.inf
     assert judge(good[:3], GRAVITY) == np.inf
     assert judge([], GRAVITY) == np.inf
+
+
+def test_a_rest_in_pieces_is_judged_as_one() -> None:
+    """A calm rest counts no more for being broken: the same error as of the whole."""
+    noise = 1e-3 * np.random.default_rng(6).standard_normal((18, 3))
+    holds = holds_of(typical_accelerometer(), EIGHTEEN, noise=noise)
+    numbers = np.arange(len(holds))
+    broken = [*[holds[0]] * 5, *holds[1:]]
+    together = judge(broken, GRAVITY, np.concatenate([np.zeros(4, int), numbers]))
+    assert together == pytest.approx(judge(holds, GRAVITY), rel=1e-9)
+    assert together != pytest.approx(judge(broken, GRAVITY), rel=1e-3)
