@@ -3,10 +3,15 @@
 A virtual accelerometer (its equations, coloured noise, rounding, tremor and warming are those of
 ``devices.virtual``, which shares nothing with the effects that are fitted) is held still in many
 poses; an effect is hidden in it at 1, 2 and 4 times the size that the program itself calls
-detectable in that very session; the program fits, looks and judges as in the bench.
+detectable in a session of this kind (one of ten, in turn); the program fits, looks and judges as in
+the bench.
 
     --set usual    the rows that thresholds and priors were chosen with
     --set fresh    rows that nothing was chosen with (other waves, fields, sizes, noises)
+    --faint        recordings of the rows at 1 times, where they are to be fewer
+    --raw          raw recordings through the whole program, with nothing hidden and with each
+                   effect of the accelerometer; fewer are enough (--recordings 4)
+    --gyroscope    the same with each effect of the gyroscope
     --seed         another seed gives other recordings; the thresholds were chosen with seeds 1 to 4
 """
 
@@ -20,10 +25,14 @@ from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.scenarios import Scenario, fresh, usual
 from benchmarks.hidden.table import heading, line
-from benchmarks.hidden.trialled import Trialled, chances_of, try_out
+from benchmarks.hidden.trialled import Detectable, Trialled, chances_of, try_out
+from benchmarks.hidden.whole_table import nothing_hidden, whole_table
 from benchmarks.measure import machine
 from imucal_wizard.bench.chance import Chances
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
 
+SESSIONS = 10
+"""Sessions with nothing hidden that detectable sizes are taken from."""
 SETS = {"usual": usual, "fresh": fresh}
 
 
@@ -32,12 +41,16 @@ def main() -> None:
     asked = _arguments()
     print(machine())
     with ProcessPoolExecutor(asked.jobs) as pool:
+        if asked.raw or asked.gyroscope:
+            _whole(pool, asked)
+            return
         for design in asked.design or ["26+12", "18"]:
             print(heading(design, asked.colour, asked.recordings))
             sure = []
             for scenario in _scenarios(asked.set, asked.only):
                 work = partial(_one, asked.set, scenario.name, design, asked.colour, asked.seed)
-                trials = list(pool.map(work, range(asked.recordings), chunksize=5))
+                count = asked.faint if scenario.name.endswith(" 1x") else asked.recordings
+                trials = list(pool.map(work, range(count), chunksize=5))
                 print(line(scenario, trials), flush=True)
                 sure += [one.sure for one in trials if one.sure is not None]
             if sure:
@@ -47,10 +60,29 @@ def main() -> None:
                 )
 
 
+def _whole(pool: ProcessPoolExecutor, asked: argparse.Namespace) -> None:
+    """Print the tables of the whole program."""
+    if asked.raw:
+        for row in nothing_hidden(pool, 3 * asked.recordings, asked.seed):
+            print(row, flush=True)
+    sensors = [ACCELEROMETER] * asked.raw + [GYROSCOPE] * asked.gyroscope
+    for sensor in sensors:
+        for row in whole_table(pool, sensor, asked.recordings, asked.seed):
+            print(row, flush=True)
+
+
 def _one(which: str, name: str, design: str, colour: str, seed: int, number: int) -> Trialled:
     scenario = next(one for one in _scenarios(which, []) if one.name == name)
     own = [seed, number, sum(map(ord, name))]
-    return try_out(PLANS[design], COLOURS[colour], scenario, _chances(design, colour), own)
+    chances, sizes = _chances(design, colour), _sizes(design, colour, seed, number % SESSIONS)
+    return try_out(PLANS[design], COLOURS[colour], scenario, chances, own, sizes)
+
+
+@cache
+def _sizes(design: str, colour: str, seed: int, number: int) -> Detectable:
+    """What is detectable in a session with nothing hidden."""
+    own = [seed, number]
+    return Detectable(PLANS[design], COLOURS[colour], _chances(design, colour), own)
 
 
 @cache
@@ -70,10 +102,15 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--design", action="append", choices=sorted(PLANS))
     parser.add_argument("--colour", default="consumer", choices=sorted(COLOURS))
     parser.add_argument("--set", default="usual", choices=sorted(SETS))
+    parser.add_argument("--raw", action="store_true", help="through the whole program")
+    parser.add_argument("--gyroscope", action="store_true", help="the same, of the gyroscope")
     parser.add_argument("--only", action="append", default=[], help="part of a row's name")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)
-    return parser.parse_args()
+    parser.add_argument("--faint", type=int, help="recordings of each row at 1 times")
+    asked = parser.parse_args()
+    asked.faint = asked.recordings if asked.faint is None else asked.faint
+    return asked
 
 
 if __name__ == "__main__":

@@ -9,13 +9,13 @@ from benchmarks.hidden import strangers
 from benchmarks.hidden.noise import Colour
 from benchmarks.hidden.recording import Extra
 from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.effects.catalogue import builtin_effects, effects_for
 from imucal_wizard.effects.catalogue import effect as known_effect
-from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import ACCELEROMETER
 from imucal_wizard.readings import FloatArray
 
 EFFECTS = tuple(effect.name for effect in effects_for(ACCELEROMETER))
-FAMILY = {effect.name: effect.family or effect.name for effect in effects_for(ACCELEROMETER)}
+FAMILY = {effect.name: effect.family or effect.name for effect in builtin_effects()}
 PRODUCTS = tuple((i, j, k) for i in range(3) for j, k in ((0, 1), (0, 2), (1, 2)))
 
 LARGEST = 5.0

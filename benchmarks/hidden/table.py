@@ -2,12 +2,14 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from benchmarks.hidden.scenarios import FAMILY, Scenario
 from benchmarks.hidden.trialled import Trialled
-from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.bench.verdict import Opinion, Verdict
+from imucal_wizard.devices.virtual.hidden import Hidden
 
 COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "complete", "WRONG")
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
@@ -16,7 +18,23 @@ among them. ``part``: one of two. ``listed``: no name, but the truth among the e
 ``seen``: p ≤ 0.01. ``inside``: the size ± 1.96 standard errors, once added, holds the truth."""
 
 
-def outcome(one: Trialled) -> str:
+class Answered(Protocol):
+    """What was hidden in a recording, and what was said of it."""
+
+    @property
+    def hidden(self) -> tuple[Hidden, ...]:
+        """The effects."""
+
+    @property
+    def families(self) -> tuple[str, ...]:
+        """Theirs, sorted."""
+
+    @property
+    def opinion(self) -> Opinion:
+        """What the program says."""
+
+
+def outcome(one: Answered) -> str:
     """The column that a recording belongs to; ``named`` counts for ``family`` too."""
     said = one.opinion
     if set(said.families) - set(one.families):

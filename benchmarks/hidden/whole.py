@@ -1,0 +1,116 @@
+"""Raw recordings through the whole program: simulated, read, fitted, ``bench --auto``."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.hidden.noise import MILLI_G
+from imucal_wizard.bench.automatic import add_by_itself
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.verdict import Opinion
+from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.devices.virtual.simulate import simulate_recording
+from imucal_wizard.effects.catalogue import effect, effects_for
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.fitting import fit_readings
+from imucal_wizard.mystery.draw import sensor_of
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.recordings import read
+
+POSES = "26+repeats"
+NEVER = {"earth-rate"}
+"""Every gyroscope feels it; the virtual one only when told, and then at one size."""
+UNITS = {ACCELEROMETER: MILLI_G, GYROSCOPE: np.pi / 180.0}
+"""Of the errors held out in the table: mg, and degrees per rotation."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What ``bench --auto`` says of one sensor of a recording.
+
+    Attributes:
+        sensor: which.
+        hidden: the effects hidden in it.
+        families: theirs, sorted.
+        opinion: what the program says.
+        before: error held out of the base model, mg or degrees.
+        after: the same of the model at the end.
+        added: the effects in the model at the end.
+    """
+
+    sensor: str
+    hidden: tuple[Hidden, ...]
+    families: tuple[str, ...]
+    opinion: Opinion
+    before: float
+    after: float
+    added: tuple[str, ...]
+
+
+def terms_of(sensor: str) -> list[str]:
+    """The effects that are hidden."""
+    return [one.name for one in effects_for(sensor) if one.name not in NEVER]
+
+
+def benches_of(seed: int, grade: str, hidden: Sequence[Hidden]) -> Benches:
+    """One recording of the virtual sensor of a seed, as the program reads and fits it."""
+    with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
+        path = Path(folder) / "recording.csv"
+        model = sensor_of(seed, grade)
+        simulate_recording(path, hidden=hidden, poses=POSES, seed=seed, model=model)
+        readings = read([path])
+    return Benches(fit_readings(readings), readings)
+
+
+def judged(benches: Benches, sensor: str, hidden: Sequence[Hidden]) -> Judged:
+    """``bench --auto`` on one sensor; the accelerometer goes first."""
+    add_by_itself(benches.accelerometer)
+    bench = benches.bench(sensor)
+    if bench is None:
+        raise ValueError(f"the recording has no {sensor}")
+    found = add_by_itself(bench) if sensor == ACCELEROMETER or benches.passed else bench.look()
+    own = [effect(one.term) for one in hidden if one.sensor == sensor]
+    ends = [one.rms_held_out for one in (bench.ladder[0], bench.ladder[-1])]
+    before, after = (np.nan if one is None else one / UNITS[sensor] for one in ends)
+    return Judged(
+        sensor=sensor,
+        hidden=tuple(one for one in hidden if one.sensor == sensor),
+        families=tuple(sorted({one.family or one.name for one in own})),
+        opinion=found.opinion,
+        before=before,
+        after=after,
+        added=tuple(term.name for term in bench.fit.terms),
+    )
+
+
+def detectable_sizes(
+    seed: int, grade: str, sensor: str, shaken: bool = False
+) -> dict[str, FloatArray]:
+    """What the program calls detectable in a recording of this sensor with nothing hidden.
+
+    Args:
+        seed: of the sensor and the recording.
+        grade: of the sensor.
+        sensor: ``accelerometer`` or ``gyroscope``.
+        shaken: the support shakes in some poses.
+    """
+    nothing = (Hidden(ACCELEROMETER, "vibration-rectification", 0.0, (0,)),) if shaken else ()
+    bench = benches_of(seed, grade, nothing).bench(sensor)
+    suspects = () if bench is None else bench.look().suspects
+    return {one.term: one.detectable for one in suspects if one.candidate is not None}
+
+
+def hidden_in(
+    sensor: str, term: str, times: float, sizes: FloatArray, rng: np.random.Generator
+) -> Hidden:
+    """An effect at a multiple of its detectable size, on axes and with a sign by chance."""
+    parameters = effect(term).parameters(sensor)
+    shown = [place for place in range(len(parameters)) if np.isfinite(sizes[place])]
+    place = int(rng.choice(shown))
+    axes = tuple("xyz".index(letter) for letter in parameters[place].name)
+    sign = float(rng.choice((-1.0, 1.0)))
+    return Hidden(sensor, term, times * float(sizes[place]) * sign, axes)
