@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from imucal_wizard.bench.labels import Terms
+from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.session import Bench, Findings
-from imucal_wizard.bench.statement import lacking_base
 from imucal_wizard.bench.verdict import Opinion, Verdict
 from imucal_wizard.solver.extended.hold_data import BASE
 

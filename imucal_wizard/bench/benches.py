@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.bench.floors import Rounding, rounding_of
+from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Effect
@@ -66,8 +67,9 @@ class Benches:
 
     @property
     def passed(self) -> bool:
-        """Whether the accelerometer, as it is modelled now, leaves only noise."""
-        return self.accelerometer.look().opinion.verdict is Verdict.COMPLETE
+        """Whether the data carry the accelerometer's model, and it leaves only noise."""
+        complete = self.accelerometer.look().opinion.verdict is Verdict.COMPLETE
+        return complete and not lacking_base(self.accelerometer)
 
     @property
     def gyroscope(self) -> Bench | None:

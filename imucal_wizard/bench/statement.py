@@ -6,13 +6,13 @@ import numpy as np
 
 from imucal_wizard.bench.advice import Advice, advice
 from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.more_poses import accused, missing_directions
 from imucal_wizard.bench.pose import turns
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
-from imucal_wizard.solver.extended.hold_data import BASE, HoldData
-from imucal_wizard.solver.magnitude import SCALE
+from imucal_wizard.solver.extended.hold_data import BASE
 from imucal_wizard.solver.result import FitReport
 
 
@@ -92,24 +92,6 @@ def _verdict(findings: Findings, lacking: str, waiting: bool) -> Verdict:
         return Verdict.UNEXPLAINED
     named = verdict in (Verdict.MISSING, Verdict.DISTURBED)
     return Verdict.AMBIGUOUS if waiting and named else verdict
-
-
-def lacking_base(bench: Bench) -> str:
-    """Why the data do not carry the base model that was asked for; "" when they do."""
-    measured, base = bench.measured, bench.fit.base
-    if isinstance(measured, HoldData):
-        carried = measured.task.carried
-        common = "scale" in base and not set(SCALE) <= set(carried.places)
-        if common or ("non-orthogonality" in base and carried.dropped):
-            return carried.reason
-    else:
-        dropped = [p.name for p in bench.fit.fit.parameters if not p.carried]
-        if base == BASE and dropped:
-            return f"the rotations do not carry {', '.join(dropped)}: turn it about every axis"
-    if bench.fit.rms_held_out is None:
-        what = "direction" if bench.sensor == ACCELEROMETER else "rotation"
-        return f"some {what} decides a parameter alone, so that it cannot be left out as a check"
-    return ""
 
 
 def nothing_carried(sensor: str, reason: str) -> Statement:

@@ -25,7 +25,21 @@ def read_session(path: Path, options: RecordingOptions) -> Samples:
         raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
     if not pieces:
         raise RecordingError("nothing was received in this session; resume it and measure")
-    return decoded(pieces, with_options(setup, options))
+    samples = decoded(pieces, with_options(setup, options))
+    return Samples(samples.series, _taken_back(path) + samples.warnings)
+
+
+def _taken_back(path: Path) -> tuple[str, ...]:
+    """What the samples alone do not tell: that the operator took something back."""
+    count = session_file.corrections(path)
+    if not count:
+        return ()
+    times = "once" if count == 1 else f"{count} times"
+    says = (
+        f"in the wizard something was taken back or repeated {times}; read as a recording, the "
+        f"session has all of it. imucal-wizard --resume {path} goes by what was kept"
+    )
+    return (says,)
 
 
 def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:

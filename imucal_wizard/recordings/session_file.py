@@ -132,6 +132,20 @@ def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
         yield number, arrival, data
 
 
+def corrections(path: Path) -> int:
+    """How often the operator took a hold back or began a step again.
+
+    Raises:
+        SessionError: the file cannot be read.
+    """
+    with understanding(path), closing(connect(path)) as connection:
+        connection.execute("PRAGMA query_only = 1")
+        (count,) = connection.execute(
+            "SELECT COUNT(*) FROM command WHERE name IN ('undo', 'repeat')"
+        ).fetchone()
+        return int(count)
+
+
 def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
     """The settings of a session and its bytes with their arrival times.
 

@@ -69,6 +69,13 @@ def test_directions_that_do_not_carry_the_model_are_insufficient() -> None:
     assert said.advice.poses
 
 
+def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
+    """The gyroscope's reference is not known better than what it stands on."""
+    report, readings = fitted()
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    assert not Benches(replace(report, holds=faces), readings).passed
+
+
 def test_nothing_is_added_to_a_base_that_the_directions_do_not_carry() -> None:
     """Nine directions: a tilt of the axes that is left at zero looks like a second-order term."""
     report, readings = fitted(seed=3)

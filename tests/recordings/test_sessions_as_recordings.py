@@ -60,6 +60,19 @@ def test_what_the_user_says_goes_over_what_the_session_knows(tmp_path: Path) -> 
     np.testing.assert_allclose(readings.gyroscope.values, expected, atol=1e-7)
 
 
+def test_what_was_taken_back_in_the_wizard_is_told(tmp_path: Path) -> None:
+    """The samples are all there; only the commands know that they were not meant to count."""
+    text = write(tmp_path / "a.csv", samples())
+    path = _session(tmp_path, text.read_bytes(), StreamSetup())
+    with Session.open(path) as session:
+        session.write_command(100, "start")
+        session.write_command(200, "undo")
+        session.write_command(300, "repeat")
+    (told,) = read([path]).warnings
+    assert "taken back or repeated 2 times" in told
+    assert "--resume" in told
+
+
 def test_a_session_in_which_nothing_came_says_so(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     Session.create(path, {}).close()
