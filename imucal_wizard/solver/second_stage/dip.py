@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.attitude import matrices, quaternions
 
 FEWEST = 6
 """Still positions: three angles and the dip, and two to contradict them."""
@@ -181,15 +182,8 @@ def _alignment(
 
 
 def exponential(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector, rad (Rodrigues), shape (3, 3)."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    if angle < 1e-8:
-        return np.asarray(np.eye(3) + skew + 0.5 * skew @ skew)
-    return np.asarray(
-        np.eye(3) + np.sin(angle) / angle * skew + (1.0 - np.cos(angle)) / angle**2 * skew @ skew
-    )
+    """Rotation matrix of a rotation vector, rad, shape (3, 3)."""
+    return np.asarray(matrices(quaternions(vector[:, None]))[:, :, 0])
 
 
 def rotation_vector(rotation: FloatArray) -> FloatArray:
