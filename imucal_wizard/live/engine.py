@@ -178,9 +178,11 @@ class Engine:
         self.journal.close()
         self._view.changed()
 
-    def idle(self, arrival: float) -> None:
-        """Nothing came until now."""
+    def idle(self, arrival: float, *, expected: bool = False) -> None:
+        """Nothing came until now; where that is ``expected`` it is no silence."""
         self.journal.idle()
+        if expected:
+            self._health.heard(arrival)
         self._remark()
         if self._health.silent(arrival):
             self._view.changed()

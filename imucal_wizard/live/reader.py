@@ -80,6 +80,11 @@ class Reader(Runner):
                 return True
         return False
 
+    @property
+    def _resting(self) -> bool:
+        """Whether the device is known to have nothing to say now."""
+        return False
+
     def _opened(self) -> None:
         """The port is open for the first time; nothing has been read from it yet."""
 
@@ -93,7 +98,7 @@ class Reader(Runner):
             if data:
                 self._engine.receive(data, self._now)
             else:
-                self._engine.idle(self._now)
+                self._engine.idle(self._now, expected=self._resting)
             self._obey()
             self._publish()
 

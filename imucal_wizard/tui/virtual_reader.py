@@ -143,6 +143,11 @@ class VirtualReader(Reader):
         return self.hand.halting and not self.hand.resting(self._engine.samples)
 
     @property
+    def _resting(self) -> bool:
+        """A device that stands still waits for the wizard, and not the other way round."""
+        return self.hand.resting(self._engine.samples)
+
+    @property
     def _patience(self) -> float:
         return _CATCH_UP + PREVIEW / self._imu.speed
 

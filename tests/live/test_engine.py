@@ -167,6 +167,17 @@ def test_a_stream_that_stops_while_measuring_is_heard_and_so_is_its_return() -> 
         ] == expected
 
 
+def test_a_device_that_is_known_to_wait_is_not_called_silent() -> None:
+    engine = Engine()
+    engine.command("start")
+    engine.receive(contract(200), 0.0)
+    for moment in range(2, 60, 2):
+        engine.idle(float(moment), expected=True)
+    engine.idle(60.5)
+    assert engine.snapshot().stream.problem == ""
+    assert EventKind.STALLED not in [event.kind for event in engine.snapshot().events]
+
+
 def test_bytes_of_a_wrong_speed_are_named() -> None:
     engine = Engine()
     garbage = bytes((17 * i * i + 128 * (i % 3)) % 256 for i in range(6000))
