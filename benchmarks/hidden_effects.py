@@ -3,8 +3,7 @@
 A virtual accelerometer (its equations, coloured noise, rounding, tremor and warming are those of
 ``devices.virtual``, which shares nothing with the effects that are fitted) is held still in many
 poses; an effect is hidden in it at 1, 2 and 4 times the size that the program itself calls
-detectable in a session of this kind (one of ten, in turn); the program fits, looks and judges as in
-the bench.
+detectable in that very session; the program fits, looks and judges as in the bench.
 
     --set usual    the rows that thresholds and priors were chosen with
     --set fresh    rows that nothing was chosen with (other waves, fields, sizes, noises)
@@ -25,14 +24,12 @@ from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.scenarios import Scenario, fresh, usual
 from benchmarks.hidden.table import heading, line
-from benchmarks.hidden.trialled import Detectable, Trialled, chances_of, try_out
+from benchmarks.hidden.trialled import Trialled, chances_of, try_out
 from benchmarks.hidden.whole_table import nothing_hidden, whole_table
 from benchmarks.measure import machine
 from imucal_wizard.bench.chance import Chances
 from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
 
-SESSIONS = 10
-"""Sessions with nothing hidden that detectable sizes are taken from."""
 SETS = {"usual": usual, "fresh": fresh}
 
 
@@ -74,15 +71,7 @@ def _whole(pool: ProcessPoolExecutor, asked: argparse.Namespace) -> None:
 def _one(which: str, name: str, design: str, colour: str, seed: int, number: int) -> Trialled:
     scenario = next(one for one in _scenarios(which, []) if one.name == name)
     own = [seed, number, sum(map(ord, name))]
-    chances, sizes = _chances(design, colour), _sizes(design, colour, seed, number % SESSIONS)
-    return try_out(PLANS[design], COLOURS[colour], scenario, chances, own, sizes)
-
-
-@cache
-def _sizes(design: str, colour: str, seed: int, number: int) -> Detectable:
-    """What is detectable in a session with nothing hidden."""
-    own = [seed, number]
-    return Detectable(PLANS[design], COLOURS[colour], _chances(design, colour), own)
+    return try_out(PLANS[design], COLOURS[colour], scenario, _chances(design, colour), own)
 
 
 @cache

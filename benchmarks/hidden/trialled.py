@@ -93,24 +93,10 @@ def chances_of(plan: Plan, colour: Colour) -> Chances:
 
 
 def try_out(
-    plan: Plan,
-    colour: Colour,
-    scenario: Scenario,
-    chances: Chances,
-    seed: Seed,
-    sizes: Detectable | None = None,
+    plan: Plan, colour: Colour, scenario: Scenario, chances: Chances, seed: Seed
 ) -> Trialled:
-    """Hide, record, judge, add.
-
-    Args:
-        plan: of the session.
-        colour: of its noise.
-        scenario: what is hidden.
-        chances: simulations of noise alone.
-        seed: of the session.
-        sizes: what is detectable in sessions of this kind; of this very session when not given.
-    """
-    sizes = Detectable(plan, colour, chances, seed) if sizes is None else sizes
+    """Hide, record, judge, add."""
+    sizes = Detectable(plan, colour, chances, seed)
     hidden = scenario.draw(np.random.default_rng([*seed, 1]), sizes)
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)
