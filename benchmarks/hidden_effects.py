@@ -8,8 +8,8 @@ detectable in that very session; the program fits, looks and judges as in the be
     --set usual    the rows that thresholds and priors were chosen with
     --set fresh    rows that nothing was chosen with (other waves, fields, sizes, noises)
     --faint        recordings of the rows at 1 times, where they are to be fewer
-    --raw          raw recordings through the whole program, with nothing hidden and with each
-                   effect of the accelerometer; fewer are enough (--recordings 4)
+    --plain        raw recordings of both sensors with nothing hidden through the whole program
+    --raw          the same with each effect of the accelerometer; fewer are enough (--recordings 4)
     --gyroscope    the same with each effect of the gyroscope
     --seed         another seed gives other recordings; the thresholds were chosen with seeds 1 to 4
 """
@@ -38,7 +38,7 @@ def main() -> None:
     asked = _arguments()
     print(machine())
     with ProcessPoolExecutor(asked.jobs) as pool:
-        if asked.raw or asked.gyroscope:
+        if asked.plain or asked.raw or asked.gyroscope:
             _whole(pool, asked)
             return
         for design in asked.design or ["26+12", "18"]:
@@ -59,8 +59,8 @@ def main() -> None:
 
 def _whole(pool: ProcessPoolExecutor, asked: argparse.Namespace) -> None:
     """Print the tables of the whole program."""
-    if asked.raw:
-        for row in nothing_hidden(pool, 3 * asked.recordings, asked.seed):
+    if asked.plain:
+        for row in nothing_hidden(pool, asked.recordings, asked.seed):
             print(row, flush=True)
     sensors = [ACCELEROMETER] * asked.raw + [GYROSCOPE] * asked.gyroscope
     for sensor in sensors:
@@ -91,6 +91,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--design", action="append", choices=sorted(PLANS))
     parser.add_argument("--colour", default="consumer", choices=sorted(COLOURS))
     parser.add_argument("--set", default="usual", choices=sorted(SETS))
+    parser.add_argument("--plain", action="store_true", help="nothing hidden, whole program")
     parser.add_argument("--raw", action="store_true", help="through the whole program")
     parser.add_argument("--gyroscope", action="store_true", help="the same, of the gyroscope")
     parser.add_argument("--only", action="append", default=[], help="part of a row's name")

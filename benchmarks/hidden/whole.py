@@ -67,12 +67,13 @@ def benches_of(seed: int, grade: str, hidden: Sequence[Hidden]) -> Benches:
 
 
 def judged(benches: Benches, sensor: str, hidden: Sequence[Hidden]) -> Judged:
-    """``bench --auto`` on one sensor; the accelerometer goes first."""
-    add_by_itself(benches.accelerometer)
+    """``bench --auto`` on one sensor that was not judged before; the accelerometer goes first."""
+    found = add_by_itself(benches.accelerometer)
     bench = benches.bench(sensor)
     if bench is None:
         raise ValueError(f"the recording has no {sensor}")
-    found = add_by_itself(bench) if sensor == ACCELEROMETER or benches.passed else bench.look()
+    if sensor == GYROSCOPE:
+        found = add_by_itself(bench) if benches.passed else bench.look()
     own = [effect(one.term) for one in hidden if one.sensor == sensor]
     ends = [one.rms_held_out for one in (bench.ladder[0], bench.ladder[-1])]
     before, after = (np.nan if one is None else one / UNITS[sensor] for one in ends)
