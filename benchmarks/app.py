@@ -5,14 +5,17 @@ and read only afterwards. Frames are counted from outside: by the marks with whi
 each, and for the drawing of the device by looking at what the terminal shows after each.
 """
 
+import compileall
 import re
 import statistics
 import tempfile
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import pyte
 
+import imucal_wizard
 from benchmarks.device import REST, TURNING, Device
 from benchmarks.measure import PYTHON, machine
 from benchmarks.terminal import FRAME_ENDS, Terminal
@@ -131,6 +134,8 @@ def _place_of(screen: pyte.Screen) -> tuple[slice, slice]:
 
 def main() -> None:
     """Print CPU share and frames per second."""
+    # the first start after an installation compiles the program: no measurement of it
+    compileall.compile_dir(Path(imucal_wizard.__file__).parent, quiet=2)
     print(machine())
     print(
         f"{'terminal':>9}  {'the device is':22}{'% of a core':>12}{'each run':>16}"
