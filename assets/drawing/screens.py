@@ -36,15 +36,15 @@ def wizard(folder: Path, *arguments: str) -> Iterator[Terminal]:
 
 def steps(folder: Path) -> Iterator[tuple[str, Terminal]]:
     """One calibration from the poses to its result."""
-    with wizard(folder, "--speed", "8") as terminal:
-        terminal.wait_for("▸18 POSES", timeout=60.0)
-        terminal.wait_for(lambda text: " 9 of 18" in text and _on_the_way(text), timeout=60.0)
+    with wizard(folder, "--speed", "4") as terminal:
+        terminal.wait_for("▸18 POSES", timeout=120.0)
+        terminal.wait_for(_on_the_way, timeout=120.0)
         yield "pose", terminal
-        terminal.wait_for("▸ROTATIONS", timeout=60.0)
-        terminal.wait_for(lambda text: "3 of 6" in text and _turned(text) > 60.0, timeout=60.0)
+        terminal.wait_for("▸ROTATIONS", timeout=120.0)
+        terminal.wait_for(_amid_a_turn, timeout=120.0)
         yield "rotation", terminal
-        terminal.wait_for("▸RESULT", timeout=90.0)
-        terminal.wait_for("held out", timeout=60.0)
+        terminal.wait_for("▸RESULT", timeout=120.0)
+        terminal.wait_for("held out", timeout=120.0)
         terminal.pump(1.0)
         yield "result", terminal
 
@@ -55,12 +55,12 @@ def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
     made = program("simulate", recording, "--mystery", "--seed", SEED, "--key", "newton")
     subprocess.run(made, check=True, capture_output=True)
     with Terminal(program("bench", recording), COLUMNS, ROWS) as terminal:
-        terminal.wait_for("largest size", timeout=60.0)
+        terminal.wait_for("largest size", timeout=120.0)
         terminal.press("\t")
         terminal.wait_for("force along y")
         yield "bench", terminal
         terminal.press("\r")
-        terminal.wait_for("is complete", timeout=60.0)
+        terminal.wait_for("is complete", timeout=120.0)
         terminal.press("3")
         terminal.wait_for("noise alone")
         terminal.pump(0.5)
@@ -68,13 +68,16 @@ def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
 
 
 def _on_the_way(text: str) -> bool:
-    return re.search(r"STILL\?\s+no", text) is not None and "away" in text
+    """Some poses are done, and it moves to the next one."""
+    done = re.search(r" (\d+) of 18 done", text)
+    moving = re.search(r"STILL\?\s+no", text) is not None and "away" in text
+    return done is not None and 8 <= int(done[1]) <= 15 and moving
 
 
-def _turned(text: str) -> float:
-    """The angle so far, degrees."""
-    found = re.search(r"so far\s+[+−]?(\d+)°", text)
-    return float(found[1]) if found else 0.0
+def _amid_a_turn(text: str) -> bool:
+    """Some rotations are done, and one has come far."""
+    done, angle = re.search(r"done +([2-5]) of 6", text), re.search(r"so far\s+[+−]?(\d+)°", text)
+    return done is not None and angle is not None and int(angle[1]) > 30
 
 
 SCENES: dict[str, Callable[[Path], Iterator[tuple[str, Terminal]]]] = {
