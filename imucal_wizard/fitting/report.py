@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.at_the_end import clipped_axes
 from imucal_wizard.fitting.checks import (
     accelerometer_warnings,
     gyroscope_warnings,
@@ -116,7 +117,11 @@ def fit_collected(
         units,
         options or FitOptions(),
         collected.validation,
-        (*warnings, *rounding_warnings(collected.holds, steps, units)),
+        (
+            *warnings,
+            *clipped_axes(collected.holds, steps[0]),
+            *rounding_warnings(collected.holds, steps, units),
+        ),
     )
 
 
