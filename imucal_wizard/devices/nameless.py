@@ -51,6 +51,16 @@ def twice(columns: tuple[Column, ...]) -> str:
     return ""
 
 
+def missing(sensor: str, letter: str, channels: set[str]) -> str:
+    """What to say of a sensor of which not all axes are there."""
+    gone = [letter + axis for axis in "xyz" if letter + axis not in channels]
+    are, them = ("is", "it") if len(gone) == 1 else ("are", "them")
+    return (
+        f"The {sensor} needs three columns and {', '.join(gone)} {are} missing: print {them}, or "
+        f"say which column is what."
+    )
+
+
 def _own_names(columns: tuple[Column, ...]) -> bool:
     """Whether the device has named its columns in words that mean nothing here."""
     names = [c.name.lower() for c in columns]

@@ -51,17 +51,18 @@ def resolve(
     elif not any(c.channel for c in columns):
         columns, sure = nameless.proposed(columns, values)
         if not sure:
-            return Resolution(columns, ("columns",), (nameless.ASK,))
+            return Resolution(_proposed_unit(columns, values), ("columns",), (nameless.ASK,))
         notes.append(nameless.told(columns))
     channels = {c.channel for c in columns}
     if says := nameless.twice(columns):
         notes.append(says)
     if not {"ax", "ay", "az"} <= channels:
-        return Resolution(columns, ("columns",), (_missing("accelerometer", "a", channels),))
+        says = nameless.missing("accelerometer", "a", channels)
+        return Resolution(columns, ("columns",), (says,))
     for sensor in ("gyroscope", "magnetometer"):
         some = any(sensor_of(c) == sensor for c in channels)
         if some and not places_of(columns, sensor):
-            notes.append(_missing(sensor, _SENSORS[sensor], channels))
+            notes.append(nameless.missing(sensor, _SENSORS[sensor], channels))
             columns = _without(columns, sensor)
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(columns, values, arrivals, notes)
@@ -87,6 +88,16 @@ def _with_units(
             needs.append(f"{sensor} unit")
     columns, note = _timed(columns, values, arrivals)
     return Resolution(columns, tuple(needs), (*notes, *note))
+
+
+def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Column, ...]:
+    """The columns with the unit that gravity has in those proposed for the accelerometer."""
+    places = places_of(columns, "accelerometer")
+    if not places:
+        return columns
+    return _set_unit(
+        columns, places, _unit_guess("accelerometer", values[:, places], columns, values).unit
+    )
 
 
 def _unit_guess(
@@ -188,12 +199,4 @@ def _set_unit(columns: tuple[Column, ...], places: list[int], unit: str) -> tupl
 def _without(columns: tuple[Column, ...], sensor: str) -> tuple[Column, ...]:
     return tuple(
         replace(c, channel="", unit="") if sensor_of(c.channel) == sensor else c for c in columns
-    )
-
-
-def _missing(sensor: str, letter: str, channels: set[str]) -> str:
-    gone = ", ".join(letter + axis for axis in "xyz" if letter + axis not in channels)
-    return (
-        f"The {sensor} needs three columns and {gone} is missing: print it, or say which column "
-        f"is what."
     )

@@ -5,6 +5,7 @@ import pytest
 
 from imucal_wizard.devices.formats.names import column
 from imucal_wizard.devices.intake import Intake, StreamSetup
+from imucal_wizard.readings import FloatArray
 from tests.devices.streams import at_rest, feed, printed, read
 
 T, A, G = slice(0, 1), slice(1, 4), slice(4, 7)
@@ -109,3 +110,11 @@ def test_dates_are_a_time() -> None:
     stamped = [b"2024-05-03T10:00:%07.4fZ," % (i / 100) + row for i, row in enumerate(rows)]
     readings = feed(intake, b"timestamp,ax,ay,az,gx,gy,gz\r\n" + b"".join(stamped))
     np.testing.assert_allclose(readings.accelerometer.time, np.arange(200) / 100, atol=1e-4)
+
+
+def test_the_unit_that_gravity_has_is_proposed_with_the_columns() -> None:
+    values = at_rest(200)
+    counts: FloatArray = np.hstack([values[:, A] * 1670.0, values[:, G] * 7500.0])
+    intake, _ = read(printed(counts, "%.0f"))
+    assert intake.needs == ("columns",)
+    assert [c.unit for c in intake.columns] == ["count"] * 3 + [""] * 3
