@@ -70,7 +70,9 @@ def _degrees(value: float | None) -> str:
 
 
 def _plain_story(effect: Effect) -> Story:
-    told = inspect.getdoc(type(effect)) or effect.title
+    # a guard around a user's effect carries the words of what it guards
+    doc = vars(effect).get("__doc__", type(effect).__doc__)
+    told = inspect.cleandoc(doc) if doc else f"Its author does not tell: {effect.title}."
     return Story(
         what=told,
         equation=effect.equation,

@@ -36,6 +36,7 @@ class OwnEffect(Effect):
     def __init__(self, path: Path, inner: Effect) -> None:
         self._path = path
         self._inner = inner
+        self.__doc__ = type(inner).__doc__
         self.name = inner.name
         self.sensors = inner.sensors
         self.family = inner.family

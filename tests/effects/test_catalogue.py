@@ -11,6 +11,7 @@ import pytest
 from imucal_wizard.effects import terms
 from imucal_wizard.effects.catalogue import builtin_effects, effect, effects_for, effects_in
 from imucal_wizard.effects.cost import poses
+from imucal_wizard.effects.lesson import lesson
 from imucal_wizard.effects.own import load_effect
 from imucal_wizard.errors import UsageError
 
@@ -168,3 +169,12 @@ def test_what_goes_wrong_later_is_told_with_file_and_line_too(tmp_path: Path) ->
     own = load_effect(path)
     with pytest.raises(UsageError, match=r"mine\.py, line 17: ValueError: too short; mend"):
         own.columns("accelerometer", poses().select(slice(0, 4)))
+
+
+def test_the_lesson_of_an_own_effect_is_in_its_authors_words(tmp_path: Path) -> None:
+    own = load_effect(_file(tmp_path, PLAIN))
+    assert lesson(own, "accelerometer").what == "The fourth power of the force."
+    (tmp_path / "silent").mkdir()
+    silent = PLAIN.replace('    """The fourth power of the force."""\n', "")
+    told = lesson(load_effect(_file(tmp_path / "silent", silent)), "accelerometer").what
+    assert told == "Its author does not tell: fourth-order non-linearity."

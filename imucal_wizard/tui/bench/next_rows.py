@@ -74,6 +74,8 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
         never = _NEVER_TURNING if apart.turning else _NEVER
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
     worth = "that decides it" if apart.enough else "that does not decide it yet"
+    if apart.before <= apart.size:
+        worth = "they decide it already, and that makes surer"
     then = f"With {apart.things}: from {number(apart.after, 2)} {unit} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
