@@ -15,6 +15,7 @@ from imucal_wizard.procedure.poses import (
     POSE_TOLERANCE_DEG,
     nearest,
     spoken,
+    spoken_up,
 )
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import decide, design
@@ -173,4 +174,4 @@ def _pose(up: FloatArray) -> str | None:
 def _name(up: FloatArray) -> str:
     """A direction in words."""
     name = _pose(up)
-    return spoken(name) if name else f"up at ({up[0]:+.2f}, {up[1]:+.2f}, {up[2]:+.2f})"
+    return spoken(name) if name else spoken_up(up)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Effect
-from imucal_wizard.procedure.poses import DIRECTIONS, spoken
+from imucal_wizard.procedure.poses import DIRECTIONS, TILTS, spoken, spoken_up
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import design
 
@@ -23,6 +23,8 @@ APART = 2.33 + 1.645
 ENOUGH = 2.0
 """When an effect of half the size would be told apart, no more poses are asked for; but never one
 alone, which nobody could tell from a disturbed hold."""
+PLACES = {**DIRECTIONS, **TILTS}
+"""Where a hold may be proposed: the poses with names, and the tilts between them."""
 ALMOST_BLIND = 0.02
 """Growth per pose below which nothing is gained."""
 
@@ -48,13 +50,13 @@ class Proposal:
 
     Attributes:
         direction: up in the body frame, unit vector.
-        pose: its name.
+        pose: its name; None for a tilt between faces and edges.
         warm: with the device warmed up.
         why: what it is good for, in words.
     """
 
     direction: FloatArray
-    pose: str
+    pose: str | None
     warm: bool
     why: str
 
@@ -105,7 +107,7 @@ def separating_poses(
                 warm,
                 _rows(first, second, _next(done, name, warm, len(proposals)), typical, sensor),
             )
-            for name in DIRECTIONS
+            for name in PLACES
             for warm in (False, True)
         ]
         grown = [apart_length(*_stacked(rows, offer)) for _, _, offer in offers]
@@ -120,13 +122,14 @@ def separating_poses(
 
 def _proposal(name: str, warm: bool, first: Explained, second: Explained) -> Proposal:
     warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
-    why = f"{spoken(name)}{warmed}: tells {first.effect.name} from {second.effect.name}"
-    return Proposal(DIRECTIONS[name], name, warm, why)
+    where = spoken(name) if name in DIRECTIONS else spoken_up(TILTS[name])
+    why = f"{where}{warmed}: tells {first.effect.name} from {second.effect.name}"
+    return Proposal(PLACES[name], name if name in DIRECTIONS else None, warm, why)
 
 
 def _next(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
     """The circumstances of one more hold in this pose."""
-    up = DIRECTIONS[name] * done.gravity
+    up = PLACES[name] * done.gravity
     last = float(done.temperature[-1])
     return Circumstances(
         force=up[None],

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.errors import UsageError
-from imucal_wizard.procedure.poses import AXES, DIRECTIONS, spoken
+from imucal_wizard.procedure.poses import AXES, DIRECTIONS, spoken, spoken_up
 from imucal_wizard.readings import FloatArray
 
 MOST = 100
@@ -48,8 +48,7 @@ class Asked:
         """Where it is, in plain words."""
         if self.pose:
             return spoken(self.pose)
-        cells = ", ".join(f"{value:+.2f}" for value in self.up).replace("-", "−")
-        return f"up along ({cells}), as the picture shows"
+        return spoken_up(self.direction)
 
 
 def pose_asked(pose: str, why: str = "", *, warm: bool = False) -> Asked:

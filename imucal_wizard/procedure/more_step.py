@@ -16,6 +16,8 @@ from imucal_wizard.readings import FloatArray
 
 WARMER = 5.0
 """Degrees above the coldest hold from which a device counts as warmed up."""
+EXACTLY_DEG = 8.0
+"""How near to a direction without a name a hold must be."""
 KIND = StepKind.MORE
 
 
@@ -134,12 +136,16 @@ class MoreStage:
         ticked = self._scene.ledger.ticked(KIND)
         return [k for k in range(len(self._poses)) if self._tick(k) not in ticked]
 
+    def _tolerance(self, place: int) -> float:
+        """A direction without a name is asked for because the poses with names are not it."""
+        return POSE_TOLERANCE_DEG if self._poses[place].pose else EXACTLY_DEG
+
     def _away(self, up: FloatArray, place: int) -> float:
         return turn_towards(up, self._poses[place].direction)[2]
 
     def _recognised(self, up: FloatArray) -> int | None:
         """The missing pose that the device is in; of several alike the first."""
-        near = [k for k in self._missing() if self._away(up, k) <= POSE_TOLERANCE_DEG]
+        near = [k for k in self._missing() if self._away(up, k) <= self._tolerance(k)]
         return min(near, key=lambda k: round(self._away(up, k)), default=None)
 
     def _choose(self) -> None:
@@ -171,11 +177,11 @@ class MoreStage:
 
     def _asking(self, lists: Status, up: FloatArray, one: Asked) -> Status:
         here = self._recognised(up)
-        words = f"{one.words}; {one.why}" if one.why else one.words
         return replace(
             lists,
             instruction=turn_up(one.pose) if one.pose else "TILT IT AS SHOWN",
-            detail=f"warm it first; {words}" if one.warm else words,
+            detail=f"warm it first; {one.words}" if one.warm else one.words,
+            reason=one.why,
             guidance=self._way(up, one.direction, here),
             wanted=one.pose,
             wanted_up=one.up,

@@ -70,6 +70,38 @@ def spoken(name: str) -> str:
     return f"the corner of the {faces[0]}, {faces[1]} and {faces[2]} faces on top"
 
 
+def _tilts() -> dict[str, FloatArray]:
+    """From each face towards each of its four neighbours."""
+    angle = np.radians(TILT_DEG)
+    named = {}
+    for face, other in itertools.permutations(FACES, 2):
+        if face[1] != other[1]:
+            up = np.cos(angle) * FACES[face] + np.sin(angle) * FACES[other]
+            named[f"{face}~{other}"] = up
+    return named
+
+
+TILT_DEG = 30.0
+"""Half of gravity on the second axis: there a kink and a bend differ most."""
+TILTS: dict[str, FloatArray] = _tilts()
+"""Between faces and edges: the 24 directions that the poses with names leave out."""
+
+
+def spoken_up(up: FloatArray) -> str:
+    """Any direction in plain words: "the +x face on top, tilted 30° towards −y"."""
+    size = np.abs(up)
+    first, second, third = np.argsort(-size, kind="stable")
+
+    def face(axis: int) -> str:
+        return f"{'+' if up[axis] > 0.0 else '−'}{AXES[axis]}"
+
+    angle = float(np.degrees(np.arccos(np.clip(size[first] / np.linalg.norm(up), 0.0, 1.0))))
+    towards = face(int(second))
+    if size[third] > 0.5 * size[second]:
+        towards += f" and {face(int(third))}"
+    return f"the {face(int(first))} face on top, tilted {angle:.0f}° towards {towards}"
+
+
 def turn_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
     """The body axis to turn about, the sense, and the angle, that bring ``wanted`` on top.
 

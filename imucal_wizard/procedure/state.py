@@ -174,6 +174,7 @@ class Status:
         elapsed: seconds of samples since the first one.
         instruction: what to do now, short, in capitals where it is a pose ("TURN +X −Y UP").
         detail: one more line in plain words.
+        reason: what it is asked for, where that is not plain; or "".
         guidance: how to get there ("23° away: turn it about z, to the left"), or "".
         still: the stillness decision and its reasons.
         up: present up direction in the body frame, or None before it is known.
@@ -198,6 +199,7 @@ class Status:
     elapsed: float = 0.0
     instruction: str = ""
     detail: str = ""
+    reason: str = ""
     guidance: str = ""
     still: StillStatus = field(default_factory=StillStatus)
     up: tuple[float, float, float] | None = None

@@ -122,3 +122,14 @@ def test_few_directions_are_completed_until_the_model_is_carried(held: int) -> N
 def test_enough_directions_ask_for_no_more() -> None:
     up = np.array([*FACES.values(), *EDGES.values()])
     assert missing_directions(up, BASE) == ()
+
+
+def test_between_faces_and_edges_a_kink_and_a_bend_differ_most(bench: Bench) -> None:
+    c = bench.measured.circumstances
+    noise = np.full(len(c), 0.1 * MG)
+    plan = separating_poses(K2, ASYMMETRY, c, noise, 6)
+    tilts = [one for one in plan.proposals if one.pose is None]
+    assert len(tilts) >= 4
+    assert "tilted 30° towards" in tilts[0].why
+    assert all(np.linalg.norm(one.direction) == pytest.approx(1.0) for one in plan.proposals)
+    assert plan.after < 0.6 * plan.before

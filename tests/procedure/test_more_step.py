@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.asked import Asked, from_text, pose_asked, to_text
-from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.poses import DIRECTIONS, TILTS
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
 from tests.procedure.device import Device, machine_at, part, texts
@@ -50,7 +50,7 @@ def test_exactly_these_poses_are_asked_for_in_any_order_and_the_result_comes_by_
 def test_the_reason_stands_beside_the_pose() -> None:
     _, machine = at_result()
     ask(machine, pose_asked("+x+y", "tells one from the other", warm=True))
-    assert "tells one from the other" in machine.status().detail
+    assert machine.status().reason == "tells one from the other"
     assert "warm it first" in machine.status().detail
 
 
@@ -81,6 +81,17 @@ def test_a_direction_without_a_name_is_recognised() -> None:
     assert machine.status().wanted is None
     assert machine.status().wanted_up == pytest.approx(tuple(up))
     machine.feed(device.rotate("z", np.degrees(-0.4)).rest(3.0).taken())
+    assert machine.status().step is StepKind.RESULT
+
+
+def test_a_tilt_between_face_and_edge_is_neither_of_them() -> None:
+    device, machine = at_result("+x")
+    x, y, z = TILTS["+x~+y"].tolist()
+    ask(machine, Asked((x, y, z)))
+    assert machine.status().detail == "the +x face on top, tilted 30° towards +y"
+    machine.feed(device.hold("+x+y").taken())
+    assert machine.status().step is StepKind.MORE
+    machine.feed(device.rotate("z", 15.0).rest(3.0).taken())
     assert machine.status().step is StepKind.RESULT
 
 

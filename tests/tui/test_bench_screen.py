@@ -189,7 +189,7 @@ async def test_the_next_poses_come_with_what_they_bring(
     async with app_with(benches).run_test(size=size) as pilot:
         await shows(pilot, "▸ second-order")
         await pilot.press("n")
-        await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With 6 more poses", "mg/g²", " UP")
+        await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With 6 more poses", "mg/g²", "TILTED  ")
 
 
 async def test_a_typed_formula_becomes_a_suspect(benches: Benches, bench: Bench) -> None:

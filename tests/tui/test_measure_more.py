@@ -10,7 +10,6 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.source import Services, SourceChoice, SourceKind
-from imucal_wizard.tui.text import signed
 from tests.tui import fakes
 from tests.tui.waiting import seen, shows, until
 
@@ -38,7 +37,9 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         await shows(pilot, "f find missing")
         await pilot.press("f")
         await shows(pilot, "▸ second-order")
-        await pilot.press("enter", "n")
+        await pilot.press("enter")
+        await shows(pilot, "model is complete")
+        await pilot.press("n")
         await shows(pilot, "m asks for exactly these now")
         await pilot.press("m")
         await shows(pilot, "▸MORE POSES")
@@ -48,11 +49,10 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         source.say(
             Status(
                 step=StepKind.MORE, instruction="TURN IT UP", detail=wanted.words,
-                wanted=wanted.pose, wanted_up=wanted.up, missing=(wanted.pose or "",),
-                progress=(0, 1),
+                guidance="23° away", wanted=wanted.pose, wanted_up=wanted.up, progress=(0, 1),
             )
         )  # fmt: skip
-        await shows(pilot, "for the bench: 0 of 1 done", f"{signed(wanted.pose or '')} ◎")
+        await shows(pilot, "for the bench: 0 of 1 done", "23° away", wanted.words[:30])
         source.say(RESULT)
         await shows(pilot, "BENCH  accelerometer", "model is complete")
         await pilot.press("2")
@@ -107,7 +107,7 @@ async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_po
         await pilot.press("m")
         await shows(pilot, "a device is needed")
         await pilot.press("n")
-        await shows(pilot, "This is a recording", "MEASURE NEXT", " UP ")
+        await shows(pilot, "This is a recording", "MEASURE NEXT", "TILTED  ")
         await pilot.press("m")
         await shows(pilot, "a device is needed", "▸SUSPECTS")
 

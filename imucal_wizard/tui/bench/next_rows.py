@@ -4,7 +4,7 @@ import numpy as np
 
 from imucal_wizard.bench.pose import NextPose
 from imucal_wizard.bench.separating import Apart
-from imucal_wizard.procedure.poses import spoken
+from imucal_wizard.procedure.poses import spoken, spoken_up
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.model_rows import unit_words
 from imucal_wizard.tui.bench.sight import Sight
@@ -18,12 +18,12 @@ _RECORDING = (
     "exactly these, one by one."
 )
 _NOTHING = (
-    "Nothing else has to be decided. More data show smaller effects: directions that were not held "
-    "yet, and the first poses once more (a drift shows only there)."
+    "More data show smaller effects: directions that were not held yet, and the first poses once "
+    "more (a drift shows only there)."
 )
 _NEVER = (
-    "No pose at 1 g tells them apart: the difference shows only in stronger forces. For use at 1 g "
-    "it does not matter."
+    "No few poses at 1 g tell them apart: the difference shows in stronger forces, or in many more "
+    "holds."
 )
 _NEVER_TURNING = "No turn by hand tells them apart: the difference shows only on a rate table."
 
@@ -82,11 +82,11 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
 
 def pose_rows(place: int, pose: NextPose, width: int, *, short: bool) -> list[Line]:
     """A pose with its number, its name and what it is good for."""
-    name = f"{signed(pose.pose).upper()} UP" if pose.pose else "NO NAME"
+    name = f"{signed(pose.pose).upper()} UP" if pose.pose else "TILTED"
     if pose.axis:
         name = f"ABOUT {pose.axis.upper()}, {pose.turns}×"
     # what all of them are for together has been said above them
-    text = spoken(pose.pose) if pose.pose else pose.why
+    text = spoken(pose.pose) if pose.pose else spoken_up(pose.direction)
     text += f", {pose.brief}" if pose.brief and not short else ""
     text = pose.brief if pose.axis else text
     text = f"{'warm the device first; ' * pose.warm}{text}"

@@ -10,6 +10,7 @@ from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.tui.cube import Matrix
 from imucal_wizard.tui.screens.rotation_screen import ENOUGH_DEG, swinging
 from imucal_wizard.tui.screens.step_screen import StepScreen
+from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.key_footer import Keys
 from imucal_wizard.tui.widgets.pose_list import PoseList
 from imucal_wizard.tui.widgets.rotation_panel import RotationPanel
@@ -58,6 +59,13 @@ class MoreScreen(StepScreen):
     def progress_words(self, status: Status) -> str:
         """How much of what the bench asked for is done."""
         return f"for the bench: {super().progress_words(status)}"
+
+    def say_rows(self, status: Status, width: int) -> list[Line]:
+        """The way first: some of these poses have no name to go by."""
+        rows = [line(self.progress_words(status), "accent")]
+        rows += wrapped(status.guidance, width, "strong") if status.guidance else []
+        rows += wrapped(status.detail, width) if status.detail else []
+        return rows + (wrapped(status.reason, width, "quiet") if status.reason else [])
 
     def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
         """The pose, or the turn that is meant."""

@@ -168,12 +168,15 @@ class StepScreen(LiveScreen):
         x, y, z = (float(value) for value in DIRECTIONS[status.wanted])
         return tilted(now, (x, y, z)), ""
 
-    def _say(self, status: Status) -> None:
-        place = self.query_one("#say", Lines)
-        width = place.size.width or 46
+    def say_rows(self, status: Status, width: int) -> list[Line]:
+        """How much is done, what to do, and how to get there."""
         rows = [line(self.progress_words(status), "accent")]
         rows += wrapped(status.detail, width) if status.detail else []
-        rows += wrapped(status.guidance, width, "strong") if status.guidance else []
+        return rows + (wrapped(status.guidance, width, "strong") if status.guidance else [])
+
+    def _say(self, status: Status) -> None:
+        place = self.query_one("#say", Lines)
+        rows = self.say_rows(status, place.size.width or 46)
         height = place.size.height or 3
         place.show((rows + [line("")] * height)[:height])
 
