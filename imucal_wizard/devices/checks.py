@@ -13,6 +13,8 @@ from imucal_wizard.readings import FloatArray
 _AXES = "xyz"
 _RUN = 4
 """So many equal extremes in a row are no chance."""
+_JUMP = 5
+"""Steps of the readings from which on a run of equal extremes is entered at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +158,22 @@ def _at_end(column: FloatArray, unit: str, least: float) -> bool:
             return False
     elif abs(extreme) < least:
         return False
-    return _longest_run(column == extreme) >= _RUN
+    return _cut_off(column, extreme)
 
 
-def _longest_run(flags: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
+def _cut_off(column: FloatArray, extreme: float) -> bool:
+    """Whether a run of equal extremes is entered and left at once.
+
+    A smooth peak in coarse steps stands on one value, too, but it comes there step by step.
+    """
+    flags = np.concatenate(([False], column == extreme, [False]))
+    if flags[1:-1].all():
+        return True
+    first, after = np.flatnonzero(np.diff(flags.astype(np.int8))).reshape(-1, 2).T
+    step = float(np.min(np.diff(np.unique(column)), initial=np.inf))
+    around = np.concatenate(([extreme], column, [extreme]))
+    jump = np.maximum(np.abs(around[first] - extreme), np.abs(around[after + 1] - extreme))
+    return bool(np.any((after - first >= _RUN) & (jump >= _JUMP * step)))
 
 
 def dead_axes(values: FloatArray) -> list[str]:

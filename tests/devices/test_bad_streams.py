@@ -120,6 +120,16 @@ def test_a_clipped_axis_is_named_with_its_limit() -> None:
     assert "4.36 rad/s" in text
 
 
+def test_the_top_of_a_smooth_turn_in_coarse_steps_is_not_clipped() -> None:
+    """Two printed decimals: the peak stands on one value, but comes there step by step."""
+
+    def turn(values: FloatArray) -> None:
+        values[:, 6] = np.round(2.2 * np.sin(values[:, 0] * 1.5), 2)
+
+    text = warned(spoilt(turn))
+    assert "stands at its limit" not in text
+
+
 def test_counts_at_the_end_of_int16_are_clipped() -> None:
     columns = named_columns("ax[count],ay[count],az[count],gx[count],gy[count],gz[count]")
     rng = np.random.default_rng(0)
