@@ -41,6 +41,9 @@ def held_out(data: RotationData, point: Point) -> FloatArray | None:
     The fit without one rotation is one Gauss–Newton step from the fit of all; the step is so small
     that the next one would change the error by its square. The error itself is then integrated
     anew. None where leaving one out leaves too few.
+
+    What stays is the choice of the gains, the weights, and the frame: gravity at both ends is what
+    the accelerometer's calibration from all holds makes of it. The bias stays known from all holds.
     """
     turns, free = data.turns, list(point.free)
     if freedom(turns, free) <= 2:

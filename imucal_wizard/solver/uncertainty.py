@@ -96,7 +96,8 @@ def held_out(task: Task, theta: FloatArray) -> tuple[FloatArray | None, str]:
 
     With a direction go all holds within 12° of any of its own, those counted to a neighbouring
     direction too. What stays is the choice of the model, which looks at where the directions are
-    and not at what was read there, and the weights of the holds.
+    and not at what was read there, the weights of the holds, and which holds there are: of a
+    recording the limits of rest were chosen by all of them.
 
     Returns:
         The errors, dimensionless, shape (n,), or None; and why there are none, or "".

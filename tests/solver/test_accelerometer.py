@@ -156,6 +156,18 @@ def test_a_noisy_hold_weighs_less() -> None:
     assert error(weighed) < 0.3 * error(plain)
 
 
+def test_a_long_hold_does_not_outvote_the_others() -> None:
+    """Beyond the noise, errors of placement are the same for every hold, however long."""
+    rng = np.random.default_rng(9)
+    noise = 0.01 * rng.standard_normal((18, 3))
+    holds = holds_of(typical_accelerometer(), EIGHTEEN, noise=noise, sigma=1e-4)
+    long = replace(holds[7], end=holds[7].start + 2000.0)
+    plain = fit_accelerometer(holds, GRAVITY, "m/s^2").fit
+    other = fit_accelerometer([*holds[:7], long, *holds[8:]], GRAVITY, "m/s^2").fit
+    assert other.bias == pytest.approx(plain.bias, abs=1e-4)
+    assert np.abs(other.residuals[7]) == pytest.approx(np.abs(plain.residuals[7]), rel=0.02)
+
+
 @pytest.mark.parametrize("method", ["least_squares", "newton", "six-position"])
 def test_the_error_before_is_that_of_the_plain_reading(method: str) -> None:
     """|y| − g in SI; for counts, of the best sphere, since their scale is nobody's."""

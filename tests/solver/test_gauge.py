@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation as Attitude
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.gauge import full, symmetric, triangular
+from imucal_wizard.solver.parameters import full_parameters
 
 FORMS = (triangular, symmetric)
 
@@ -98,3 +99,14 @@ def test_a_singular_matrix_is_refused(form) -> None:  # type: ignore[no-untyped-
     """An axis that says nothing has no form."""
     with pytest.raises(DataError, match="singular"):
         form(np.diag([1.0, 0.0, 1.0]))
+
+
+def test_a_cross_axis_gain_is_what_a_rate_about_one_axis_shows_about_another() -> None:
+    """``M_ij / M_jj``, in parts of the scale of the axis that turns."""
+    matrix = np.array([[1.0, 0.02, 0.0], [0.0, 2.0, 0.1], [0.03, 0.0, 0.5]])
+    values = full_parameters(matrix, np.array([1.0, 2.0, 3.0]))
+    assert values["cross_xy"] == pytest.approx(0.01)
+    assert values["cross_yz"] == pytest.approx(0.2)
+    assert values["cross_zx"] == pytest.approx(0.03)
+    assert values["sensitivity_z"] == pytest.approx(2.0)
+    assert values["bias_y"] == 2.0

@@ -96,6 +96,23 @@ def test_newton_goes_downhill_where_the_cost_curves_the_wrong_way() -> None:
     assert newton(points, start, np.eye(9)).cost < 1e-24
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_no_step_of_newton_goes_uphill(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A whole first step would; it is halved until the cost falls."""
+    points = EIGHTEEN / np.linalg.norm(EIGHTEEN, axis=1)[:, None]
+    begin = np.eye(9)[[3, 6, 8]].sum(axis=0)
+    begin += np.random.default_rng(seed).uniform(-0.6, 0.6, 9)
+    seen = []
+
+    def watched(theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        seen.append(cost(theta, points))
+        return gradient_and_hessian(theta, points)
+
+    monkeypatch.setattr("imucal_wizard.solver.newton.gradient_and_hessian", watched)
+    assert newton(points, begin, np.eye(9)).cost < 1e-20
+    assert max(np.diff(seen)) < 1e-12
+
+
 def test_newton_says_so_when_it_cannot_find_a_minimum(monkeypatch: pytest.MonkeyPatch) -> None:
     """The message names the way out."""
     monkeypatch.setattr("imucal_wizard.solver.newton.MAX_ITERATIONS", 2)

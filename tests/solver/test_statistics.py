@@ -1,5 +1,7 @@
 """Small statistics: Student's t, noise of averages, repeats, what stands out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -12,7 +14,7 @@ from imucal_wizard.solver.fisher import exceeded
 from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.outliers import FALSE_ALARM, suspect_hold, suspect_rotation
 from imucal_wizard.solver.student import quantile, two_sided
-from tests.solver.truth import EIGHTEEN, even_directions, tilted
+from tests.solver.truth import EIGHTEEN, even_directions, hold, tilted
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 4, 9, 10, 29, 60])
@@ -61,10 +63,6 @@ def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
 
 def test_one_restless_hold_does_not_move_the_pooled_noise() -> None:
     """The median, not the mean, of all holds; its own noise counts when it was taken by hand."""
-    from dataclasses import replace
-
-    from tests.solver.truth import hold
-
     quiet = [hold(np.zeros(3), 10.0 * i, sigma=1e-3) for i in range(9)]
     shaky = hold(np.zeros(3), 100.0, sigma=0.1)
     alone, spoilt = hold_noise(quiet).accelerometer, hold_noise([*quiet, shaky]).accelerometer
@@ -75,8 +73,6 @@ def test_one_restless_hold_does_not_move_the_pooled_noise() -> None:
 
 def test_a_longer_hold_is_quieter() -> None:
     """White noise: four times as long, a quarter of the variance."""
-    from tests.solver.truth import hold
-
     noise = hold_noise([hold(np.zeros(3), 0.0, seconds, sigma=1e-3) for seconds in (2.0, 8.0)])
     assert noise.accelerometer[0] == pytest.approx(4.0 * noise.accelerometer[1])
 
@@ -150,3 +146,37 @@ def test_what_is_near_is_near_whoever_leads_it() -> None:
     up = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(4)])
     assert group_directions(up).tolist() == [0, 0, 1, 2]
     assert near_any(up, up[:2]).tolist() == [True, True, True, False]
+
+
+def test_the_noise_is_the_mean_and_not_the_median_of_what_single_holds_show() -> None:
+    """With four degrees of freedom the median of χ² is 16 % below its mean."""
+    rng = np.random.default_rng(12)
+    batches = rng.standard_normal((2000, 5, 3))
+    holds = [
+        replace(
+            hold(np.zeros(3), 0.0, 2.0, gyroscope=np.zeros(3)),
+            accelerometer_covariance=np.cov(one.T) / 5.0,
+            gyroscope_covariance=np.cov(one.T) / 5.0,
+        )
+        for one in batches
+    ]
+    noise = hold_noise(holds)
+    assert noise.gyroscope_density == pytest.approx(np.full(3, 2.0 / 5.0), rel=0.05)
+    assert noise.accelerometer[0] == pytest.approx(1.0 / 5.0, rel=0.03)
+
+
+def test_a_hand_that_trembles_turns_gravity_more_than_it_changes_it() -> None:
+    """Along gravity and across it are then two numbers; a device that lies still has one."""
+    rng = np.random.default_rng(13)
+    holds = []
+    signs = np.tile([1.0, -1.0], 60)[:, None]
+    for index, up in enumerate(signs * np.repeat(np.eye(3), 40, axis=0)):
+        sigma = np.where(up == 0.0, 3.0, 1.0)
+        batches = sigma * rng.standard_normal((5, 3))
+        one = hold(9.8 * up, 10.0 * index)
+        holds.append(replace(one, accelerometer_covariance=np.cov(batches.T) / 5.0))
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(120, 0.2), rel=0.3)
+    assert noise.across == pytest.approx(np.full(120, 9.0 * 0.2), rel=0.25)
+    still = [replace(one, accelerometer_covariance=np.eye(3)) for one in holds]
+    assert (hold_noise(still).across == hold_noise(still).accelerometer).all()

@@ -163,6 +163,33 @@ def test_the_six_position_method_has_its_own_standard_errors() -> None:
     _check(inside, repetitions)
 
 
+def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
+    """Against a shift of each hold in turn, with gains that differ and faces repeated unequally."""
+    gains = np.array([1.0, 1.15, 0.9])
+    up = np.repeat(SIX, [3, 1, 2, 1, 1, 4], axis=0)
+    noise = SIGMA * gains * np.random.default_rng(6).standard_normal((12, 3))
+    holds = holds_of(Truth(np.diag(gains), np.zeros(3)), up, noise=noise)
+
+    def fitted(some: list[Hold]) -> FloatArray:
+        fit = fit_accelerometer(some, GRAVITY, "m/s^2", "six-position").fit
+        return np.concatenate([fit.bias, np.diag(fit.matrix)])
+
+    columns = []
+    for index, one in enumerate(holds):
+        shift = 1e-5 * gains * np.abs(up[index])
+        moved = replace(one, accelerometer=one.accelerometer + shift)
+        others = [*holds[:index], moved, *holds[index + 1 :]]
+        columns.append((fitted(others) - fitted(holds)) / 1e-5)
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2", "six-position").fit
+    variance = float(fit.residuals @ fit.residuals) / (len(holds) - 6)
+    expected = variance * np.array(columns).T @ np.array(columns)
+    assert fit.covariance is not None
+    places = [0, 1, 2, 3, 6, 8]  # the biases, then M's diagonal
+    found = fit.covariance[np.ix_(places, places)]
+    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert found / size == pytest.approx(expected / size, abs=2e-3)
+
+
 def test_the_gyroscopes_standard_errors_cover() -> None:
     """Six hand turns per axis, with noise of the rate and of gravity's direction."""
     rng, repetitions = np.random.default_rng(6), 150
