@@ -9,6 +9,7 @@ from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.recordings import guess, timeline
 from imucal_wizard.recordings.header import SENSOR_CHANNELS
+from imucal_wizard.recordings.layout import shown
 from imucal_wizard.recordings.options import UNIT_OPTION, RecordingOptions
 from imucal_wizard.recordings.timeline import Timeline
 from imucal_wizard.units import COUNT, FACTORS, factor, si_unit, unit_of
@@ -75,7 +76,7 @@ def _timeline(
         column = columns[places["t"]]
         if column.unit and column.unit not in FACTORS["time"]:
             raise RecordingError(
-                f"{column.unit!r} in {column.name!r} is no unit of time; write one of"
+                f"{shown(column.unit)} in {shown(column.name)} is no unit of time; write one of"
                 f" {', '.join(FACTORS['time'])}"
             )
         return timeline.from_column(values[:, places["t"]], column.unit, options.rate)
@@ -125,8 +126,8 @@ def _unneeded(sensor: str, columns: list[Column]) -> str:
     if sensor != "temperature" or unit in FACTORS[sensor]:
         return ""
     return (
-        f"the temperature was left out: {unit!r} of column {columns[0].name!r} is no unit of it"
-        " here; write degC"
+        f"the temperature was left out: {shown(unit)} of column {shown(columns[0].name)}"
+        " is no unit of it here; write degC"
     )
 
 
@@ -203,7 +204,7 @@ def _known(sensor: str, unit: str, name: str, given: str | None = None) -> None:
     if unit in FACTORS[sensor] or counted:
         return
     option = UNIT_OPTION.get(sensor, "")
-    what = f"{option} {given}" if given else f"{unit!r} of column {name!r}"
+    what = f"{option} {given}" if given else f"{shown(unit)} of column {shown(name)}"
     instead = f" or give {option}" if option and not given else ""
     raise RecordingError(
         f"{what} is no unit of the {sensor}; write one of {', '.join(FACTORS[sensor])},"

@@ -7,12 +7,13 @@ from imucal_wizard.devices.formats.names import belongs, with_gravity
 from imucal_wizard.devices.formats.words import sensor_word
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.recordings.header import column, is_time_of_day
-from imucal_wizard.recordings.layout import is_number, words_of
+from imucal_wizard.recordings.layout import is_number, shown, words_of
 from imucal_wizard.units import canonical
 
 _IGNORED = Column("", name="-")
 _MAY_COME_TWICE = ("", "t", "temp", "counter")
 _SHOWN_NAMES = 12
+_SHOWN = 200
 
 
 def named(names: list[str], fields: list[str] | None, file: str = "") -> list[Column]:
@@ -69,16 +70,17 @@ def _of_file(one: Column, file: str) -> Column:
 
 
 def _other_number(names: list[str], fields: list[str]) -> str:
-    shown = ",".join(names[:_SHOWN_NAMES]) + (",…" if len(names) > _SHOWN_NAMES else "")
+    some = ",".join(names[:_SHOWN_NAMES]) + (",…" if len(names) > _SHOWN_NAMES else "")
+    some = some if len(some) <= _SHOWN else some[:_SHOWN] + "…"
     if len(names) < len(fields) <= 2 * len(names) and not any("." in field for field in fields):
         return (
-            f"{len(names)} columns are named ({shown}), but the first line of data has"
+            f"{len(names)} columns are named ({some}), but the first line of data has"
             f" {len(fields)} fields and no decimal point: its numbers seem to be written with a"
             " decimal comma between commas; export it again with points, or with semicolons"
             " between the columns"
         )
     return (
-        f"{len(names)} columns are named ({shown}), but the first line of data has"
+        f"{len(names)} columns are named ({some}), but the first line of data has"
         f" {len(fields)}; give --columns with {len(fields)} names (- for one to leave out)"
     )
 
@@ -94,8 +96,8 @@ def _once(columns: list[Column], fields: list[str]) -> list[Column]:
     for one in columns:
         if one.channel in seen and one.channel not in _MAY_COME_TWICE:
             raise RecordingError(
-                f"two columns are {one.channel}: {seen[one.channel].name!r} and {one.name!r};"
-                " give --columns with - for the one to leave out"
+                f"two columns are {one.channel}: {shown(seen[one.channel].name)} and"
+                f" {shown(one.name)}; give --columns with - for the one to leave out"
             )
         result.append(_IGNORED if one.channel in seen else one)
         seen.setdefault(one.channel, one)
