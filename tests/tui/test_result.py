@@ -129,7 +129,9 @@ async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -
     source = fakes.FakeSource(RESULT)
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▲ 4 holds do not carry a fit", "b goes back")
+        text = await shows(pilot, "▲ 4 holds do not carry a fit", "b goes back", "b back")
+        assert "find missing" not in text, "there is nothing to look into"
+        assert "v: a few" not in text
         await pilot.press("b")
         await until(pilot, lambda: ("back", "") in source.commands)
 

@@ -17,8 +17,11 @@ from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.table_screen import TableScreen
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.threads import in_thread
-from imucal_wizard.tui.widgets.key_footer import Keys
+from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.lines import Lines
+
+UNFITTED: Keys = (("b", "back"), ("s", "leave it at that"), ("?", "help"), ("q", "quit"))
+"""Keys where the fit failed."""
 
 
 class ResultScreen(LiveScreen):
@@ -47,6 +50,7 @@ class ResultScreen(LiveScreen):
     def __init__(self) -> None:
         super().__init__()
         self._problem = ""
+        """Why there is no fit."""
         self._deadline: float | None = None
 
     def body(self) -> ComposeResult:
@@ -108,6 +112,10 @@ class ResultScreen(LiveScreen):
         if report is not None:
             self.app.push_screen(TableScreen(lambda width: parameter_rows(report, width)))
 
+    def footer(self) -> None:
+        """Show the keys; without a fit there is nothing to look into."""
+        self.query_one(KeyFooter).offer(UNFITTED if self._problem else self.keys)
+
     def redraw(self) -> None:
         """Lay the report out for the width there is."""
         super().redraw()
@@ -146,6 +154,10 @@ class ResultScreen(LiveScreen):
         return self.wizard.snapshot is not None and self.wizard.snapshot.finished
 
     def _tell_next(self) -> None:
+        if self._problem:
+            self.footer()
+            self.query_one("#next", Lines).show([])
+            return
         text = "v: a few new poses that the fit has not seen   s: save without"
         if self._over:
             text = "s: save; the recording has ended"
