@@ -6,12 +6,10 @@ from imucal_wizard.bench.benches import Benches
 from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.source import Saved, SourceChoice, SourceKind
+from imucal_wizard.tui.source import Saved
 from tests.tui import fakes
+from tests.tui.bench_steps import USUAL, VIRTUAL, add_the_first, open_from_wizard
 from tests.tui.waiting import seen, shows, until
-
-USUAL = (80, 24)
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 
 
 def app_at(step: StepKind, report: FitReport, written: list[tuple[str, ...]]) -> WizardApp:
@@ -31,11 +29,8 @@ def app_at(step: StepKind, report: FitReport, written: list[tuple[str, ...]]) ->
 async def test_the_result_says_what_the_bench_has_added_and_it_is_saved(bent: FitReport) -> None:
     written: list[tuple[str, ...]] = []
     async with app_at(StepKind.RESULT, bent, written).run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find missing")
-        await pilot.press("f")
-        await shows(pilot, "▸ second-order")
-        await pilot.press("enter")
-        await shows(pilot, "model is complete")
+        await open_from_wizard(pilot)
+        await add_the_first(pilot)
         await pilot.press("escape")
         await shows(pilot, "✓ from the bench: accelerometer + second-order")
         await pilot.press("f")
@@ -51,9 +46,7 @@ async def test_a_model_changed_after_saving_is_said_and_saved_by_one_key(bent: F
     async with app_at(StepKind.SAVE, bent, written).run_test(size=USUAL) as pilot:
         await until(pilot, lambda: written == [()])
         await pilot.press("f")
-        await shows(pilot, "▸ second-order")
-        await pilot.press("enter")
-        await shows(pilot, "model is complete")
+        await add_the_first(pilot)
         await pilot.press("escape")
         await shows(pilot, "s saves that")
         await pilot.press("s")

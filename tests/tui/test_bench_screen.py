@@ -10,27 +10,19 @@ from imucal_wizard.bench.session import Bench
 from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.screens.bench_screen import BenchScreen
-from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.text import number
 from imucal_wizard.units import STANDARD_GRAVITY
 from tests.tui import fakes
+from tests.tui.bench_steps import LARGE, USUAL, VIRTUAL, app_with, open_from_wizard, ranked
 from tests.tui.waiting import seen, shows, until
 
-USUAL = (80, 24)
-LARGE = (160, 50)
 SIZES = pytest.mark.parametrize("size", [USUAL, LARGE])
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 
 
 def held_out(bench: Bench) -> str:
     """The held-out error as the screen shows it, mg."""
     return number((bench.fit.rms_held_out or 0.0) * 1000.0 / STANDARD_GRAVITY)
-
-
-def app_with(benches: Benches) -> BenchApp:
-    return BenchApp(lambda: benches)
 
 
 @SIZES
@@ -51,7 +43,7 @@ async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it
 ) -> None:
     before = held_out(bench)
     async with app_with(benches).run_test(size=size) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("enter", "3")
         await shows(pilot, "▸LADDER", "+ second-order", "noise alone", "█", before)
         await shows(pilot, held_out(bench))
@@ -66,7 +58,7 @@ async def test_a_part_of_the_base_is_taken_out_and_put_back(
     benches: Benches, bench: Bench, size: tuple[int, int]
 ) -> None:
     async with app_with(benches).run_test(size=size) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("2", "down")
         await shows(pilot, "▸MODEL", "▸ ✓ scale", "f = T·s·(y − b)", "true force = matrix")
         await pilot.press("r")
@@ -82,18 +74,18 @@ async def test_a_part_of_the_base_is_taken_out_and_put_back(
 
 async def test_with_the_base_out_its_parts_are_the_first_suspects(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("r")
         await shows(pilot, "▸ non-orthogonality", "every sensor")
         await pilot.press("enter")
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
 
 
 async def test_the_base_can_be_taken_down_to_nothing_and_climbed_again(
     benches: Benches, bench: Bench
 ) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         for removed in ("non-orthogonality", "scale", "bias"):
             await pilot.press("r")
             await shows(pilot, f"▸ {removed}", "of the base model")
@@ -109,7 +101,7 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
     benches: Benches, size: tuple[int, int]
 ) -> None:
     async with app_with(benches).run_test(size=size) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("l")
         await shows(pilot, "SECOND-ORDER NON-LINEARITY", "proof mass", "ε_i = K₂ᵢ x_i²")
         await pilot.press("pagedown")
@@ -156,7 +148,7 @@ async def test_measurement_stands_beside_the_model_axis_by_axis(benches: Benches
 
 async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches: Benches) -> None:
     async with app_with(benches).run_test(size=LARGE) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("v")
         await shows(pilot, "does second-order x explain it? It would be 5.0")
         await pilot.press("down")
@@ -187,14 +179,14 @@ async def test_the_next_poses_come_with_what_they_bring(
     benches: Benches, size: tuple[int, int]
 ) -> None:
     async with app_with(benches).run_test(size=size) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("n")
         await shows(pilot, "SECOND-ORDER OR ASYMMETRY?", "With 6 more poses", "mg/g²", "TILTED  ")
 
 
 async def test_a_typed_formula_becomes_a_suspect(benches: Benches, bench: Bench) -> None:
     async with app_with(benches).run_test(size=LARGE) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         await pilot.press("e", *"k*b", "enter")
         await shows(pilot, "▲ formula 'k*b'")
         await pilot.press(*(["backspace"] * 3), *"k*a**3", "enter")
@@ -220,17 +212,16 @@ async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> 
     source = fakes.FakeSource(Status(step=StepKind.RESULT, elapsed=600.0, holds=24))
     services = replace(fakes.services(source), fit=lambda _collected, _snapshot: bent)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find missing")
-        await pilot.press("f")
+        await open_from_wizard(pilot)
         await shows(pilot, "BENCH  accelerometer", "▸ second-order")
         await pilot.press("escape")
         await shows(pilot, "▸RESULT")
 
 
 async def test_an_exercise_opens_with_nothing_told(benches: Benches) -> None:
-    app = BenchApp(lambda: benches)
+    app = app_with(benches)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         app.push_screen(BenchScreen(lambda: benches, predict=True))
         text = await shows(pilot, "Predict first", "p show the answer", "▸ asymmetry")
         assert "<0.003" not in text
@@ -251,7 +242,7 @@ async def test_nothing_is_told_of_a_model_that_is_being_fitted(
         Bench.add(bench, name)
 
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸ second-order")
+        await ranked(pilot)
         monkeypatch.setattr(bench, "add", slow)
         await pilot.press("enter")
         await shows(pilot, "Adding second-order and fitting again")

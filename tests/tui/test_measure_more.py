@@ -8,13 +8,18 @@ from imucal_wizard.procedure.asked import from_text
 from imucal_wizard.procedure.state import Collected, RotationStatus, Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.bench_run import BenchApp
-from imucal_wizard.tui.source import Services, SourceChoice, SourceKind
+from imucal_wizard.tui.source import Services
 from tests.tui import fakes
+from tests.tui.bench_steps import (
+    USUAL,
+    VIRTUAL,
+    add_the_first,
+    app_with,
+    open_from_wizard,
+    ranked,
+)
 from tests.tui.waiting import seen, shows, until
 
-USUAL = (80, 24)
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24)
 
 
@@ -34,11 +39,8 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
     source = fakes.FakeSource(RESULT)
     services = fitting(source, bent, replace(bent, warnings=("more",)))
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find missing")
-        await pilot.press("f")
-        await shows(pilot, "▸ second-order")
-        await pilot.press("enter")
-        await shows(pilot, "model is complete")
+        await open_from_wizard(pilot)
+        await add_the_first(pilot)
         await pilot.press("n")
         await shows(pilot, "m asks for exactly these now")
         await pilot.press("m")
@@ -63,8 +65,7 @@ async def test_the_bench_opens_again_on_the_sensor_it_was_left_with(sagging: Fit
     source = fakes.FakeSource(RESULT)
     app = WizardApp(fitting(source, sagging, replace(sagging, warnings=("more",))), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find missing")
-        await pilot.press("f")
+        await open_from_wizard(pilot)
         await shows(pilot, "BENCH  accelerometer", "is complete")
         await pilot.press("g")
         await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity")
@@ -102,8 +103,8 @@ async def test_a_pose_wanted_twice_has_two_signs(bent: FitReport) -> None:
 async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_poses(
     benches: Benches,
 ) -> None:
-    async with BenchApp(lambda: benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸ second-order")
+    async with app_with(benches).run_test(size=USUAL) as pilot:
+        await ranked(pilot)
         await pilot.press("m")
         await shows(pilot, "a device is needed")
         await pilot.press("n")
@@ -115,9 +116,8 @@ async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_po
 async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: FitReport) -> None:
     source = fakes.FakeSource(RESULT)
     async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "f find missing")
-        await pilot.press("f")
-        await shows(pilot, "▸ second-order")
+        await open_from_wizard(pilot)
+        await ranked(pilot)
         for _ in range(20):
             if "▸ disturbed" in seen(pilot):
                 break

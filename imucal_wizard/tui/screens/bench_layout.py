@@ -4,8 +4,6 @@ from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.containers import Container, Vertical
-from textual.screen import Screen
-from textual.widgets import Static
 
 from imucal_wizard.procedure.asked import Asked
 from imucal_wizard.tui.bench.desk import PANELS, Desk
@@ -17,7 +15,7 @@ from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.suspect_rows import table_rows
 from imucal_wizard.tui.bench.views import View
 from imucal_wizard.tui.bench.words import says
-from imucal_wizard.tui.screens.live_screen import SMALLEST
+from imucal_wizard.tui.screens.sized_screen import SizedScreen
 from imucal_wizard.tui.text import Line, Span, line, number, wrapped
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.lines import Lines
@@ -42,19 +40,9 @@ PREDICTING: tuple[Keys, ...] = (
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 
-class BenchLayout(Screen[tuple[Asked, ...]]):
+class BenchLayout(SizedScreen[tuple[Asked, ...]]):
     """Head, verdict, plot, three panels of which a small terminal shows one."""
 
-    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
-        (0, "-too-narrow"),
-        (SMALLEST[0], "-normal"),
-        (130, "-wide"),
-    ]
-    VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
-        (0, "-too-short"),
-        (SMALLEST[1], "-usual"),
-        (38, "-tall"),
-    ]
     keys: ClassVar[tuple[Keys, ...]] = ()
     """What the footer shows, row by row."""
 
@@ -78,7 +66,7 @@ class BenchLayout(Screen[tuple[Asked, ...]]):
                 yield Lines(id="model")
                 yield Lines(id="ladder")
         yield KeyFooter()
-        yield Static(id="too-small", markup=False)
+        yield from self.too_small()
 
     def on_mount(self) -> None:
         """Show what there is to show."""
@@ -86,15 +74,6 @@ class BenchLayout(Screen[tuple[Asked, ...]]):
         for k, name in enumerate(PANELS):
             self.query_one(f"#{name}", Lines).border_title = f"{k + 1} {name}"
         self.redraw()
-
-    def on_resize(self) -> None:
-        """Rows and columns decide how much is shown."""
-        columns, rows = self.app.size
-        self.query_one("#too-small", Static).update(
-            f"This terminal has {columns}×{rows} characters. Make it at least "
-            f"{SMALLEST[0]}×{SMALLEST[1]}, or the letters smaller."
-        )
-        self.call_after_refresh(self.redraw)
 
     def redraw(self) -> None:
         """Show everything for the size there is."""

@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.screen import Screen
-from textual.widgets import Static
 
+from imucal_wizard.tui.screens.sized_screen import SizedScreen
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.step_header import StepHeader
 
@@ -14,26 +13,14 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.tui.app import WizardApp
 
-SMALLEST = (80, 24)
-"""Columns and rows the screens are made for."""
 
-
-class LiveScreen(Screen[str]):
+class LiveScreen(SizedScreen[str]):
     """A header with the steps, a footer with the keys, and a snapshot 20 times a second.
 
     Its result is the step of the machine that comes next.
     """
 
-    HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
-        (0, "-too-narrow"),
-        (SMALLEST[0], "-normal"),
-        (130, "-wide"),
-    ]
-    VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (Textual declares it without ClassVar)
-        (0, "-too-short"),
-        (SMALLEST[1], "-usual"),
-        (38, "-tall"),
-    ]
+    meanwhile = " Measuring goes on meanwhile."
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "app.explain", "help"),
         Binding("m", "app.mute", "sound"),
@@ -58,7 +45,7 @@ class LiveScreen(Screen[str]):
         yield StepHeader()
         yield from self.body()
         yield KeyFooter()
-        yield Static(id="too-small", markup=False)
+        yield from self.too_small()
 
     def body(self) -> ComposeResult:
         """What is between header and footer."""
@@ -75,15 +62,6 @@ class LiveScreen(Screen[str]):
             self.take(self.wizard.snapshot)
         else:
             self.query_one(StepHeader).tell(self.step)
-
-    def on_resize(self) -> None:
-        """Rows and columns decide how much the header and footer can say."""
-        columns, rows = self.app.size
-        self.query_one("#too-small", Static).update(
-            f"This terminal has {columns}×{rows} characters. Make it at least "
-            f"{SMALLEST[0]}×{SMALLEST[1]}, or the letters smaller. Measuring goes on meanwhile."
-        )
-        self.call_after_refresh(self.redraw)
 
     def end(self, step: str) -> None:
         """Leave this screen once; the wizard shows the one of ``step`` next."""

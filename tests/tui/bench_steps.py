@@ -1,0 +1,37 @@
+"""What a test does on the bench before it comes to its point."""
+
+from typing import Any
+
+from textual.pilot import Pilot
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from tests.tui.waiting import shows
+
+USUAL = (80, 24)
+LARGE = (160, 50)
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def app_with(benches: Benches) -> BenchApp:
+    """The bench alone."""
+    return BenchApp(lambda: benches)
+
+
+async def ranked(pilot: Pilot[Any]) -> None:
+    """The bench is open, and the bent characteristic stands first."""
+    await shows(pilot, "▸ second-order")
+
+
+async def open_from_wizard(pilot: Pilot[Any]) -> None:
+    """Open it from the result."""
+    await shows(pilot, "f find missing")
+    await pilot.press("f")
+
+
+async def add_the_first(pilot: Pilot[Any]) -> None:
+    """Add the first suspect; nothing is missing then."""
+    await ranked(pilot)
+    await pilot.press("enter")
+    await shows(pilot, "model is complete")
