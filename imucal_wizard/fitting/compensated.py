@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import TYPICAL_SIZE
-from imucal_wizard.solver.magnitude import TRIANGLE
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.algebraic import algebraic, quadrics
+from imucal_wizard.ellipsoid.numeric import numeric
+from imucal_wizard.ellipsoid.shape import TRIANGLE, symmetric_matrix
+from imucal_wizard.ellipsoid.two_step import two_step
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import ANGLES, EDGES_OF, Carried, basis_of
-from imucal_wizard.solver.ellipsoid.algebraic import algebraic, quadrics
-from imucal_wizard.solver.ellipsoid.numeric import numeric
-from imucal_wizard.solver.ellipsoid.shape import symmetric_matrix
-from imucal_wizard.solver.ellipsoid.two_step import two_step
 from imucal_wizard.solver.gauge import triangular
 from imucal_wizard.solver.least_squares import Solution
-from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE, TRIANGLE, residuals
+from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE, residuals
 
 ELLIPSOID_METHODS = ("algebraic", "two-step", "numeric")
 

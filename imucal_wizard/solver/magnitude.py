@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.readings import FloatArray
 
-TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Places of the six matrix entries in the parameter vector, after the three biases."""
 SIZE = 9
 SHORTEST = 1e-12
 """A vector shorter than this, in units of the magnitude, has no direction and pulls nowhere."""

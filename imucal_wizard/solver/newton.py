@@ -12,10 +12,11 @@ and ``∇G = 2 Σ e ∇h``, ``∇²G = 2 Σ (∇h ∇hᵀ + e ∇²h)`` with ``e
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.least_squares import TOLERANCE, Solution
-from imucal_wizard.solver.magnitude import SIZE, TRIANGLE, corrected, triangle
+from imucal_wizard.solver.magnitude import SIZE, corrected, triangle
 
 MAX_ITERATIONS = 100
 SMALLEST_SIZE = 1e-10

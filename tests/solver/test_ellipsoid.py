@@ -5,14 +5,14 @@ import pytest
 from scipy.linalg import sqrtm
 from scipy.optimize import least_squares
 
+from imucal_wizard.ellipsoid import bins
+from imucal_wizard.ellipsoid.algebraic import algebraic, quadrics
+from imucal_wizard.ellipsoid.numeric import numeric
+from imucal_wizard.ellipsoid.orthogonal import orthogonal, rows
+from imucal_wizard.ellipsoid.shape import make_cloud, parameters, symmetric_matrix
+from imucal_wizard.ellipsoid.two_step import two_step
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid import bins
-from imucal_wizard.solver.ellipsoid.algebraic import algebraic, quadrics
-from imucal_wizard.solver.ellipsoid.numeric import numeric
-from imucal_wizard.solver.ellipsoid.orthogonal import orthogonal, rows
-from imucal_wizard.solver.ellipsoid.shape import make_cloud, parameters, symmetric_matrix
-from imucal_wizard.solver.ellipsoid.two_step import two_step
 from tests.solver.field_truth import all_over, recorded, six_circles
 
 THETA = parameters(

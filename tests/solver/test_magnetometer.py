@@ -113,7 +113,7 @@ def test_corrected_readings_point_where_the_field_points() -> None:
 
 def test_the_error_held_out_is_that_of_a_fit_without_those_directions() -> None:
     """Against refitting in full without each fold."""
-    from imucal_wizard.solver.ellipsoid.bins import bin_of
+    from imucal_wizard.ellipsoid.bins import bin_of
     from imucal_wizard.solver.magnetometer.methods import FOLDS
 
     rng = np.random.default_rng(4)

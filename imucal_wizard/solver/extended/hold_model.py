@@ -10,9 +10,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.terms import Terms
-from imucal_wizard.solver.magnitude import SHORTEST, SIZE, TRIANGLE, Problem
+from imucal_wizard.solver.magnitude import SHORTEST, SIZE, Problem
 
 PASSES = 30
 EXACT = 1e-13

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.robust import spread
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.robust import spread
 
 FEWEST_SAMPLES = 60
 """Six directions ten times over."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.bins import BINS
+from imucal_wizard.ellipsoid.robust import NORMAL
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.bins import BINS
-from imucal_wizard.solver.ellipsoid.robust import NORMAL
 
 BLOCKS = (0.4, 2.0)
 """Seconds of a block: no hand passes with steel in less than the first; the second is for what is

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.bins import bin_of
+from imucal_wizard.ellipsoid.orthogonal import orthogonal
+from imucal_wizard.ellipsoid.robust import robust_start, spread
+from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.ellipsoid.bins import bin_of
-from imucal_wizard.solver.ellipsoid.orthogonal import orthogonal
-from imucal_wizard.solver.ellipsoid.robust import robust_start, spread
-from imucal_wizard.solver.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
 from imucal_wizard.solver.magnetometer.checks import (
     check_field,
     check_readings,

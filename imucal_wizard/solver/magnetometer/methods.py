@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid import binned
+from imucal_wizard.ellipsoid.algebraic import from_moments, moments
+from imucal_wizard.ellipsoid.bins import bin_of, by_area, folds
+from imucal_wizard.ellipsoid.numeric import numeric
+from imucal_wizard.ellipsoid.orthogonal import rows
+from imucal_wizard.ellipsoid.shape import errors, look
+from imucal_wizard.ellipsoid.two_step import two_step
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid import binned
-from imucal_wizard.solver.ellipsoid.algebraic import from_moments, moments
-from imucal_wizard.solver.ellipsoid.bins import bin_of, by_area, folds
-from imucal_wizard.solver.ellipsoid.numeric import numeric
-from imucal_wizard.solver.ellipsoid.orthogonal import rows
-from imucal_wizard.solver.ellipsoid.shape import errors, look
-from imucal_wizard.solver.ellipsoid.two_step import two_step
 from imucal_wizard.solver.magnetometer.model import FieldModel
 
 METHODS = ("orthogonal", "algebraic", "two-step", "numeric")

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.algebraic import quadrics
+from imucal_wizard.ellipsoid.bins import BINS
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import amplification, basis_of
-from imucal_wizard.solver.ellipsoid.algebraic import quadrics
-from imucal_wizard.solver.ellipsoid.bins import BINS
 from imucal_wizard.solver.magnitude import BIAS, SCALE, SIZE
 
 LARGEST = 6.0

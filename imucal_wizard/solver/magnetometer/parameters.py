@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import TRIANGLE, Cloud
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.shape import Cloud
-from imucal_wizard.solver.magnitude import TRIANGLE
 
 AXES = "xyz"
 

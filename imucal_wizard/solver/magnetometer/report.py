@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.binned import fill
+from imucal_wizard.ellipsoid.shape import Cloud, look
+from imucal_wizard.ellipsoid.two_step import sphere
 from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.ellipsoid.binned import fill
-from imucal_wizard.solver.ellipsoid.shape import Cloud, look
-from imucal_wizard.solver.ellipsoid.two_step import sphere
 from imucal_wizard.solver.magnetometer.disturbances import BoolArray, LeftOut
 from imucal_wizard.solver.magnetometer.methods import Estimate
 from imucal_wizard.solver.magnetometer.model import ENOUGH, FieldModel
@@ -159,7 +159,7 @@ def _warnings(
 
 def _one_sided(filled: FloatArray) -> bool:
     """Whether the covered directions have a centre of gravity far from the middle."""
-    from imucal_wizard.solver.ellipsoid.bins import centres
+    from imucal_wizard.ellipsoid.bins import centres
 
     return float(np.linalg.norm(centres()[filled > 0].mean(axis=0))) > 0.3
 

@@ -6,10 +6,10 @@ sample counts the same, so the fit follows the directions that hold more of them
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import COLUMNS, ROWS, parameters, symmetric_matrix
+from imucal_wizard.ellipsoid.two_step import TwoStep
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.shape import COLUMNS, ROWS, parameters, symmetric_matrix
-from imucal_wizard.solver.ellipsoid.two_step import TwoStep
 
 MAX_ITERATIONS = 2000
 DIAGONAL = (3, 6, 8)

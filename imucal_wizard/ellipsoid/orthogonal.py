@@ -15,10 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import SIZE, TRIANGLE, symmetric_matrix
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.shape import SIZE, symmetric_matrix
-from imucal_wizard.solver.magnitude import TRIANGLE
 
 MAX_ITERATIONS = 25
 TOLERANCE = 1e-6

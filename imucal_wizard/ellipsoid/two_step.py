@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import parameters, root
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.shape import parameters, root
 
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 RANK = 1e-6

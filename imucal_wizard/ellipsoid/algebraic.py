@@ -8,10 +8,9 @@ G. Taubin, IEEE Trans. PAMI 13 (1991) 1115.
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import TRIANGLE, parameters, root
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.shape import parameters, root
-from imucal_wizard.solver.magnitude import TRIANGLE
 
 TERMS = 10
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

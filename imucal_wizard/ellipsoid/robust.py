@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.algebraic import algebraic
+from imucal_wizard.ellipsoid.shape import look
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.algebraic import algebraic
-from imucal_wizard.solver.ellipsoid.shape import look
 
 LOOKED_AT = 5000
 CELLS = 5.0

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.bins import BINS
+from imucal_wizard.ellipsoid.orthogonal import Rows
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.ellipsoid.bins import BINS
-from imucal_wizard.solver.ellipsoid.orthogonal import Rows
 
 EXACT = 1e-18
 """Variance below which readings are exact: a billionth of their span, squared."""
