@@ -65,6 +65,9 @@ class Commands:
         if argument not in list(kinds):
             known = ", ".join(kinds)
             raise UsageError(f"there is no step {argument!r}; give one of {known}")
+        if argument not in list(self._route.kinds):
+            self._say(f"There is no step {TITLES[StepKind(argument)]}: no magnetometer.")
+            return
         self._route.return_to = None
         self._route.leave_out(StepKind(argument))
         self._route.enter(StepKind(argument))
@@ -87,7 +90,7 @@ class Commands:
         if self._route.step is StepKind.MORE:
             self._route.enter(StepKind.RESULT)
             return
-        kinds = self._scene.procedure.kinds
+        kinds = self._route.kinds
         self._route.return_to = None
         self._route.enter(kinds[max(kinds.index(self._route.step) - 1, 0)])
 

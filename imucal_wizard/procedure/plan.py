@@ -57,6 +57,10 @@ STANDARD_STEPS: tuple[Step, ...] = (
         per_axis=6,
         skipped="the gyroscope gets its bias only: no scale, no misalignment",
     ),
+    Step(
+        StepKind.FIELD,
+        skipped="the magnetometer is not calibrated: no hard and soft iron, no heading",
+    ),
     Step(StepKind.RESULT),
     Step(
         StepKind.VALIDATE,

@@ -12,7 +12,13 @@ from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.validate_step import ValidateStage
 from imucal_wizard.procedure.wording import TITLES
 
-MEASURING = (StepKind.SETTLE, StepKind.UP_DOWN, StepKind.POSES, StepKind.ROTATIONS)
+MEASURING = (
+    StepKind.SETTLE,
+    StepKind.UP_DOWN,
+    StepKind.POSES,
+    StepKind.ROTATIONS,
+    StepKind.FIELD,
+)
 """The steps that follow one another by themselves; the result comes after the last."""
 
 
@@ -43,7 +49,7 @@ class Route:
         poses, turns = procedure.step(StepKind.POSES), procedure.step(StepKind.ROTATIONS)
         self.more = MoreStage(scene, poses, turns)
         self.stages[StepKind.MORE] = self.more
-        for kind in (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE):
+        for kind in (StepKind.SOURCE, StepKind.FIELD, StepKind.RESULT, StepKind.SAVE):
             self.stages[kind] = PlainStage(kind)
         self.step = procedure.kinds[0]
         self.skipped: dict[StepKind, str] = {}
@@ -63,6 +69,14 @@ class Route:
     def asking(self) -> bool:
         """Whether a hold is asked for now."""
         return self.stage.seconds > 0.0
+
+    @property
+    def kinds(self) -> tuple[StepKind, ...]:
+        """The steps there are for this stream, in their order."""
+        every = self._scene.procedure.kinds
+        if self._scene.has_magnetometer:
+            return every
+        return tuple(kind for kind in every if kind is not StepKind.FIELD)
 
     def enter(self, kind: StepKind) -> None:
         """Begin a step, or come back to it."""
@@ -96,7 +110,7 @@ class Route:
         if self.step is StepKind.MORE:
             self._arrive(StepKind.RESULT)
             return
-        kinds = self._scene.procedure.kinds
+        kinds = self.kinds
         for kind in kinds[kinds.index(self.step) + 1 :]:
             if self._left_out(kind):
                 continue
@@ -112,7 +126,7 @@ class Route:
         """What is jumped over on the way to a step is left out, and its consequence known."""
         if self.step is StepKind.MORE:
             return
-        kinds = self._scene.procedure.kinds
+        kinds = self.kinds
         for kind in kinds[kinds.index(self.step) : kinds.index(before)]:
             if kind in MEASURING and not self.stages[kind].finished:
                 self.skipped[kind] = self._scene.procedure.step(kind).skipped

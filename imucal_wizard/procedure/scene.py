@@ -51,6 +51,7 @@ class Scene:
         self.still = False
         self.up: FloatArray | None = None
         self.has_gyroscope = True
+        self.has_magnetometer = False
         self._events: list[Event] = []
         self.last_event: Event | None = None
 

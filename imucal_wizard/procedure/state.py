@@ -7,8 +7,10 @@ read nothing else.
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from imucal_wizard.procedure.field_status import FieldStatus
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
+from imucal_wizard.readings import Series
 
 
 class StepKind(StrEnum):
@@ -19,6 +21,8 @@ class StepKind(StrEnum):
     UP_DOWN = "up-down"
     POSES = "poses"
     ROTATIONS = "rotations"
+    FIELD = "field"
+    """Circles for the magnetometer; only there when the stream has one."""
     RESULT = "result"
     MORE = "more"
     """An excursion from the result and back: what the bench asks for."""
@@ -187,6 +191,7 @@ class Status:
         progress: (done, wanted) of this step in its own unit (seconds, poses, rotations).
         start_values: the up/down start values, live.
         rotation: the rotation under way, in that step only.
+        field: the magnetometer's circles, in that step only.
         noise: (accelerometer, gyroscope) noise per axis from the settle step as a text, or "".
         offers: ways out and choices open now.
         last_event: the newest event, or None.
@@ -212,6 +217,7 @@ class Status:
     progress: tuple[float, float] = (0.0, 1.0)
     start_values: tuple[AxisStart, ...] = ()
     rotation: RotationStatus | None = None
+    field: FieldStatus | None = None
     noise: str = ""
     offers: tuple[Offer, ...] = ()
     last_event: Event | None = None
@@ -231,6 +237,8 @@ class Collected:
         poses: indices of the holds that belong to the 18 poses.
         turns: indices into ``rotations`` of the rotations of the rotation step.
         validation: holds that the fit must not see.
+        magnetometer: every sample of it in time order, or None without one.
+        field_spans: sample times (from, to) of the field step, s; what was taken back is not in.
     """
 
     holds: tuple[Hold, ...]
@@ -239,3 +247,5 @@ class Collected:
     poses: tuple[int, ...] = ()
     turns: tuple[int, ...] = ()
     validation: tuple[Hold, ...] = ()
+    magnetometer: Series | None = None
+    field_spans: tuple[tuple[float, float], ...] = ()

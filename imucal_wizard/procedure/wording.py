@@ -10,6 +10,7 @@ TITLES: dict[StepKind, str] = {
     StepKind.UP_DOWN: "Up/down",
     StepKind.POSES: "Poses",
     StepKind.ROTATIONS: "Rotations",
+    StepKind.FIELD: "Field",
     StepKind.RESULT: "Result",
     StepKind.MORE: "More poses",
     StepKind.VALIDATE: "Validate",
