@@ -88,7 +88,7 @@ def send(endpoint: Pty, lines: list[bytes], rate: float) -> int:
         data = b"".join(lines[sent:due])
         refused += len(data) - endpoint.write(data) if data else 0
         sent = due
-        time.sleep(TICK)
+        time.sleep(TICK)  # the device's own clock: it writes by time, as a USB port does
     return refused
 
 
@@ -140,10 +140,10 @@ def main() -> None:
     print(endpoint.url, flush=True)
     parent = os.getppid()
     while not endpoint.connected():
-        time.sleep(TICK)
+        time.sleep(TICK)  # a pty tells nobody that its other end was opened
         if os.getppid() != parent:
             return
-    time.sleep(GRACE)
+    time.sleep(GRACE)  # until whoever opened it has emptied it; nothing tells when that is done
     endpoint.read()
     refused = send(endpoint, lines, rate)
     length = sum(map(len, lines)) / len(lines)

@@ -7,6 +7,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from benchmarks.measure import machine
@@ -51,7 +52,7 @@ def show(measured: Measured, sensor: str) -> None:
     linear = fit_with(measured).linear
     for one in effects_for(sensor):
         term = Term(one, one.variants(measured.circumstances)[0])
-        print(f"  {one.name:26}{milliseconds(lambda term=term: fit_with(measured, (term,))):8.0f}")  # type: ignore[misc] # bound now
+        print(f"  {one.name:26}{milliseconds(partial(fit_with, measured, (term,))):8.0f}")
 
     def lifts() -> None:
         for one in effects_for(sensor):

@@ -59,7 +59,7 @@ def run(rate: float, way: str) -> Outcome:
         reader.command("start")
         share = _share(engine, reader, rate, looking=way == WAYS[2])
         sent, refused, length = device.sent()
-        time.sleep(_LAST)
+        time.sleep(_LAST)  # the last bytes are under way; nothing tells when they are all in
         _still_reads(reader)
         reader.stop()
         if way != WAYS[0]:
@@ -95,11 +95,11 @@ def _share(engine: Engine, reader: Reader, rate: float, *, looking: bool) -> flo
     """Parts of a core used between two moments of the stream."""
     while engine.samples < WARM * rate:
         _still_reads(reader)
-        time.sleep(_LOOK)
+        time.sleep(_LOOK)  # looking without a pause would take its CPU from the reader
     cpu, wall, first = own_cpu(), time.monotonic(), engine.samples
     end = wall + SECONDS - WARM - 1.0
     while time.monotonic() < end:
-        time.sleep(_LOOK)
+        time.sleep(_LOOK)  # as often as a screen looks; the CPU used between is the reader's
         if looking:
             _still_reads(reader)
     spent, passed = own_cpu() - cpu, time.monotonic() - wall

@@ -41,7 +41,7 @@ class Terminal:
         if self._pid == 0:
             fcntl.ioctl(0, termios.TIOCSWINSZ, self._size)
             environment = {**os.environ, "TERM": "xterm-256color", "COLORTERM": "truecolor"}
-            os.execvpe(command[0], list(command), environment)  # noqa: S606 - our own program
+            os.execvpe(command[0], list(command), environment)  # noqa: S606 - the command is this project's own
 
     @property
     def cpu(self) -> float:

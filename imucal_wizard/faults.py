@@ -41,9 +41,7 @@ def watch() -> None:
 
 
 def _unforeseen(
-    kind: type[BaseException],  # noqa: ARG001 -- the hook's signature
-    error: BaseException,
-    trace: TracebackType | None,  # noqa: ARG001 -- the hook's signature
+    _kind: type[BaseException], error: BaseException, _trace: TracebackType | None
 ) -> None:
     note(told(error, kept(error)))
 

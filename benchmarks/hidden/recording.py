@@ -1,5 +1,6 @@
 """One simulated session of a virtual accelerometer, as far as the program would see it."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -111,9 +112,9 @@ def _holds(schedule: Schedule, batches: FloatArray) -> tuple[Hold, ...]:
     )
 
 
-class Extra:
+class Extra(ABC):
     """Something that no effect of the catalogue makes."""
 
+    @abstractmethod
     def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
         """Error of the input, mg, shape (n, 3)."""
-        raise NotImplementedError

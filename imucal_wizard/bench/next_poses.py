@@ -98,7 +98,7 @@ def separating_poses(
     typical = float(np.median(sigma))
     rows = _rows(first, second, done, sigma, sensor)
     length = apart_length(*rows)
-    before = APART / length if length > 0.0 else np.inf
+    before = size_needed(length)
     proposals: list[Proposal] = []
     while len(proposals) < count and (length < ENOUGH * APART or len(proposals) == 1):
         offers = [
@@ -117,7 +117,12 @@ def separating_poses(
         name, warm, offer = offers[best]
         rows, length = _stacked(rows, offer), grown[best]
         proposals.append(_proposal(name, warm, first, second))
-    return Plan(tuple(proposals), before, APART / length if length > 0.0 else np.inf)
+    return Plan(tuple(proposals), before, size_needed(length))
+
+
+def size_needed(length: float) -> float:
+    """Shares of an estimate that stand out where all of it does by so many sigma."""
+    return APART / length if length > 0.0 else np.inf
 
 
 def _proposal(name: str, warm: bool, first: Explained, second: Explained) -> Proposal:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.bench.next_poses import APART, Explained, apart_length
+from imucal_wizard.bench.next_poses import Explained, apart_length, size_needed
 from imucal_wizard.bench.pose import SPEEDS
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.procedure.plan import START_POSES
@@ -57,7 +57,7 @@ def turns_apart(
     after = apart_length(
         *(np.concatenate(pair) for pair in zip((base, own, other), more, strict=True))
     )
-    return tuple(APART / one if one > 0.0 else np.inf for one in (before, after))  # type: ignore[return-value]  # two of two
+    return size_needed(before), size_needed(after)
 
 
 def _rows(

@@ -30,7 +30,7 @@ def gathered(fd: int, timeout: float) -> bytes:
     data = _taken(fd)
     end = time.monotonic() + _GATHER
     while time.monotonic() < end:
-        time.sleep(_PAUSE)
+        time.sleep(_PAUSE)  # select would wake for every few bytes and so gather none
         try:
             data += _taken(fd)
         except BlockingIOError:  # nothing new; asking before would cost another turn of the lock

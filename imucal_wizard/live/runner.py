@@ -3,6 +3,7 @@
 import queue
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future
 
@@ -24,7 +25,7 @@ STOPPED = (
 """What is said when the thread ends unasked."""
 
 
-class Runner:
+class Runner(ABC):
     """What a reader of a port and a player of a recording have in common.
 
     Attributes:
@@ -119,9 +120,9 @@ class Runner:
             self._engine.close()
             self._published = self._engine.snapshot()
 
+    @abstractmethod
     def _work(self) -> None:
         """Read or play until ``_stopping`` is set."""
-        raise NotImplementedError
 
     def _obey(self, wait: float = 0.0) -> None:
         """Carry out the orders that wait; wait a while for the first one."""

@@ -1,6 +1,7 @@
 """Samples without a number: left out, and the axis that lacks it is named."""
 
 from collections.abc import Callable
+from functools import partial
 
 from imucal_wizard.devices.intake import Intake
 
@@ -20,6 +21,10 @@ def _fed(count: int, blank: Callable[[int], dict[int, str]]) -> Intake:
     return intake
 
 
+def _always(place: int, _number: int) -> dict[int, str]:
+    return {place: "nan"}
+
+
 def _notes(intake: Intake) -> str:
     return " ".join(intake.warnings)
 
@@ -33,7 +38,7 @@ def test_single_blanks_are_left_out_and_their_axis_is_named() -> None:
 
 def test_an_axis_that_never_has_a_number_is_a_problem_that_says_what_to_do() -> None:
     for place, name in ((1, "the accelerometer's x axis"), (6, "the gyroscope's z axis")):
-        intake = _fed(200, lambda _, place=place: {place: "nan"})  # type: ignore[misc]  # bound now
+        intake = _fed(200, partial(_always, place))
         assert name in intake.problem
         assert "wiring" in intake.problem
         assert intake.samples == 0

@@ -42,7 +42,7 @@ class Terminal:
         self.pid, self._fd = pty.fork()
         if self.pid == 0:  # the child becomes the program
             extra = {"TERM": "xterm-256color", "COLORTERM": "truecolor", **(environment or {})}
-            os.execvpe(command[0], list(command), {**os.environ, **extra})  # noqa: S606 - our own program
+            os.execvpe(command[0], list(command), {**os.environ, **extra})  # noqa: S606 - the command is this project's own
         size = struct.pack("HHHH", rows, columns, 0, 0)
         fcntl.ioctl(self._fd, termios.TIOCSWINSZ, size)
 

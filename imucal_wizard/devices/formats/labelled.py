@@ -64,7 +64,7 @@ class LabelledDecoder(TextDecoder):
             return
         if kind.often and place in self._values:  # a line of the sample before was lost
             self._spoilt()
-            self._broken()
+            self._forget()
         scales = kind.scales or (1.0,) * len(fields)
         raw = [field.encode() for field in fields]
         numbers = [number(field) for field in raw]
@@ -86,10 +86,15 @@ class LabelledDecoder(TextDecoder):
             width = len(kind.columns)
             values += self._values.get(place, [math.nan] * width)
             printed += self._printed.get(place, [-1] * width)
-        self._broken()
+        self._forget()
         self._row(values, printed)
 
     def _broken(self) -> None:
+        super()._broken()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Begin a new sample; one of which only some lines have arrived is none."""
         self._values.clear()
         self._printed.clear()
 

@@ -53,8 +53,7 @@ class TextDecoder(ABC):
         return self._batch(np.array(rows, dtype=np.float64).reshape(len(rows), width))
 
     def _line(self, line: bytes) -> None:
-        if line.endswith(b"\x00"):  # the link broke here: the next line may be half of one
-            self._first = True
+        if line.endswith(b"\x00"):
             self._broken()
             return
         first, self._first = self._first, False
@@ -64,10 +63,11 @@ class TextDecoder(ABC):
     def _read(self, line: bytes, first: bool) -> None:
         """Read one line: call ``_row``, ``_spoilt`` or neither."""
 
-    def _broken(self) -> None:  # noqa: B027  only formats of several lines have something to forget
-        """Forget a sample of which only some lines have arrived."""
+    def _broken(self) -> None:
+        """The link broke here: the next line may be half of one."""
+        self._first = True
 
-    def _fast(self, lines: list[bytes]) -> FloatArray | None:  # noqa: ARG002  for subclasses
+    def _fast(self, _lines: list[bytes]) -> FloatArray | None:
         """All lines at once where a format can; None to have them read one by one."""
         return None
 
