@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.compass import ROWS, Compass, up_in
 from imucal_wizard.fitting.passages import Crossing, crossings, field_at, passages
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -13,20 +14,16 @@ from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 from imucal_wizard.solver.second_stage.clock import clock_offset
-from imucal_wizard.solver.second_stage.dip import Alignment, align, exponential, rotation_vector
+from imucal_wizard.solver.second_stage.dip import Alignment, align, rotation_vector
 from imucal_wizard.solver.second_stage.found import Added, Headings, SecondStage
-from imucal_wizard.solver.second_stage.heading import heading, heading_error
 from imucal_wizard.solver.second_stage.references import (
     AttitudeFit,
     References,
     closed,
     fit_attitude,
 )
-from imucal_wizard.units import COUNT
 
 FEWEST_TURNS = 6
-ROWS = ([0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2])
-"""Rows and columns of the six entries of a symmetric matrix."""
 WORSE = 1.1
 """A closure that is larger by less than this says nothing: thirty turns know it to 13 %."""
 
@@ -53,7 +50,8 @@ def _second_stage(
     up = _up(report.sensors["accelerometer"], [report.holds[i] for i in places])
     alignment = align(up, _unit(field), _doubt(found.fit, field))
     aligned = _aligned(found.fit, alignment)
-    stage = SecondStage(alignment, _headings(report, found, alignment, places, series))
+    compass = Compass(report.sensors["accelerometer"], found.fit, alignment)
+    stage = SecondStage(alignment, _headings(report, compass, places, series))
     sensors = {**report.sensors, "magnetometer": aligned}
     gyroscope = readings.gyroscope
     if gyroscope is not None and "gyroscope" in report.sensors:
@@ -64,7 +62,7 @@ def _second_stage(
 
 def _up(fit: SensorFit, holds: list[Hold]) -> FloatArray:
     force = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
-    return _unit((force - fit.bias) @ fit.matrix.T)
+    return up_in(fit, force)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -105,33 +103,12 @@ def _aligned(fit: SensorFit, alignment: Alignment) -> SensorFit:
     )
 
 
-def _headings(
-    report: FitReport,
-    found: MagnetometerFit,
-    alignment: Alignment,
-    places: list[int],
-    series: Series,
-) -> Headings:
-    """Before: the readings as they come. After: with R P, and what is not known of both."""
-    _, raw = field_at(report.holds, series, None, places)
-    accelerometer = report.sensors["accelerometer"]
+def _headings(report: FitReport, compass: Compass, places: list[int], series: Series) -> Headings:
+    """In each of these holds."""
+    _, readings = field_at(report.holds, series, None, places)
     force = np.array([report.holds[i].accelerometer for i in places])
-    up = _unit((force - accelerometer.bias) @ accelerometer.matrix.T)
-    before = heading(up if accelerometer.bias_unit == COUNT else force, raw)
-    fit = found.fit
-
-    def after(theta: FloatArray) -> FloatArray:
-        matrix = np.empty((3, 3))
-        matrix[ROWS], matrix[ROWS[::-1]] = theta[3:9], theta[3:9]
-        rotation = exponential(theta[9:]) @ alignment.rotation
-        return heading(up, (raw - theta[:3]) @ (rotation @ matrix).T)
-
-    theta = np.concatenate([fit.bias, fit.matrix[ROWS], np.zeros(3)])
-    covariance = np.zeros((12, 12))
-    if fit.covariance is not None:
-        covariance[:9, :9] = fit.covariance
-    covariance[9:, 9:] = alignment.covariance
-    return Headings(np.array(places), before, after(theta), heading_error(after, theta, covariance))
+    found = compass.bearings(force, readings)
+    return Headings(np.array(places), found.before, found.after, found.error)
 
 
 def _with_gyroscope(

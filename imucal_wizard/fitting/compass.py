@@ -1,0 +1,86 @@
+"""A calibrated device as a compass: its heading before and after, and how well that is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.second_stage.dip import Alignment, exponential
+from imucal_wizard.solver.second_stage.heading import heading, heading_error
+from imucal_wizard.units import COUNT
+
+ROWS = ([0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2])
+"""Rows and columns of the six entries of a symmetric matrix."""
+
+
+def up_in(fit: SensorFit, force: FloatArray) -> FloatArray:
+    """Unit up in the body frame from readings of a calibrated accelerometer, both (n, 3)."""
+    true = (force - fit.bias) @ fit.matrix.T
+    return np.asarray(true / np.linalg.norm(true, axis=1)[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class Bearings:
+    """Tilt-compensated heading of the x axis for each pair of readings.
+
+    Attributes:
+        before: by the readings as they come, rad; NaN where x is upright.
+        after: by the calibration, rad.
+        error: standard deviation by what is not known of the calibration, rad.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    error: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Compass:
+    """What a heading needs.
+
+    Attributes:
+        accelerometer: its fit.
+        magnetometer: its fit, in its own frame.
+        alignment: how the magnetometer lies in the accelerometer's frame.
+    """
+
+    accelerometer: SensorFit
+    magnetometer: SensorFit
+    alignment: Alignment
+
+    def field(self, readings: FloatArray) -> FloatArray:
+        """Corrected field in the body frame from magnetometer readings, shape (n, 3)."""
+        matrix = self.alignment.rotation @ self.magnetometer.matrix
+        return np.asarray((readings - self.magnetometer.bias) @ matrix.T)
+
+    def bearings(self, force: FloatArray, readings: FloatArray) -> Bearings:
+        """Headings before and after, and the error expected after.
+
+        Args:
+            force: accelerometer readings, shape (n, 3).
+            readings: magnetometer readings at the same moments, shape (n, 3).
+        """
+        up, fit = up_in(self.accelerometer, force), self.magnetometer
+        before = heading(up if self.accelerometer.bias_unit == COUNT else force, readings)
+
+        def after(theta: FloatArray) -> FloatArray:
+            matrix = np.empty((3, 3))
+            matrix[ROWS], matrix[ROWS[::-1]] = theta[3:9], theta[3:9]
+            rotation = exponential(theta[9:]) @ self.alignment.rotation
+            return heading(up, (readings - theta[:3]) @ (rotation @ matrix).T)
+
+        theta = np.concatenate([fit.bias, fit.matrix[ROWS], np.zeros(3)])
+        covariance = np.zeros((12, 12))
+        if fit.covariance is not None:
+            covariance[:9, :9] = fit.covariance
+        covariance[9:, 9:] = self.alignment.covariance
+        return Bearings(before, after(theta), heading_error(after, theta, covariance))
+
+
+def compass_of(report: FitReport) -> Compass | None:
+    """The compass that a report makes, or None where its sensors are not aligned."""
+    if report.magnetic is None or report.second_stage is None:
+        return None
+    alignment = report.second_stage.alignment
+    return Compass(report.sensors["accelerometer"], report.magnetic.fit, alignment)
