@@ -61,28 +61,46 @@ def compare_methods(
     """
     options = options or FitOptions()
     report = fit_readings(readings, options)
+    unit = None if readings.gyroscope is None else readings.gyroscope.unit
+    return report, method_rows(report, unit, readings.magnetometer, options.field)
+
+
+def method_rows(
+    report: FitReport, gyroscope: str | None, series: Series | None, field: float | None
+) -> tuple[MethodRow, ...]:
+    """A row for each method of each sensor, on the holds and rotations of a report.
+
+    Args:
+        report: the default fit.
+        gyroscope: unit of the gyroscope's readings, or None without one.
+        series: the magnetometer's readings that its calibration is made of, or None.
+        field: magnitude of the local field, µT, or None.
+    """
     rows: list[MethodRow] = []
     if "accelerometer" in report.sensors:
-        unit, gravity = readings.accelerometer.unit, report.gravity
-        reference = fit_accelerometer(report.holds, gravity, unit)
+        unit = report.sensors["accelerometer"].bias_unit
         rows += [
-            _row("accelerometer", name, paper, _accelerometer(report, unit, name), gravity)
+            _row("accelerometer", name, paper, _accelerometer(report, unit, name), report.gravity)
             for name, paper in ACCELEROMETER.items()
         ]
-        if readings.gyroscope is not None:
-            rows += [
-                _row("gyroscope", name, paper, _gyroscope(report, reference, readings, name))
-                for name, paper in GYROSCOPE.items()
-            ]
-            both = report.sensors.get("gyroscope")
-            if both is not None and both.method not in GYROSCOPE:
-                rows.append(MethodRow("gyroscope", both.method, "N", both))
-    if readings.magnetometer is not None:
-        rows += [
-            _magnetometer(readings.magnetometer, options.field, name, paper)
-            for name, paper in MAGNETOMETER.items()
-        ]
-    return report, tuple(rows)
+        if gyroscope is not None:
+            rows += _gyroscopes(
+                report, fit_accelerometer(report.holds, report.gravity, unit), gyroscope
+            )
+    if series is not None:
+        rows += [_magnetometer(series, field, name, paper) for name, paper in MAGNETOMETER.items()]
+    return tuple(rows)
+
+
+def _gyroscopes(report: FitReport, reference: AccelerometerFit, unit: str) -> list[MethodRow]:
+    rows = [
+        _row("gyroscope", name, paper, _gyroscope(report, reference, unit, name))
+        for name, paper in GYROSCOPE.items()
+    ]
+    both = report.sensors.get("gyroscope")
+    if both is not None and both.method not in GYROSCOPE:
+        rows.append(MethodRow("gyroscope", both.method, "N", both))
+    return rows
 
 
 Fit = Callable[[], SensorFit]
@@ -103,11 +121,8 @@ def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
     return lambda: fit_accelerometer(report.holds, report.gravity, unit, name).fit
 
 
-def _gyroscope(
-    report: FitReport, reference: AccelerometerFit, readings: Readings, name: str
-) -> Fit:
+def _gyroscope(report: FitReport, reference: AccelerometerFit, unit: str, name: str) -> Fit:
     def make() -> SensorFit:
-        unit = "" if readings.gyroscope is None else readings.gyroscope.unit
         found = fit_gyroscope(report.holds, report.rotations, reference, unit, name)
         if found.fit is None:
             raise DataError("; ".join(found.warnings))
