@@ -26,8 +26,10 @@ class StreamStatus:
         temperature: newest, °C, or None.
         accelerometer: newest reading, or None.
         gyroscope: newest reading, or None.
+        magnetometer: newest reading, or None.
         accelerometer_unit: ``m/s^2`` or ``count``.
         gyroscope_unit: ``rad/s`` or ``count``.
+        magnetometer_unit: ``uT`` or ``count``.
         gravity: magnitude of the newest second's mean acceleration, in its unit, or None.
         digits: printed decimals of the accelerometer columns, or None where not text.
         warnings: what was noticed, newest last, each once.
@@ -49,8 +51,10 @@ class StreamStatus:
     temperature: float | None = None
     accelerometer: tuple[float, float, float] | None = None
     gyroscope: tuple[float, float, float] | None = None
+    magnetometer: tuple[float, float, float] | None = None
     accelerometer_unit: str = "m/s^2"
     gyroscope_unit: str = "rad/s"
+    magnetometer_unit: str = "uT"
     gravity: float | None = None
     digits: int | None = None
     warnings: tuple[str, ...] = ()

@@ -60,6 +60,7 @@ class Traces:
         self._index = 0
         self.accelerometer: tuple[float, float, float] | None = None
         self.gyroscope: tuple[float, float, float] | None = None
+        self.magnetometer: tuple[float, float, float] | None = None
         self.temperature: float | None = None
 
     def feed(self, readings: Readings) -> None:
@@ -77,6 +78,9 @@ class Traces:
         self._thin.add(np.hstack([drawn, rates]))
         self.accelerometer = _three(a[-1])
         self.gyroscope = None if g is None else _three(g[-1])
+        field = readings.magnetometer
+        if field is not None and len(field):  # slower than the others, it may not be in every piece
+            self.magnetometer = _three(field.values[-1])
         if readings.temperature is not None and len(readings.temperature):
             self.temperature = float(readings.temperature.values[-1, 0])
 

@@ -26,7 +26,7 @@ class View:
         self._traces: Traces | None = None
         self._attitude = Attitude()
         self._unseen: list[Readings] = []
-        self._units = ("m/s^2", "rad/s")
+        self._units = ("m/s^2", "rad/s", "uT")
         self._dirty = True
         self._latest = Snapshot(serial)
 
@@ -34,8 +34,12 @@ class View:
         """Rate and units are known."""
         self.rate = rate
         self._traces = Traces(rate, counts=readings.accelerometer.unit == COUNT)
-        gyroscope = readings.gyroscope
-        self._units = (readings.accelerometer.unit, gyroscope.unit if gyroscope else "rad/s")
+        gyroscope, magnetometer = readings.gyroscope, readings.magnetometer
+        self._units = (
+            readings.accelerometer.unit,
+            "rad/s" if gyroscope is None else gyroscope.unit,
+            "uT" if magnetometer is None else magnetometer.unit,
+        )
 
     def feed(self, readings: Readings) -> None:
         """Take new samples."""
@@ -94,7 +98,9 @@ class View:
             temperature=self._traces.temperature,
             accelerometer=self._traces.accelerometer,
             gyroscope=self._traces.gyroscope,
+            magnetometer=self._traces.magnetometer,
             accelerometer_unit=self._units[0],
             gyroscope_unit=self._units[1],
+            magnetometer_unit=self._units[2],
             gravity=self._traces.gravity,
         )

@@ -1,5 +1,7 @@
 """What is drawn: the newest seconds of all channels, and how the device lies."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -49,6 +51,15 @@ def test_traces_span_ten_seconds_with_a_bounded_number_of_points(rate: float) ->
     drawn = traces.drawn()
     assert len(drawn) <= 1010
     assert (drawn[-1, 0] - drawn[0, 0]) / rate == pytest.approx(SECONDS, rel=0.02, abs=0.11)
+
+
+def test_the_newest_field_stays_until_a_slow_magnetometer_says_another() -> None:
+    traces, time = Traces(100.0), np.arange(10) / 100.0
+    assert traces.magnetometer is None
+    field = Series(time[:2], np.array([[1.0, 2.0, 3.0], [20.0, -5.0, 40.0]]), "uT")
+    traces.feed(replace(_readings(time, _index(10), _index(10)), magnetometer=field))
+    traces.feed(_readings(time + 0.1, _index(10), _index(10)))
+    assert traces.magnetometer == (20.0, -5.0, 40.0)
 
 
 def test_the_drawing_stands_as_gravity_says() -> None:
