@@ -19,6 +19,8 @@ It spoils the line that the loss cut in two, so that no half line is ever joined
 every decoder throws away the line before it and does not trust the one after it.
 """
 
+_REMOTE = ("socket://", "rfc2217://")
+
 if sys.platform == "win32":
     _LOST: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
 else:
@@ -82,12 +84,16 @@ class Transport:
     def _opened(self, port: str, ports: list[PortInfo]) -> Any:
         import serial
 
-        options: dict[str, Any] = {"timeout": 0.05, "write_timeout": 1.0}
+        options: dict[str, Any] = {"timeout": 0.05}
+        if not port.lower().startswith("rfc2217://"):  # refused there
+            options["write_timeout"] = 1.0
         if "://" not in port and sys.platform != "win32":
             options["exclusive"] = True
         try:
+            if "://" in port and not port.lower().startswith(_REMOTE):
+                raise ValueError(port)  # pyserial takes others, and fails on them in many ways
             return serial.serial_for_url(port, self.baud, **options)
-        except _LOST as error:
+        except (*_LOST, OverflowError) as error:  # OverflowError: a speed beyond all measure
             known = [info.device for info in ports]
             raise LinkError(link_errors.cannot_open(plain(port), error, known)) from error
 
@@ -115,9 +121,8 @@ class Transport:
 
     def _read_any(self, timeout: float) -> bytes:
         """The way through pyserial alone: Windows and remote ports."""
-        self._serial.timeout = timeout
-        if "://" in self.port:
-            return bytes(self._serial.read(4096))
+        if self._serial.timeout != timeout:  # even the same one anew is negotiated with a server
+            self._serial.timeout = timeout
         data: bytes = self._serial.read(1)
         return data + bytes(self._serial.read(self._serial.in_waiting)) if data else b""
 

@@ -104,10 +104,20 @@ def test_a_refused_socket_says_that_nobody_answers() -> None:
         Transport(url).open()
 
 
-@pytest.mark.parametrize("url", ["nonsense://1", "socket://", "socket://host:notaport"])
+@pytest.mark.parametrize(
+    "url",
+    ["nonsense://1", "socket://", "socket://host:notaport", "rfc2217://host", "hwgrep://[",
+     "loop://?x=y", "socket://127.0.0.1:99999"],
+)  # fmt: skip
 def test_a_bad_url_says_which_urls_are_good(url: str) -> None:
     with pytest.raises(LinkError, match="socket://HOST:PORT"):
         Transport(url).open()
+
+
+def test_a_speed_that_cannot_be_is_refused_in_words(pty: Pty) -> None:
+    for speed in (-5, 10**12):
+        with pytest.raises(LinkError, match="cannot be opened"):
+            Transport(pty.path, speed).open()
 
 
 def test_a_socket_is_read_like_a_port_and_its_end_is_a_loss() -> None:
