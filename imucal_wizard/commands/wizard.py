@@ -8,6 +8,7 @@ from typing import Any
 from imucal_wizard.commands.arguments import (
     Parser,
     add_gravity,
+    add_magnetometer,
     add_methods,
     add_recording_options,
     positive,
@@ -65,6 +66,7 @@ def parser() -> Parser:
     add_recording_options(made)
     add_gravity(made)
     add_methods(made)
+    add_magnetometer(made)
     return made
 
 
@@ -107,6 +109,8 @@ def run(argv: Sequence[str]) -> int:
             muted=arguments.mute,
             method=arguments.method,
             gyroscope_method=arguments.gyro_method,
+            magnetometer_method=arguments.mag_method,
+            field=arguments.field,
             effects=tuple(arguments.effects),
             **_mystery(arguments),
         )

@@ -1,5 +1,6 @@
 """From what was measured to a report: the one road that screens, commands and tests all take."""
 
-from imucal_wizard.fitting.report import FitOptions, fit_collected, fit_readings
+from imucal_wizard.fitting.inertial import FitOptions
+from imucal_wizard.fitting.report import fit_collected, fit_readings
 
 __all__ = ["FitOptions", "fit_collected", "fit_readings"]

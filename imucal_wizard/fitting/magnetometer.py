@@ -1,21 +1,27 @@
 """The magnetometer of a recording, beside whatever the accelerometer and gyroscope gave."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.readings import Series
+from imucal_wizard.solver.magnetometer.disturbances import BoolArray
+from imucal_wizard.solver.magnetometer.elsewhere import judged_elsewhere
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport
 
+Fit = Callable[[], MagnetometerFit]
+"""Fits the magnetometer, or raises a ``DataError`` that says why it cannot."""
+
 
 def with_magnetometer(
     inertial: Callable[[], FitReport],
+    magnetic: Fit,
     series: Series,
-    field: float | None,
-    method: str,
     gravity: float,
     warnings: tuple[str, ...],
 ) -> FitReport:
@@ -26,16 +32,15 @@ def with_magnetometer(
 
     Args:
         inertial: makes the report of the other sensors.
-        series: the magnetometer's readings, in the order of time.
-        field: magnitude of the local field, µT, or None.
-        method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+        magnetic: fits the magnetometer.
+        series: all its readings, in the order of time.
         gravity: of a report without an accelerometer, m/s².
         warnings: what the reader noticed, for such a report.
 
     Raises:
         DataError: neither can be calibrated.
     """
-    found, why = _fit(series, field, method)
+    found, why = _tried(magnetic)
     try:
         report = inertial()
     except DataError as error:
@@ -46,9 +51,46 @@ def with_magnetometer(
     return added(report, series, found, why)
 
 
-def _fit(series: Series, field: float | None, method: str) -> tuple[MagnetometerFit | None, str]:
+def fit_during(
+    spans: Sequence[tuple[float, float]], series: Series, field: float | None, method: str
+) -> MagnetometerFit:
+    """The magnetometer by the samples of its own step.
+
+    There the device is turned in one place, away from iron; what comes before may have been
+    measured beside a computer. The samples at rest serve the second stage, and are judged by this
+    calibration.
+
+    Args:
+        spans: sample times at which the step began and ended, s.
+        series: all readings, in the order of time.
+        field: magnitude of the local field, µT, or None.
+        method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+
+    Raises:
+        DataError: the step was left out, or what was measured does not carry a calibration.
+    """
+    if not spans:
+        raise DataError("its step was left out")
+    found = fit_magnetometer(samples_during(spans, series), field, method)
+    return judged_elsewhere(found, series, _within(spans, series))
+
+
+def samples_during(spans: Sequence[tuple[float, float]], series: Series) -> Series:
+    """The samples within spans of time, ends included."""
+    rows = _within(spans, series)
+    return Series(series.time[rows], series.values[rows], series.unit)
+
+
+def _within(spans: Sequence[tuple[float, float]], series: Series) -> BoolArray:
+    rows = np.zeros(len(series), bool)
+    for start, end in spans:
+        rows |= (series.time >= start) & (series.time <= end)
+    return rows
+
+
+def _tried(magnetic: Fit) -> tuple[MagnetometerFit | None, str]:
     try:
-        return fit_magnetometer(series, field, method), ""
+        return magnetic(), ""
     except DataError as error:
         return None, f"the magnetometer is not calibrated: {error}"
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.gyroscope import fit_gyroscope
-from imucal_wizard.fitting.report import FitOptions, fit_readings
+from imucal_wizard.fitting.inertial import FitOptions
+from imucal_wizard.fitting.report import fit_readings
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import (
     advancing,
@@ -108,16 +109,40 @@ def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
 def crossings(holds: Sequence[Hold], gyroscope: Series) -> list[Crossing]:
     """The gyroscope between each hold and the next, where it is whole."""
     interval = float(np.median(np.diff(gyroscope.time))) if len(gyroscope) > 1 else 0.0
+    found = (
+        _crossing(
+            index,
+            index + 1,
+            gyroscope.between(holds[index].end - OVERLAP, holds[index + 1].start + OVERLAP),
+            interval,
+        )
+        for index in range(len(holds) - 1)
+    )
+    return [one for one in found if one is not None]
+
+
+def crossings_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Crossing]:
+    """The same of motions that were gathered live; those without a problem, between kept holds."""
+    places = {id(hold): index for index, hold in enumerate(holds)}
     out = []
-    for index in range(len(holds) - 1):
-        start, end = holds[index].end - OVERLAP, holds[index + 1].start + OVERLAP
-        part = gyroscope.between(start, end)
-        later = advancing(part.time)
-        part = Series(part.time[later], part.values[later], part.unit)
-        whole = len(part) > FEWEST and bool((np.diff(part.time) <= GAP * interval).all())
-        if whole and end - start <= LONGEST_TURN and np.isfinite(part.values).all():
-            out.append(Crossing(index, index + 1, part.time, part.values))
+    for rotation in rotations:
+        before, after = places.get(id(rotation.before)), places.get(id(rotation.after))
+        if rotation.problem is not None or before is None or after is None:
+            continue
+        interval = float(np.median(np.diff(rotation.time)))
+        one = _crossing(before, after, Series(rotation.time, rotation.rate, ""), interval)
+        out += [] if one is None else [one]
     return out
+
+
+def _crossing(before: int, after: int, part: Series, interval: float) -> Crossing | None:
+    """A motion whose samples are all there and that does not last too long."""
+    later = advancing(part.time)
+    time, rate = part.time[later], part.values[later]
+    whole = len(time) > FEWEST and bool((np.diff(time) <= GAP * interval).all())
+    if not whole or time[-1] - time[0] > LONGEST_TURN or not np.isfinite(rate).all():
+        return None
+    return Crossing(before, after, time, rate)
 
 
 def passages(

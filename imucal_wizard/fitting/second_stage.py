@@ -1,14 +1,15 @@
 """The second stage on a recording: magnetometer aligned, clocks compared, turns closed twice."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.compass import ROWS, Compass, up_in
-from imucal_wizard.fitting.passages import Crossing, crossings, field_at, passages
+from imucal_wizard.fitting.passages import Crossing, field_at, passages
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray, Readings, Series
+from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.parameters import full_parameters, with_errors
@@ -28,23 +29,30 @@ WORSE = 1.1
 """A closure that is larger by less than this says nothing: thirty turns know it to 13 %."""
 
 
-def with_second_stage(report: FitReport, readings: Readings) -> FitReport:
+def with_second_stage(
+    report: FitReport, series: Series | None, turns: Sequence[Crossing]
+) -> FitReport:
     """The report with the magnetometer in the accelerometer's frame and what follows from it.
 
     Where the still positions do not carry the alignment the report stays as it is but for a note.
+
+    Args:
+        report: of each sensor by itself.
+        series: all the magnetometer's readings, those at rest among them.
+        turns: the gyroscope between the holds of the report; none without one.
     """
-    found, series = report.magnetic, readings.magnetometer
+    found = report.magnetic
     if found is None or series is None or "accelerometer" not in report.sensors:
         return report
     try:
-        return _second_stage(report, readings, found, series)
+        return _second_stage(report, series, turns, found)
     except DataError as error:
         note = f"the magnetometer stays in its own frame: {error}"
         return replace(report, warnings=(*report.warnings, note))
 
 
 def _second_stage(
-    report: FitReport, readings: Readings, found: MagnetometerFit, series: Series
+    report: FitReport, series: Series, turns: Sequence[Crossing], found: MagnetometerFit
 ) -> FitReport:
     places, field = field_at(report.holds, series, found)
     up = _up(report.sensors["accelerometer"], [report.holds[i] for i in places])
@@ -53,9 +61,8 @@ def _second_stage(
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment)
     stage = SecondStage(alignment, _headings(report, compass, places, series))
     sensors = {**report.sensors, "magnetometer": aligned}
-    gyroscope = readings.gyroscope
-    if gyroscope is not None and "gyroscope" in report.sensors:
-        stage, better = _with_gyroscope(report, stage, gyroscope, series, aligned)
+    if "gyroscope" in report.sensors:
+        stage, better = _with_gyroscope(report, stage, turns, series, aligned)
         sensors["gyroscope"] = better
     return replace(report, sensors=sensors, second_stage=stage)
 
@@ -112,11 +119,14 @@ def _headings(report: FitReport, compass: Compass, places: list[int], series: Se
 
 
 def _with_gyroscope(
-    report: FitReport, stage: SecondStage, gyroscope: Series, series: Series, aligned: SensorFit
+    report: FitReport,
+    stage: SecondStage,
+    turns: Sequence[Crossing],
+    series: Series,
+    aligned: SensorFit,
 ) -> tuple[SecondStage, SensorFit]:
     """Clock offset, and the gyroscope by both references."""
     fit = report.sensors["gyroscope"]
-    turns = crossings(report.holds, gyroscope)
     clock = clock_offset(passages(turns, fit, series, aligned))
     stage = replace(stage, clock=clock)
     offset = 0.0 if clock is None else clock.seconds

@@ -1,6 +1,7 @@
 """What the command line says to the wizard."""
 
-from dataclasses import dataclass, field
+import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.recordings.options import RecordingOptions
@@ -33,6 +34,8 @@ class WizardOptions:
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
+        magnetometer_method: the magnetometer's method.
+        field: magnitude of the local magnetic field, µT, or None when it is not known.
         mystery: number of an exercise: an effect that chance hides in the virtual sensor; or None.
         grade: how good that sensor is.
         key: the word that opens its sealed answer.
@@ -44,7 +47,7 @@ class WizardOptions:
     baud: int = 115200
     format: str = "auto"
     replay: tuple[Path, ...] = ()
-    recording: RecordingOptions = field(default_factory=RecordingOptions)
+    recording: RecordingOptions = dataclasses.field(default_factory=RecordingOptions)
     speed: float = 1.0
     auto: bool = False
     quit: bool = False
@@ -60,6 +63,8 @@ class WizardOptions:
     muted: bool = False
     method: str = "least_squares"
     gyroscope_method: str = "vector"
+    magnetometer_method: str = "orthogonal"
+    field: float | None = None
     effects: tuple[Path, ...] = ()
     mystery: int | None = None
     grade: str = "consumer"

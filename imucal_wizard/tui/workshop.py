@@ -47,7 +47,13 @@ class Workshop(Opening):
         if stream.gyroscope is not None:
             units["gyroscope"] = stream.gyroscope_unit
         wanted = self._options
-        options = FitOptions(wanted.gravity, wanted.method, wanted.gyroscope_method)
+        options = FitOptions(
+            wanted.gravity,
+            wanted.method,
+            wanted.gyroscope_method,
+            wanted.magnetometer_method,
+            wanted.field,
+        )
         return fit_collected(collected, units, stream.rate, options, stream.warnings)
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":

@@ -20,6 +20,7 @@ from imucal_wizard.tui.run import first_choice, run_wizard
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import Hand, Source, SourceChoice, SourceKind
 from imucal_wizard.tui.workshop import Workshop
+from tests.fitting.collecting import with_field
 from tests.tui import fakes
 from tests.tui.waiting import shows, until
 
@@ -185,3 +186,21 @@ def test_what_is_not_there_is_said_in_a_sentence(tmp_path: Path) -> None:
         workshop.open_source(missing)
     with pytest.raises(RecordingError, match="there is no file"):
         workshop.open_source(replace(missing, kind=SourceKind.FILE, target="none.csv"))
+
+
+def test_the_local_field_reaches_the_fit_and_the_saved_calibration(tmp_path: Path) -> None:
+    """``--field`` and ``--mag-method`` are the wizard's, too; what is saved is in µT."""
+    place = tmp_path / "mine.json"
+    workshop = Workshop(WizardOptions(save=place, field=48.5, magnetometer_method="two-step"))
+    snapshot = Snapshot(stream=fakes.STREAM)
+    report = workshop.fit(with_field(), snapshot)
+    saved = workshop.save(report)
+    kept = load(place).sensors["magnetometer"]
+    assert kept.method == "two-step"
+    assert kept.unit == "uT"
+    assert kept.frame == "accelerometer"
+    readings = with_field().magnetometer
+    assert readings is not None
+    length = np.linalg.norm(kept.apply(readings.values), axis=1)
+    assert length.mean() == pytest.approx(48.5, rel=2e-3)
+    assert any("MAGNETOMETER" in text for text in saved.says)

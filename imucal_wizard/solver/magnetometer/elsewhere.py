@@ -1,0 +1,37 @@
+"""Samples that a magnetometer's fit has not seen, judged by it: which of them were disturbed."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.ellipsoid.bins import bin_of
+from imucal_wizard.ellipsoid.robust import spread
+from imucal_wizard.readings import Series
+from imucal_wizard.solver.magnetometer.disturbances import FEWEST, BoolArray, find
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+
+SMALLEST = 1e-9
+"""Scatter below which readings are exact, as a share of the field."""
+
+
+def judged_elsewhere(found: MagnetometerFit, series: Series, fitted: BoolArray) -> MagnetometerFit:
+    """The fit of some samples, with all others in ``kept`` that were not disturbed.
+
+    The field may be another one there: what counts is that it is the same all the while.
+
+    Args:
+        found: by the samples fitted.
+        series: all readings, in the order of time.
+        fitted: which of them were fitted, shape (n,).
+    """
+    kept = np.zeros(len(series), bool)
+    kept[fitted] = found.kept
+    others = ~fitted
+    if others.sum() > FEWEST:
+        corrected = (series.values[others] - found.fit.bias) @ found.fit.matrix.T
+        length = np.linalg.norm(corrected, axis=1)
+        distance = length / float(np.median(length)) - 1.0
+        areas = bin_of((corrected / length[:, None]).T)
+        sigma = max(spread(distance), SMALLEST)
+        kept[others] = find(distance, series.time[others], areas, sigma)[0]
+    return replace(found, kept=kept)
