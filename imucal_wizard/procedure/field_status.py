@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import BINS
 
+GOOD = {"gaps": 15.0, "variance": 4.5, "wobble": 4.0, "fit_error": 5.0}
+"""Per cent below which each figure is good: the limits that users of MotionCal know."""
+
 
 def _empty() -> NDArray[np.intp]:
     return np.zeros(BINS, np.intp)

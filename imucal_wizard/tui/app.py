@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.procedure.asked import Asked
     from imucal_wizard.solver.result import FitReport
 
-MEASURING = ("settle", "up-down", "poses", "rotations", "more")
+MEASURING = ("settle", "up-down", "poses", "rotations", "field", "more")
 """Steps that cannot go on when the source has ended."""
 
 

@@ -41,7 +41,7 @@ async def _load_behind(app: "WizardApp", screen: SourceScreen) -> None:
 
 def _load() -> None:
     """Import the screens that need numpy."""
-    for name in ("settle", "pose", "rotation", "result", "save", "more"):
+    for name in ("settle", "pose", "rotation", "field", "result", "save", "more"):
         import_module(f"{_SCREENS}.{name}_screen")
 
 
@@ -60,6 +60,10 @@ def screen_for(step: str) -> LiveScreen:
         from imucal_wizard.tui.screens.rotation_screen import RotationScreen
 
         return RotationScreen()
+    if step == "field":
+        from imucal_wizard.tui.screens.field_screen import FieldScreen
+
+        return FieldScreen()
     if step == "more":
         from imucal_wizard.tui.screens.more_screen import MoreScreen
 

@@ -7,114 +7,10 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 
+from imucal_wizard.tui.help_words import WORDS
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
-_SENSES = (
-    "To the left is counter-clockwise, to the right is clockwise, as you see it when the axis "
-    "that is named points at you."
-)
-_WORDS: dict[str, tuple[str, ...]] = {
-    "source": (
-        (
-            "Choose where the samples come from: a port, the virtual IMU (a sensor "
-            "that exists only in this program, to practise on), a recording, or an earlier session."
-        ),
-        (
-            "The preview shows what arrives. When the device lies still, the size of gravity "
-            "should be near 9.81 m/s², 1 g or 1000 mg; then the unit is right. The gyroscope's "
-            "unit cannot be seen at rest; if it is not known you are asked for it."
-        ),
-    ),
-    "columns": (
-        (
-            "Say what each number of the newest line is: ax, ay, az are needed, gx, gy, gz for "
-            "the gyroscope; what means nothing here is 'not used'. Turn the device and watch "
-            "which number follows gravity."
-        ),
-        (
-            "Units: at rest the size of the acceleration is 9.81 m/s², 1 g or 1000 mg; whole "
-            "numbers in the hundreds or thousands are counts. The turn rate's unit is in the "
-            "sketch or the data sheet."
-        ),
-    ),
-    "settle": (
-        (
-            "Lay the device down on something that does not shake and take your hands off. The "
-            "program measures how much every axis trembles by itself; from that it knows later "
-            "what still means. If it never gets still: the table shakes, or a cable pulls."
-        ),
-    ),
-    "up-down": (
-        (
-            "Put each of the six faces up once, in any order. Hold the device against something "
-            "solid until the bar is full; you hear two quick bells. No exact alignment is needed: "
-            "20° off is fine. The table shows the first estimate of bias and sensitivity."
-        ),
-        _SENSES,
-    ),
-    "poses": (
-        (
-            "Now 18 poses: the six faces again, and the twelve edges (the device leans at 45°, for "
-            "instance on a wedge or against a book). Any pose that is still missing counts, "
-            "whichever is asked for. Lean it on something: a hand alone is rarely still enough."
-        ),
-        "● taken   ◎ asked for next   · missing   [brackets] where the device is now",
-        _SENSES,
-    ),
-    "rotations": (
-        (
-            "Hold still, turn the device about the axis that is named, stop, hold still again. Any "
-            "angle up to 170° will do, and it need not be exact. Turn both ways, at several "
-            "speeds, but not so fast that the gyroscope reaches the end of its range."
-        ),
-        _SENSES,
-    ),
-    "result": (
-        (
-            "Before, after, held out: the error without calibration, with it on the data it was "
-            "made from, and with it on directions it had not seen. The last is the honest one. "
-            "The plot shows what is left of each hold; the band is what noise alone makes."
-        ),
-        (
-            "|a| is the size of the acceleration at rest, which should be gravity. Closure: the "
-            "gyroscope carries gravity's direction through a turn; the angle by which it misses "
-            "the direction measured afterwards."
-        ),
-        "v measures a few new orientations, s saves at once, t shows every parameter.",
-        "f opens the bench: it shows what the model does not explain, and which effect would.",
-    ),
-    "more": (
-        (
-            "The bench has asked for these poses: they tell apart what the data so far cannot. "
-            "Hold each as before, in any order; then make the turns it asks for. After the last "
-            "one everything is fitted again and the bench opens with your model, on all the data."
-        ),
-        "s goes back to the bench with what there is. ● taken   ◎ asked for next   · missing",
-        _SENSES,
-    ),
-    "validate": (
-        (
-            "A few new orientations that the fit has not seen. What is left of the error "
-            "there is what to expect in use. Hold the device still in each, as before."
-        ),
-    ),
-    "parameters": (
-        (
-            "bias: the reading when there is nothing to measure. sensitivity: reading per input; "
-            "the correction is its reciprocal. theta: how far two axes are from a right angle. "
-            "cross: the part of a turn about the second axis that shows up about the first."
-        ),
-        (
-            "±: one standard error from what is left over by the fit; in brackets from repeated "
-            "poses alone. Not carried: these data say nothing of it; it stays at its nominal value."
-        ),
-    ),
-    "save": (
-        "The calibration is on disk. The place is shown; q leaves.",
-        "f opens the bench: it shows what the model does not explain, and which effect would.",
-    ),
-}
 _ALWAYS = (
     ("u", "takes back the last hold or rotation; nothing else is lost"),
     ("s", "skips the step; what that costs is said"),
@@ -169,7 +65,7 @@ class HelpScreen(ModalScreen[None]):
 
     def _rows(self, width: int) -> list[Line]:
         rows: list[Line] = []
-        for text in _WORDS.get(self._step, ()):
+        for text in WORDS.get(self._step, ()):
             rows += [*wrapped(text, width), line("")]
         rows += self._keys(_ALWAYS, width)
         if self._hand:

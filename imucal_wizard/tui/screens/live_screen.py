@@ -61,7 +61,7 @@ class LiveScreen(SizedScreen[str]):
         if self.wizard.snapshot is not None:
             self.take(self.wizard.snapshot)
         else:
-            self.query_one(StepHeader).tell(self.step)
+            self.query_one(StepHeader).tell(self.step, absent=("field",))
 
     def end(self, step: str) -> None:
         """Leave this screen once; the wizard shows the one of ``step`` next."""
@@ -80,4 +80,5 @@ class LiveScreen(SizedScreen[str]):
             self.end(status.step)
             return
         skipped = {str(step) for step, _ in status.skipped}
-        self.query_one(StepHeader).tell(str(self.step), status.elapsed, skipped)
+        absent = ("field",) if snapshot.stream.magnetometer is None else ()
+        self.query_one(StepHeader).tell(str(self.step), status.elapsed, skipped, absent=absent)

@@ -1,62 +1,29 @@
 """A step that the machine in the domain carries out while the screen follows it."""
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.events import Key
 from textual.widgets import Static
 
 from imucal_wizard.live.snapshot import Snapshot
-from imucal_wizard.procedure.plan import standard
 from imucal_wizard.procedure.poses import DIRECTIONS
-from imucal_wizard.procedure.state import Status, StepKind
-from imucal_wizard.procedure.wording import TITLES
+from imucal_wizard.procedure.state import Status
 from imucal_wizard.tui.cube import IDENTITY, Matrix, Vector, matrix_of, tilted
-from imucal_wizard.tui.screens.live_screen import LiveScreen
-from imucal_wizard.tui.screens.skip_screen import SkipScreen
+from imucal_wizard.tui.screens.keyed_screen import KeyedScreen
 from imucal_wizard.tui.text import Line, bar, line, number, wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.device_drawing import DeviceDrawing
-from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.notice import Notice
 from imucal_wizard.tui.widgets.still_bars import StillBars, reason
 from imucal_wizard.tui.widgets.stream_line import StreamLine
 from imucal_wizard.tui.widgets.traces import Traces
 
-if TYPE_CHECKING:
-    from imucal_wizard.tui.hand_keys import HandKeys
 
-HAND_KEYS: Keys = (
-    ("←→", "turn about z"),
-    ("↑↓", "about y"),
-    ("a d", "about x"),
-    ("space", "snap"),
-    ("T", "tremble"),
-    ("H", "hand does it"),
-)
-
-
-class StepScreen(LiveScreen):
+class StepScreen(KeyedScreen):
     """Instruction, drawing, stillness, progress, traces; ends with the step the machine goes to."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("u", "order('undo')", "undo"),
-        Binding("s", "skip", "skip"),
-        Binding("r", "order('repeat')", "repeat"),
-        Binding("b", "order('back')", "back"),
-    ]
-    keys: ClassVar[Keys] = (
-        ("?", "help"),
-        ("u", "undo last"),
-        ("s", "skip step"),
-        ("r", "repeat step"),
-        ("b", "back"),
-        ("m", "sound"),
-        ("q", "quit"),
-    )
     wanted_title: ClassVar[str] = "wanted"
 
     def body(self) -> ComposeResult:
@@ -80,43 +47,11 @@ class StepScreen(LiveScreen):
         """What this step alone shows."""
         yield Static(id="nothing")
 
-    def footer(self) -> None:
-        """The keys, and those of the virtual hand where there is one."""
-        self.query_one(KeyFooter).offer(self.keys, HAND_KEYS if self.wizard.hand_keys else ())
-
-    def action_order(self, name: str, argument: str = "") -> None:
-        """Hand a command to the machine."""
-        self.wizard.order(name, argument)
-
-    def action_skip(self) -> None:
-        """State what skipping costs; skip when that is accepted."""
-        step = standard().step(StepKind(self.step))
-
-        def answered(skip: bool | None) -> None:
-            if skip:
-                self.wizard.order("skip")
-
-        self.wizard.push_screen(SkipScreen(TITLES[step.kind], step.skipped), answered)
-
-    def on_key(self, event: Key) -> None:
-        """Ways out that are open now have keys of their own; so has the virtual hand."""
-        snapshot = self.wizard.snapshot
-        for offer in snapshot.status.offers if snapshot else ():
-            if offer.key == (event.character or event.key):
-                self.wizard.order(offer.command)
-                event.stop()
-                return
-        hand: HandKeys | None = self.wizard.hand_keys
-        if hand is not None and hand.press(event.key, snapshot.status if snapshot else None):
-            event.stop()
-
     def take(self, snapshot: Snapshot) -> None:
         """Show a snapshot."""
         super().take(snapshot)
         status = snapshot.status
-        lost = not snapshot.stream.connected and not snapshot.finished
-        words = ("NOT CONNECTED", "bad") if lost else self.headline(status)
-        self.query_one(BigText).say(*words)
+        self.query_one(BigText).say(*self.announced(snapshot))
         self._say(status)
         self.query_one("#still", Lines).show([reason(status.still)])
         self.query_one(StillBars).tell(status.still)
@@ -136,7 +71,7 @@ class StepScreen(LiveScreen):
         growing = still.still and not still.spent and still.held < still.needed
         if growing and self.in_place(status):
             return "HOLD STILL", "good"
-        return status.instruction or self.wizard.waiting_words, "strong"
+        return super().headline(status)
 
     def in_place(self, status: Status) -> bool:  # noqa: ARG002 (each step has its own answer)
         """Whether a hold that is begun here will count."""

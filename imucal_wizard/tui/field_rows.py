@@ -1,0 +1,76 @@
+"""The magnetometer's step in words: how far the circle is, how good it is by now, what to do."""
+
+from imucal_wizard.procedure.field_status import GOOD, FieldStatus
+from imucal_wizard.procedure.state import Status
+from imucal_wizard.tui.text import Line, bar, line, number, signed, wrapped
+from imucal_wizard.tui.widgets.notice import event_rows, offer_rows
+
+_FIGURES = {
+    "gaps": ("gaps", "of the sphere that no sample is near"),
+    "variance": ("variance", "spread of the field's size"),
+    "wobble": ("wobble", "how far the middle is off"),
+    "fit_error": ("fit error", "what the model does not explain"),
+}
+"""Each figure's name as users of MotionCal know it, and what it is."""
+EXPLAINED = 62
+"""Columns from which the figures say what they are."""
+
+
+def turned_rows(field: FieldStatus, width: int) -> list[Line]:
+    """How far the device has been turned with the wanted face on the table."""
+    if field.face is None:
+        return [line("any motion counts now:", "accent"), line("turn it about every axis")]
+    down = "" if field.face_down is None else f"  {signed(field.face_down)} down"
+    return [
+        (
+            ("turned ", "quiet"),
+            (f"{field.turned:.0f}°", "strong"),
+            (" of 360°", "quiet"),
+            (down, "good" if field.face_down == field.face else "quiet"),
+        ),
+        line(bar(field.turned / 360.0, width), "good" if field.face_down == field.face else ""),
+    ]
+
+
+def quality_rows(field: FieldStatus, width: int) -> list[Line]:
+    """The four figures against what is good, the field's size, and how many samples there are."""
+    rows = [_figure(name, getattr(field, name), width) for name in _FIGURES]
+    size = "–" if field.magnitude is None else f"{number(field.magnitude)} µT"
+    rows.append((("field     ", "quiet"), (f"{size}", "strong")))
+    left = f", {field.left_out} left out" if field.left_out else ""
+    rows.append(((f"{field.samples} samples", ""), (left, "warn")))
+    return rows
+
+
+def _figure(name: str, value: float | None, width: int) -> Line:
+    label, meaning = _FIGURES[name]
+    head = (f"{label:<10}", "quiet")
+    tail = (f"  {meaning}" if width >= EXPLAINED else "", "quiet")
+    wanted = f"want {GOOD[name]:g}"
+    if value is None:
+        return head, (f"   – %   {wanted:<8}", "quiet"), tail
+    verdict = ("✓ good    ", "good") if value < GOOD[name] else (f"▲ {wanted:<8}", "warn")
+    return head, (f"{number(value, 2):>4} % ", "strong"), verdict, tail
+
+
+def notice_rows(status: Status, problem: str, width: int, height: int) -> list[Line]:
+    """What matters most in the rows there are.
+
+    A broken stream comes before a disturbed field, that before what keeps a calibration from
+    coming of it, and that before the advice; ways out come next, then what happened last.
+    """
+    field = status.field or FieldStatus()
+    rows = _first(field, problem, width - 2)
+    choices = offer_rows(status.offers, width - 2)
+    room = height - len(rows) - len(choices)
+    if status.last_event is not None and room > 0 and not problem:
+        rows += event_rows(status.last_event, width - 2)[:room]
+    return (rows + choices)[:height]
+
+
+def _first(field: FieldStatus, problem: str, width: int) -> list[Line]:
+    if problem:
+        return wrapped(f" ▲ {problem}", width, "bad", indent="   ")
+    if field.disturbed or field.trouble:
+        return wrapped(f" ▲ {field.disturbed or field.trouble}", width, "warn", indent="   ")
+    return wrapped(f" ▸ {field.advice}", width, "accent", indent="   ") if field.advice else []

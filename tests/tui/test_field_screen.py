@@ -1,0 +1,119 @@
+"""The magnetometer's step on the screen, at the sizes people have."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.ellipsoid.bins import centres
+from imucal_wizard.procedure.field_status import FieldStatus
+from imucal_wizard.procedure.state import Event, EventKind, Status, StepKind
+from imucal_wizard.tui.widgets.big_text import BigText
+from tests.tui import fakes
+from tests.tui.test_screens import LARGE, USUAL, app_with
+from tests.tui.waiting import seen, shows, until
+
+
+def field() -> FieldStatus:
+    """In the circle on −z: the lower half is covered."""
+    counts = np.where(centres()[:, 2] < 0.0, 9, 0)
+    return FieldStatus(
+        face="-z", face_down="-z", turned=214.0, done=("+x", "-x"),
+        missing=("+y", "-y", "-z", "+z"), counts=counts, here=61, gaps=23.4, variance=2.1,
+        wobble=4.4, fit_error=0.8, magnitude=48.21, advice="lay the −y face on the table",
+        samples=1234, left_out=12,
+    )  # fmt: skip
+
+
+def status(now: FieldStatus | None = None) -> Status:
+    """The step with this field."""
+    return Status(
+        step=StepKind.FIELD,
+        elapsed=431.0,
+        instruction="TURN −Z DOWN",
+        field=now or field(),
+        up=(0.0, 0.0, 1.0),
+        noise="1.2 mg, 0.06 °/s",
+        last_event=Event(EventKind.HOLD_TAKEN, 420.0, "the circle on −x is done"),
+    )
+
+
+def source_of(now: FieldStatus | None = None) -> fakes.FakeSource:
+    """A stream with a magnetometer."""
+    stream = replace(fakes.STREAM, magnetometer=(20.0, 3.0, -40.0))
+    return fakes.FakeSource(status(now), stream)
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[int, int]) -> None:
+    app = app_with(source_of())
+    async with app.run_test(size=size) as pilot:
+        text = await shows(
+            pilot, "▸FIELD", "turned 214° of 360°", "−z down", "+x ●", "+y ·", "[−z ◎]",
+            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 % ▲ want 15", "2.1 % ✓ good",
+            "4.4 % ▲ want 4", "0.80 % ✓ good", "48.2 µT", "1234 samples, 12 left out",
+            "lay the −y face on the table", "the circle on −x is done", "s skip step", "? help",
+        )  # fmt: skip
+        assert text.count("◆") == 2  # where it is, and what the sign means
+        assert app.screen.query_one(BigText).text == "TURN −Z DOWN"
+
+
+async def test_a_disturbance_is_said_large_and_with_its_size_while_it_lasts() -> None:
+    disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
+    source = source_of(replace(field(), disturbed=disturbed))
+    app = app_with(source)
+    async with app.run_test(size=USUAL) as pilot:
+        text = await shows(pilot, disturbed)
+        assert "▸ lay" not in text
+        assert app.screen.query_one(BigText).text == "DISTURBED"
+        source.say(status())
+        await shows(pilot, "▸ lay the −y face")
+        assert app.screen.query_one(BigText).text == "TURN −Z DOWN"
+
+
+async def test_what_keeps_a_calibration_from_coming_of_it_comes_before_the_advice() -> None:
+    trouble = "The field is 140 µT: that is not the Earth's"
+    async with app_with(source_of(replace(field(), trouble=trouble))).run_test(size=USUAL) as pilot:
+        await shows(pilot, f"▲ {trouble}")
+        assert "▸ lay" not in seen(pilot)
+
+
+async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:
+    async with app_with(source_of(FieldStatus(face="-z"))).run_test(size=USUAL) as pilot:
+        await shows(pilot, "turned 0° of 360°", "– %   want 15", "field     –", "0 samples")
+
+
+async def test_without_circles_any_motion_counts() -> None:
+    async with app_with(source_of(replace(field(), face=None))).run_test(size=USUAL) as pilot:
+        await shows(pilot, "any motion counts now", "turn it about every axis")
+
+
+async def test_the_step_is_skipped_only_after_its_cost_was_read() -> None:
+    source = source_of()
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸FIELD")
+        await pilot.press("s")
+        await shows(pilot, "skip Field?", "no heading")
+        await pilot.press("s")
+        await until(pilot, lambda: source.commands == [("skip", "")])
+        await pilot.press("r", "u")
+        await until(pilot, lambda: source.commands[1:] == [("repeat", ""), ("undo", "")])
+
+
+async def test_help_says_what_the_sphere_and_the_figures_are() -> None:
+    async with app_with(source_of()).run_test(size=LARGE) as pilot:
+        await shows(pilot, "▸FIELD")
+        await pilot.press("question_mark")
+        await shows(pilot, "help: field", "seen from the device", "wobble:", "fit error:")
+
+
+async def test_the_header_names_the_step_only_where_there_is_a_magnetometer() -> None:
+    """All ten steps with the time in 80 columns; the first ones that are over are a tick."""
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        assert "Field" not in await shows(pilot, "▸18 POSES", "Save", "04:12")
+        source.stream = replace(source.stream, magnetometer=(20.0, 3.0, -40.0))
+        source.say(fakes.poses_status())
+        await shows(pilot, "▸18 POSES", "Rotations  Field", "Save", "04:12")
+        source.say(status())
+        await shows(pilot, "✓18 poses ✓Rotations ▸FIELD", "Save", "07:11")
