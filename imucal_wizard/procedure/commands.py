@@ -7,6 +7,8 @@ from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.asked import from_text
 from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.more_step import MoreStage
+from imucal_wizard.procedure.pose_step import PoseStage
 from imucal_wizard.procedure.route import MEASURING
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.wording import TITLES, label, plural
@@ -123,19 +125,20 @@ class Commands:
             self._say("There is nothing to undo.")
             return
         step, run = last.step, scene.run
+        ticks = dict(last.ticks) if isinstance(last, KeptHold) else {}
         if isinstance(last, KeptHold) and last.step is StepKind.SETTLE:
-            step = next(iter(last.ticks))
+            step = next(iter(ticks))
             last.ticks.clear()
-            text = "The last pose is taken back."
         else:
             scene.ledger.remove(last)
-            text = f"{_named(last)} is taken back."
         if route.step is not step:
             route.enter(step)
         if run.kept is last:
             run.used = True
         route.stage.enter()
-        scene.emit(EventKind.UNDONE, text)
+        if step in ticks and isinstance(route.stage, PoseStage | MoreStage):
+            route.stage.ask_again(ticks[step])
+        scene.emit(EventKind.UNDONE, f"{_named(last)} is taken back.")
 
     def _repeat(self) -> None:
         route, kind = self._route, self._route.step

@@ -11,7 +11,7 @@ from imucal_wizard.procedure.poses import POSE_TOLERANCE_DEG, turn_towards
 from imucal_wizard.procedure.rotation_step import RotationStage
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, Status, StepKind
-from imucal_wizard.procedure.wording import how_to_reach, label, lift_and_reach, turn_up
+from imucal_wizard.procedure.wording import PUT_BACK, how_to_reach, label, lift_and_reach, turn_up
 from imucal_wizard.readings import FloatArray
 
 WARMER = 5.0
@@ -120,6 +120,10 @@ class MoreStage:
         now = kept.hold.temperature
         return now is not None and bool(known) and now < min(known) + WARMER
 
+    def ask_again(self, tick: str) -> None:
+        """Ask for the pose that was taken back, wherever the device is."""
+        self._wanted = next((k for k in self._missing() if self._tick(k) == tick), self._wanted)
+
     def _refuse(self, up: FloatArray | None, missing: Sequence[int]) -> None:
         if up is None or not missing:
             self._scene.emit(EventKind.WRONG_POSE, "The accelerometer reads almost nothing here.")
@@ -197,7 +201,7 @@ class MoreStage:
     def _way(self, up: FloatArray, wanted: FloatArray, here: int | None) -> str:
         if self._scene.still and self._spent:
             again = here is not None and here == self._wanted
-            return "lift it and put it back the same way" if again else lift_and_reach(up, wanted)
+            return PUT_BACK if again else lift_and_reach(up, wanted)
         if here is not None and here != self._wanted and self._poses[here].pose:
             return f"{label(self._poses[here].pose or '')} is asked for too: hold it still"
         return "there: hold it still" if here is not None else how_to_reach(up, wanted)

@@ -16,7 +16,7 @@ from imucal_wizard.procedure.poses import (
 )
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import AxisStart, EventKind, Status, StepKind
-from imucal_wizard.procedure.wording import how_to_turn, label, lift_and_turn, turn_up
+from imucal_wizard.procedure.wording import PUT_BACK, how_to_turn, label, lift_and_turn, turn_up
 from imucal_wizard.readings import FloatArray
 
 TIE_DEG = 15.0
@@ -65,6 +65,11 @@ class PoseStage:
         """Ask for a pose as soon as it is known where the device is."""
         if self.wanted is None:
             self._choose()
+
+    def ask_again(self, pose: str) -> None:
+        """Ask for the pose that was taken back, wherever the device is."""
+        if pose in self.missing:
+            self.wanted = pose
 
     def completed(self, kept: KeptHold) -> None:
         """Tick the pose of this hold, or say why it is none."""
@@ -159,7 +164,8 @@ class PoseStage:
             return ""
         way = how_to_turn(up, self.wanted)
         if self._scene.still and self._scene.run.used:
-            return lift_and_turn(up, self.wanted)
+            again = recognised == self.wanted
+            return PUT_BACK if again else lift_and_turn(up, self.wanted)
         if recognised == self.wanted:
             return "there: hold it still"
         if recognised in self.missing:

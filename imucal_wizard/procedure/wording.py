@@ -17,6 +17,9 @@ TITLES: dict[StepKind, str] = {
     StepKind.SAVE: "Save",
 }
 
+PUT_BACK = "lift it and put it back the same way"
+"""What to do where the very pose is wanted that the device is in, and staying does not count."""
+
 
 def label(pose: str) -> str:
     """A pose in capitals: ``+x-y`` is "+X −Y"."""

@@ -49,6 +49,7 @@ def test_undo_takes_back_the_last_hold_and_asks_for_its_pose_again() -> None:
     events = machine.command("undo")
     assert texts(events, EventKind.UNDONE) == ["+Y is taken back."]
     assert machine.status().done == ("+x",)
+    assert machine.status().wanted == "+y"
     assert len(machine.collected().holds) == before - 1
     assert len(machine.collected().rotations) == rotations - 1
     machine.feed(device.rest(3.0).taken())
@@ -84,8 +85,9 @@ def test_undo_of_the_settled_face_keeps_the_noise() -> None:
     device = Device()
     machine = machine_at(StepKind.UP_DOWN, device)
     machine.feed(device.rest(0.5).taken())
-    machine.command("undo")
+    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+Z is taken back."]
     assert machine.status().done == ()
+    assert machine.status().wanted == "+z"
     assert len(machine.collected().holds) == 1
     assert "nothing to undo" in machine.command("undo")[0].text
 
@@ -179,7 +181,7 @@ def test_after_an_undo_the_device_must_be_moved_before_it_counts_again() -> None
     status = machine.status()
     assert status.still.spent
     assert status.still.held == 0.0
-    assert status.guidance.startswith("lift it, then turn it about")
+    assert (status.wanted, status.guidance) == ("+x", "lift it and put it back the same way")
     machine.feed(device.hold("-y").taken())
     assert not machine.status().still.spent
 

@@ -136,6 +136,7 @@ def test_undo_from_the_result_asks_for_the_last_pose_again() -> None:
     machine.command("undo")
     assert machine.status().step is StepKind.MORE
     assert machine.status().missing == ("+y",)
+    assert machine.status().wanted == "+y"
 
 
 @pytest.mark.parametrize("command", ["back", "skip"])
