@@ -92,7 +92,12 @@ class Transport:
         try:
             if "://" in port and not port.lower().startswith(_REMOTE):
                 raise ValueError(port)  # pyserial takes others, and fails on them in many ways
-            return serial.serial_for_url(port, self.baud, **options)
+            opened = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
+            if port.lower().startswith("socket://"):
+                # pyserial throws away what came first: a server's header, sent once on connecting
+                opened.reset_input_buffer = lambda: None
+            opened.open()
+            return opened
         except (*_LOST, OverflowError) as error:  # OverflowError: a speed beyond all measure
             known = [info.device for info in ports]
             raise LinkError(link_errors.cannot_open(plain(port), error, known)) from error

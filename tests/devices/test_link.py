@@ -1,7 +1,9 @@
 """A port is opened, read, lost and found again, and every failure says what to do."""
 
 import os
+import socket
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -131,6 +133,28 @@ def test_a_socket_is_read_like_a_port_and_its_end_is_a_loss() -> None:
         with pytest.raises(LinkError, match="is gone"):
             until(transport.read, 1)
         assert not transport.is_open
+
+
+def test_what_a_server_sends_on_connecting_is_not_thrown_away() -> None:
+    """A header that is sent once; whether it is there in time is chance, so it is tried often."""
+    header = b"ax[g],ay[g],az[g]\n"
+
+    def greet(listening: socket.socket) -> None:
+        for _ in range(5):
+            peer, _ = listening.accept()
+            with peer:
+                peer.sendall(header)
+                peer.recv(1)  # until the other end closes
+
+    with server() as listening:
+        greeter = threading.Thread(target=greet, args=(listening,), daemon=True)
+        greeter.start()
+        for _ in range(5):
+            transport = Transport(url_of(listening))
+            transport.open()
+            assert until(transport.read, len(header)) == header
+            transport.close()
+        greeter.join(5.0)
 
 
 def test_an_unplugged_device_is_noticed_after_all_it_sent_has_been_read(pty: Pty) -> None:
