@@ -92,7 +92,7 @@ class Transport:
         try:
             if "://" in port and not port.lower().startswith(_REMOTE):
                 raise ValueError(port)  # pyserial takes others, and fails on them in many ways
-            opened = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
+            opened: Any = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
             if port.lower().startswith("socket://"):
                 # pyserial throws away what came first: a server's header, sent once on connecting
                 opened.reset_input_buffer = lambda: None
