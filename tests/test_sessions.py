@@ -182,6 +182,12 @@ def _damaged(path: Path) -> None:
     path.write_bytes(data[:4096] + b"\xff" * (len(data) - 4096))
 
 
+def _garbled_names(path: Path) -> None:
+    """The database quotes the damage in its message, and that is no text."""
+    Session.create(path, {}).close()
+    path.write_bytes(path.read_bytes().replace(b"TABLE raw (id", b"TABLE raw \xff\xfe\xfd"))
+
+
 def _text(path: Path) -> None:
     path.write_text("t,ax,ay,az\n")
 
@@ -192,6 +198,7 @@ def _text(path: Path) -> None:
         (_foreign, "a database of another program"),
         (_newer, "written by a newer imucal-wizard .session version 99"),
         (_damaged, "is damaged .* sqlite3 .* .recover"),
+        (_garbled_names, "is damaged"),
         (_text, "is no session of this program"),
         (lambda _: None, "no such session"),
     ],
@@ -227,7 +234,10 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
     "sql",
     [
         "UPDATE raw SET arrival = 'x'",
+        "UPDATE raw SET arrival = -9e999",
         "UPDATE raw SET data = 'text'",
+        "INSERT INTO command VALUES (NULL, 'x', 0, 'start', '')",
+        "INSERT INTO command VALUES (NULL, 1, 0, x'00', '')",
         "UPDATE meta SET value = '\"x\"' WHERE key = 'created'",
         "UPDATE meta SET value = '[]' WHERE key = 'asked'",
     ],

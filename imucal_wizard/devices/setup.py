@@ -1,6 +1,6 @@
 """How a stream is to be read: what the user said, or what was found out. Goes into the session."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from imucal_wizard import units
@@ -50,16 +50,20 @@ class StreamSetup:
         return {**asdict(self), "columns": [asdict(c) for c in self.columns]}
 
     @classmethod
-    def from_json(cls, value: dict[str, Any]) -> "StreamSetup":
+    def from_json(cls, value: object) -> "StreamSetup":
         """The setup that ``to_json`` wrote.
 
         Raises:
-            UsageError: a key is not known or a unit does not exist.
+            UsageError: a key is not known, a value is of another kind, or a unit does not exist.
         """
+        import msgspec
+
+        known = {one.name for one in fields(cls)}
+        if not isinstance(value, dict) or not value.keys() <= known:
+            raise UsageError(f"This stream setup cannot be read: {str(value)[:80]}")
         try:
-            columns = tuple(Column(**c) for c in value.get("columns", ()))
-            return cls(**{**value, "columns": columns})
-        except TypeError as error:
+            return msgspec.convert(value, cls)
+        except msgspec.ValidationError as error:
             raise UsageError(f"This stream setup cannot be read: {error}") from error
 
 

@@ -6,10 +6,12 @@ of them, for people and other programs; the program itself makes it again from t
 """
 
 import json
+import math
 import shlex
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,23 @@ CREATE TABLE rotation (id INTEGER PRIMARY KEY, start REAL NOT NULL, end REAL NOT
 CREATE TABLE event (id INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NULL,
                     text TEXT NOT NULL);
 """
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the operator asked for, and when.
+
+    Attributes:
+        after_raw: number of the last piece of bytes taken before it.
+        sample_index: how many samples the procedure had been fed.
+        name: the command.
+        argument: its argument.
+    """
+
+    after_raw: int
+    sample_index: int
+    name: str
+    argument: str
 
 
 def connect(path: Path) -> sqlite3.Connection:
@@ -70,7 +89,7 @@ def _identify(connection: sqlite3.Connection, path: Path) -> None:
         )
 
 
-def explained(path: Path, error: sqlite3.Error) -> SessionError:
+def explained(path: Path, error: Exception) -> SessionError:
     """What an error of the database means, and what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
         return SessionError(
@@ -95,7 +114,7 @@ def explaining(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # a message may quote what is damaged
         raise explained(path, error) from error
 
 
@@ -110,7 +129,7 @@ def understanding(path: Path) -> Iterator[None]:
         with explaining(path):
             yield
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise explained(path, sqlite3.DatabaseError(str(error))) from error
+        raise explained(path, error) from error
 
 
 def meta(connection: sqlite3.Connection) -> dict[str, Any]:
@@ -127,9 +146,20 @@ def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
     for number, arrival, data in connection.execute(
         "SELECT id, arrival, data FROM raw ORDER BY id"
     ):
-        if not (isinstance(arrival, float) and isinstance(data, bytes)):
+        good = isinstance(arrival, float) and math.isfinite(arrival) and isinstance(data, bytes)
+        if not good:
             raise sqlite3.DatabaseError(f"piece {number} of what was received is garbled")
         yield number, arrival, data
+
+
+def commands(connection: sqlite3.Connection) -> Iterator[Command]:
+    """All that the operator asked for, in order."""
+    for row in connection.execute(
+        "SELECT after_raw, sample_index, name, argument FROM command ORDER BY id"
+    ):
+        if [type(value) for value in row] != [int, int, str, str]:
+            raise sqlite3.DatabaseError("a command is garbled")
+        yield Command(*row)
 
 
 def corrections(path: Path) -> int:

@@ -1,8 +1,8 @@
 """One SQLite file per session, written as the bytes arrive, and the list of them."""
 
-from imucal_wizard.recordings.session_file import SUFFIX
+from imucal_wizard.recordings.session_file import SUFFIX, Command
 from imucal_wizard.sessions.catalogue import SessionInfo, default_directory, list_sessions, new_path
-from imucal_wizard.sessions.session import Command, Session
+from imucal_wizard.sessions.session import Session
 
 __all__ = [
     "SUFFIX",

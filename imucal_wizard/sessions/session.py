@@ -9,7 +9,6 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,28 +16,11 @@ from imucal_wizard import __version__
 from imucal_wizard.errors import SessionError
 from imucal_wizard.procedure.state import Collected, Event
 from imucal_wizard.recordings import session_file
-from imucal_wizard.recordings.session_file import explaining
+from imucal_wizard.recordings.session_file import Command, explaining
 from imucal_wizard.sessions.findings import Findings
 
 COMMIT_SECONDS = 0.5
 """How far the file on disk may lie behind what has arrived."""
-
-
-@dataclass(frozen=True)
-class Command:
-    """What the operator asked for, and when.
-
-    Attributes:
-        after_raw: number of the last piece of bytes taken before it.
-        sample_index: how many samples the procedure had been fed.
-        name: the command.
-        argument: its argument.
-    """
-
-    after_raw: int
-    sample_index: int
-    name: str
-    argument: str
 
 
 class Session:
@@ -194,10 +176,7 @@ class Session:
     def commands(self) -> list[Command]:
         """All commands, in order."""
         with self._explaining():
-            rows = self._connection.execute(
-                "SELECT after_raw, sample_index, name, argument FROM command ORDER BY id"
-            )
-            return [Command(*row) for row in rows]
+            return list(session_file.commands(self._connection))
 
     def commit_when_due(self) -> None:
         """Bring what was written to the disk when half a second has passed."""

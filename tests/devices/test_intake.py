@@ -192,8 +192,10 @@ def test_wrong_words_in_a_setup_are_named() -> None:
         named_columns("up,ay,az")
     with pytest.raises(UsageError, match="rate"):
         StreamSetup(rate=-1.0)
-    with pytest.raises(UsageError, match="cannot be read"):
-        StreamSetup.from_json({"colour": "red"})
+    garbled: tuple[object, ...] = ({"colour": "red"}, {"format": []}, {"columns": [3]}, [], None)
+    for wrong in garbled:
+        with pytest.raises(UsageError, match="cannot be read"):
+            StreamSetup.from_json(wrong)
 
 
 def test_a_stream_about_which_nobody_answers_stays_cheap_to_read(
