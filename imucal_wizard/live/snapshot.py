@@ -79,7 +79,6 @@ class Snapshot:
         events: the newest events, oldest first, at most 50.
         event_count: how many events there have been in all; the screen plays the new ones.
         traces: newest seconds of all six channels, shape (n, 6), decimated for drawing.
-        traces_seconds: how many seconds ``traces`` spans.
         attitude: body-to-world rotation matrix for the drawing, shape (3, 3), or None.
         finished: the source has ended (a file) or the reader has stopped.
     """
@@ -90,6 +89,5 @@ class Snapshot:
     events: tuple[Event, ...] = ()
     event_count: int = 0
     traces: FloatArray = field(default_factory=_no_traces)
-    traces_seconds: float = 10.0
     attitude: FloatArray | None = None
     finished: bool = False

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from imucal_wizard.live.attitude import Attitude
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.live.traces import SECONDS, Traces
+from imucal_wizard.live.traces import Traces
 from imucal_wizard.procedure.state import Event, Status
 from imucal_wizard.readings import Readings, join
 from imucal_wizard.units import COUNT
@@ -71,7 +71,6 @@ class View:
             events=events[0],
             event_count=events[1],
             traces=self._latest.traces if self._traces is None else self._traces.drawn(),
-            traces_seconds=SECONDS,
             attitude=self._attitude.matrix,
             finished=finished,
         )

@@ -106,7 +106,7 @@ def _six_position(task: Task) -> Solution:
     theta = np.zeros(9)
     theta[:3], theta[[3, 6, 8]] = bias, 1.0 / sensitivity
     errors = residuals(theta, problem.points)
-    return Solution(theta, 1, float(errors @ errors), True)
+    return Solution(theta, 1, float(errors @ errors))
 
 
 def _reweighted(task: Task, solution: Solution, holds: Sequence[Hold]) -> Task:

@@ -47,7 +47,7 @@ def by_ellipsoid(method: str, points: FloatArray, places: tuple[int, ...]) -> So
     matrix = triangular(symmetric_matrix(found))[1]
     theta[3:] = [matrix[i, j] for i, j in TRIANGLE]
     errors = residuals(theta, points)
-    return Solution(theta, iterations, float(errors @ errors), True)
+    return Solution(theta, iterations, float(errors @ errors))
 
 
 def all_or_no_angles(carried: Carried) -> Carried:

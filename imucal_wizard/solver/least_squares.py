@@ -24,13 +24,11 @@ class Solution:
         theta: parameters, shape (9,).
         iterations: steps taken.
         cost: value of the cost there.
-        converged: the last step was below the tolerance.
     """
 
     theta: FloatArray
     iterations: int
     cost: float
-    converged: bool
 
 
 def least_squares(
@@ -69,10 +67,10 @@ def least_squares(
             theta, residual, cost = theta + step, tried, new_cost
             damping = max(damping / 10.0, 1e-15)
         if done:
-            return Solution(theta, iteration, cost, True)
+            return Solution(theta, iteration, cost)
     # near a perfect fit, steps bounce at rounding level; a stall there is convergence
     if np.abs(step).max() < 1e-8:
-        return Solution(theta, MAX_ITERATIONS, cost, True)
+        return Solution(theta, MAX_ITERATIONS, cost)
     raise DataError(_NO_CONVERGENCE)
 
 

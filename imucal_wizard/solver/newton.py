@@ -92,7 +92,7 @@ def newton(points: FloatArray, start: FloatArray, basis: FloatArray) -> Solution
         theta = theta + size * move
         value = cost(theta, points)
         if np.abs(move).max() < TOLERANCE:
-            return Solution(theta, iteration, value, True)
+            return Solution(theta, iteration, value)
     raise DataError(_NO_CONVERGENCE)
 
 
