@@ -15,7 +15,7 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.stream import stream_status
 from imucal_wizard.live.view import View
-from imucal_wizard.procedure.state import Collected, Event, EventKind, Status
+from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Listener, Machine
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
@@ -88,10 +88,15 @@ class Engine:
             data: as they came.
             arrival: when, s, on a clock that never goes back.
         """
-        self.journal.raw(arrival, data)
-        self._health.heard(arrival)
+        self.receive_all(((data, arrival),))
+
+    def receive_all(self, pieces: Sequence[tuple[bytes, float]]) -> None:
+        """Take several pieces, each with its arrival: the same decisions as one by one, sooner."""
+        for data, arrival in pieces:
+            self.journal.raw(arrival, data)
+            self._health.heard(arrival)
         was_ready = self.intake.ready
-        readings = self.intake.feed(data, arrival)
+        readings = self.intake.feed_all(pieces)
         if not was_ready and self.intake.ready:
             self.journal.resolved(self.intake.setup)
         self._view.changed()
@@ -102,7 +107,7 @@ class Engine:
     def _remark(self) -> None:
         """Say what is new about the stream and the session."""
         stalled = self._health.stalled(self.intake)
-        step, unwritten = self.status().step, self.journal.problem
+        step, unwritten = self.step, self.journal.problem
         for kind, text in self._remarks.new(step, self.intake.warnings, stalled, unwritten):
             self.tell(kind, text)
 
@@ -209,7 +214,12 @@ class Engine:
         self._view.changed()
         if any(event.kind not in _QUIET_EVENTS for event in events):
             self.journal.found(self.collected(), events)
-            self.journal.step(str(self.status().step))
+            self.journal.step(str(self.step))
+
+    @property
+    def step(self) -> StepKind:
+        """The step at work; sooner told than the whole status."""
+        return self._machine.step if self._machine is not None else StepKind.SOURCE
 
     def status(self) -> Status:
         """The procedure at this moment."""
@@ -229,6 +239,10 @@ class Engine:
         return self._view.snapshot(
             self._stream, self.status, (tuple(self._events), self._event_count), self.finished
         )
+
+    def busy(self, text: str) -> Snapshot:
+        """A picture that shows nothing yet but what is being done."""
+        return self._view.bare(StreamStatus(source=self.source, problem=text))
 
     def _stream(self) -> StreamStatus:
         return stream_status(

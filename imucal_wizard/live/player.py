@@ -62,7 +62,7 @@ class Player(Runner):
         self._second = False
 
     def _command(self, name: str, argument: str) -> None:
-        if name == "start" and self._engine.status().step is StepKind.SOURCE:
+        if name == "start" and self._engine.step is StepKind.SOURCE:
             self._rewind()
         super()._command(name, argument)
 
@@ -92,7 +92,7 @@ class Player(Runner):
                 last = now
                 more = self._tape.play(self._engine, self._position)
                 more |= self._once_more()
-                if not more and self._engine.status().step is not StepKind.SOURCE:
+                if not more and self._engine.step is not StepKind.SOURCE:
                     self._engine.end()
                 idle = not more
             self._obey(0.0 if math.isinf(self._speed) and not idle else TICK)

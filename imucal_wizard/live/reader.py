@@ -7,7 +7,7 @@ from imucal_wizard.devices.link import LINK_BREAK
 from imucal_wizard.errors import LinkError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.pump import Link, Pump
-from imucal_wizard.live.runner import Runner
+from imucal_wizard.live.runner import Runner, Stopped
 from imucal_wizard.procedure.state import EventKind
 from imucal_wizard.procedure.steps import Listener
 
@@ -15,6 +15,8 @@ RETRY = 0.25
 """Seconds between two looks for a device that is missing."""
 _READ = 0.04
 """Seconds a read waits; an order waits no longer."""
+Prepare = Callable[[Engine, Callable[[float], None]], float]
+"""Brings an engine to where a session ended, telling the share done; the time it goes on at, s."""
 
 
 class Reader(Runner):
@@ -33,7 +35,7 @@ class Reader(Runner):
         transport: Link,
         engine: Engine,
         *,
-        prepare: Callable[[Engine], float] | None = None,
+        prepare: Prepare | None = None,
         listener: Listener | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -48,14 +50,21 @@ class Reader(Runner):
     def _work(self) -> None:
         try:
             if self._prepare is not None:
-                self._engine.link("reading again what was measured before …")
-                self._published = self._engine.snapshot()
-                self._started = self._prepare(self._engine)
+                self._progress(0.0)
+                self._started = self._prepare(self._engine, self._progress)
             self._started -= self._clock()
             if self._open():
                 self._read_on()
         finally:
             self._transport.close()
+
+    def _progress(self, share: float) -> None:
+        """Say how far the reading again has come; the procedure is shown once it is done."""
+        if self._stopping.is_set():
+            raise Stopped
+        if self._due:
+            text = f"Reading again what was measured before: {share:.0%} done."
+            self._publish_this(self._engine.busy(text))
 
     @property
     def _now(self) -> float:

@@ -3,6 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.procedure.state import EventKind
 from imucal_wizard.sessions import Command, Session
 
+GATHER = 0.25
+"""Seconds of arrivals that go through the engine at once: it costs by the piece."""
 _PAUSE = 1.0
 """The shortest time that lies between two runs of one session, s."""
 
@@ -63,17 +66,27 @@ class Resumed:
     session: Session
     created: float
 
-    def prepare(self, engine: Engine, now: Callable[[], float] = time.time) -> float:
+    def prepare(
+        self,
+        engine: Engine,
+        told: Callable[[float], None] | None = None,
+        now: Callable[[], float] = time.time,
+    ) -> float:
         """Run everything through the engine again, and let it go on writing.
 
         Args:
             engine: ``self.engine``.
+            told: told now and then which share is done; what it raises ends the work, and the
+                session is closed.
             now: seconds since 1970.
 
         Returns:
             The time on the session's own clock, s, at which it goes on.
         """
-        replay(self.session, engine)
+        with ExitStack() as on_failure:
+            on_failure.callback(self.session.close)
+            replay(self.session, engine, told)
+            on_failure.pop_all()
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
         passed = now() - self.created
@@ -99,13 +112,22 @@ def resume(path: Path) -> Resumed:
     return Resumed(engine, about, session, created)
 
 
-def replay(session: Session, engine: Engine) -> None:
+def replay(session: Session, engine: Engine, told: Callable[[float], None] | None = None) -> None:
     """Everything that was written down, through an engine, in its order."""
     commands = deque(session.commands())
+    pieces: list[tuple[bytes, float]] = []
     for number, arrival, data in session.raw():
+        due = bool(commands) and commands[0].after_raw < number
+        if pieces and (due or arrival - pieces[0][1] > GATHER):
+            engine.receive_all(pieces)
+            pieces = []
+            if told is not None:
+                told(number / session.last_raw)
         while commands and commands[0].after_raw < number:
             _obey(engine, commands.popleft())
-        engine.receive(data, arrival)
+        pieces.append((data, arrival))
+    if pieces:
+        engine.receive_all(pieces)
     for command in commands:
         _obey(engine, command)
 

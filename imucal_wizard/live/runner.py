@@ -25,6 +25,10 @@ STOPPED = (
 """What is said when the thread ends unasked."""
 
 
+class Stopped(Exception):  # noqa: N818  it is no error
+    """The work was ended in its middle, as was asked for."""
+
+
 class Runner(ABC):
     """What a reader of a port and a player of a recording have in common.
 
@@ -112,6 +116,8 @@ class Runner(ABC):
         try:
             self._work()
             problem = ""
+        except Stopped:
+            problem = ""
         except ImucalError as error:
             problem = str(error)
         finally:
@@ -136,7 +142,14 @@ class Runner(ABC):
 
     def _publish(self) -> None:
         """Make a snapshot when it is due and wanted."""
-        now = self._clock()
-        if self._asked.is_set() and now - self._published_at >= FRAME:
-            self._asked.clear()
-            self._published, self._published_at = self._engine.snapshot(), now
+        if self._due:
+            self._publish_this(self._engine.snapshot())
+
+    @property
+    def _due(self) -> bool:
+        """Whether a snapshot is wanted, and the last one old enough."""
+        return self._asked.is_set() and self._clock() - self._published_at >= FRAME
+
+    def _publish_this(self, snapshot: Snapshot) -> None:
+        self._asked.clear()
+        self._published, self._published_at = snapshot, self._clock()

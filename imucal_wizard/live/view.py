@@ -77,6 +77,11 @@ class View:
         self._dirty = False
         return self._latest
 
+    def bare(self, stream: StreamStatus) -> Snapshot:
+        """A picture of the stream alone, whatever is known of the rest."""
+        self._latest, self._dirty = Snapshot(self._latest.serial + 1, stream), True
+        return self._latest
+
     @property
     def serial(self) -> int:
         """Number of the newest snapshot."""

@@ -8,7 +8,7 @@ from imucal_wizard.procedure.moments import MomentMaker
 from imucal_wizard.procedure.overview import overview
 from imucal_wizard.procedure.plan import Procedure, Step, standard
 from imucal_wizard.procedure.scales import Scales
-from imucal_wizard.procedure.state import Collected, Event, Status
+from imucal_wizard.procedure.state import Collected, Event, Status, StepKind
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import STANDARD_GRAVITY
@@ -95,6 +95,11 @@ class Machine:
         if self._status is None:
             self._status = overview(self._conductor)
         return self._status
+
+    @property
+    def step(self) -> StepKind:
+        """The step at work; sooner told than the whole status."""
+        return self._conductor.route.step
 
     @property
     def makeshift(self) -> Noise | None:

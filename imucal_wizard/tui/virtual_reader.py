@@ -1,14 +1,13 @@
 """The virtual IMU as a source: its line is read like any port, its hand is moved by keys."""
 
 import time
-from collections.abc import Callable
 
 from imucal_wizard.devices.link import Transport
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.devices.virtual import VirtualHand, VirtualImu
 from imucal_wizard.devices.virtual.hand import PREVIEW
 from imucal_wizard.live.engine import Engine
-from imucal_wizard.live.reader import Reader
+from imucal_wizard.live.reader import Prepare, Reader
 from imucal_wizard.procedure.state import Collected, Status
 
 _CATCH_UP = 5.0
@@ -116,7 +115,7 @@ class VirtualReader(Reader):
         engine: Engine,
         *,
         following: bool = False,
-        prepare: Callable[[Engine], float] | None = None,
+        prepare: Prepare | None = None,
     ) -> None:
         self.hand = KeyHand(imu.hand, following=following)
         self._imu = imu

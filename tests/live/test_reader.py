@@ -153,6 +153,20 @@ def test_what_was_measured_before_is_there_before_the_port_is_read(
     assert arrivals == sorted(arrivals)
 
 
+def test_the_share_that_is_read_again_is_shown_and_a_stop_ends_it(pty: Pty, run: Run) -> None:
+    def prepare(_: Engine, told: Callable[[float], None]) -> float:
+        while True:  # until what it tells ends it
+            told(0.374)
+
+    reader = run(Reader(Transport(pty.path), Engine(), prepare=prepare))
+    wait_for(lambda: "37% done" in reader.snapshot().stream.problem)
+    assert reader.snapshot().status.step is StepKind.SOURCE
+    before = time.monotonic()
+    reader.stop()
+    assert time.monotonic() - before < 0.1
+    wait_for(lambda: not any(thread.name == "Reader" for thread in threading.enumerate()))
+
+
 def test_nothing_is_drawn_for_a_screen_that_does_not_look(pty: Pty, run: Run) -> None:
     reader = run(Reader(Transport(pty.path), Engine()))
     wait_for(lambda: reader.snapshot().stream.connected)

@@ -47,6 +47,48 @@ def test_a_session_cut_off_anywhere_goes_on_as_if_nothing_had_happened(
     again.engine.journal.close()
 
 
+@pytest.mark.parametrize("timed", [True, False])
+def test_many_small_pieces_are_read_again_in_few_steps_and_give_the_same(
+    tmp_path: Path, timed: bool
+) -> None:
+    """A device that prints line by line leaves one piece per line, with or without its own time."""
+    path, lines = tmp_path / "a.imucal", recorded().splitlines(keepends=True)
+    if not timed:
+        lines = [line.partition(b",")[2] for line in lines if not line.startswith(b"#")]
+    live = begin(path, None, settings())
+    live.command("start")
+    for number, line in enumerate(lines[:2500]):
+        if number in (1501, 1733):
+            live.command("undo")
+        live.receive(line, 0.01 * number)
+    live.journal.close()
+    resumed, shares = resume(path), list[float]()
+    resumed.prepare(resumed.engine, shares.append)
+    resumed.engine.journal.close()
+    assert same(resumed.engine.collected(), live.collected())
+    assert resumed.engine.status() == live.status()
+    assert resumed.engine.snapshot().events == live.snapshot().events
+    assert 50 < len(shares) < 200
+    assert shares == sorted(shares)
+    assert 0.9 < shares[-1] <= 1.0
+
+
+def test_what_ends_the_reading_again_lets_go_of_the_session(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    live = begin(path, None, settings())
+    for number in range(200):
+        live.receive(b"1,2,3\n", 0.01 * number)
+    live.journal.close()
+
+    def told(share: float) -> None:
+        raise KeyError(share)
+
+    resumed = resume(path)
+    with pytest.raises(KeyError):
+        resumed.prepare(resumed.engine, told)
+    Session.open(path).close()
+
+
 def test_commands_take_effect_at_the_same_sample_again(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     live = begin(path, None, settings())
@@ -77,7 +119,7 @@ def test_the_session_clock_goes_on_after_the_pause_and_never_back(
     engine.receive(b"x", 20.0)
     engine.journal.close()
     resumed = resume(path)
-    assert resumed.prepare(resumed.engine, lambda: now) == goes_on_at
+    assert resumed.prepare(resumed.engine, now=lambda: now) == goes_on_at
     resumed.engine.journal.close()
 
 
