@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
+from imucal_wizard.commands.exercise import add_exercise, check_exercise
 from imucal_wizard.errors import UsageError
 from imucal_wizard.output import say
 
@@ -34,19 +35,11 @@ def parser() -> Parser:
         help="with a magnetometer, and a circle on each of the six faces at the end",
     )
     class_room = made.add_argument_group("an exercise for a class")
-    class_room.add_argument(
-        "--mystery",
-        action="store_true",
-        help="hide an effect by chance in a recording with 26+repeats poses, and seal the answer "
-        "in OUT.mystery (against a look, not against an attacker)",
+    add_exercise(
+        class_room,
+        "hide an effect by chance in a recording with 26+repeats poses, and seal the answer in "
+        "OUT.mystery (against a look, not against an attacker)",
     )
-    class_room.add_argument(
-        "--grade",
-        choices=("consumer", "industrial", "tactical"),
-        default="consumer",
-        help="how good the sensor is, and how small the effect (default consumer)",
-    )
-    class_room.add_argument("--key", metavar="WORD", help="the class's key to the answer")
     class_room.add_argument("--reveal", type=Path, metavar="OUT.mystery", help="open an answer")
     class_room.add_argument("--guess", metavar="TERM:AXIS", help="compare this with the answer")
     return made
@@ -85,10 +78,7 @@ def _check(arguments: Namespace) -> None:
         raise UsageError("where shall the recording go? Give OUT.csv")
     if arguments.guess:
         raise UsageError("--guess is compared with an answer: give --reveal OUT.mystery too")
-    if arguments.mystery and arguments.hidden:
-        raise UsageError("--mystery hides an effect by chance, --hidden one of your own: give one")
-    if arguments.key is not None and not arguments.mystery:
-        raise UsageError("--key belongs to --mystery or --reveal")
+    check_exercise(arguments, also="--reveal")
 
 
 def _mystery(arguments: Namespace) -> int:

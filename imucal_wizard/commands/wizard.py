@@ -14,6 +14,7 @@ from imucal_wizard.commands.arguments import (
     positive,
     recording_options,
 )
+from imucal_wizard.commands.exercise import add_exercise, check_exercise
 from imucal_wizard.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
 
@@ -36,16 +37,7 @@ def parser() -> Parser:
     virtual.add_argument("--quit", action="store_true", help="leave after the result")
     virtual.add_argument("--hidden", action="append", default=[], metavar="TERM:SIZE:AXIS")
     virtual.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
-    virtual.add_argument(
-        "--mystery", action="store_true", help="hide an effect by chance and seal the answer"
-    )
-    virtual.add_argument(
-        "--grade",
-        choices=("consumer", "industrial", "tactical"),
-        default="consumer",
-        help="of the sensor with --mystery",
-    )
-    virtual.add_argument("--key", metavar="WORD", help="the class's key to that answer")
+    add_exercise(virtual, "hide an effect by chance and seal the answer")
     way = made.add_argument_group("procedure")
     way.add_argument("--rotations", type=int, default=6, metavar="N", help="per axis (default 6)")
     way.add_argument("--count-faces", action="store_true", help="do not take the faces again")
@@ -80,7 +72,7 @@ def run(argv: Sequence[str]) -> int:
         raise UsageError(
             f"--auto, --hidden and --mystery belong to the virtual IMU, not to --{chosen[0]}"
         )
-    _check_mystery(arguments)
+    check_exercise(arguments)
     if not 0.0 < arguments.speed <= 1000.0:
         raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:
@@ -115,15 +107,6 @@ def run(argv: Sequence[str]) -> int:
             **_mystery(arguments),
         )
     )
-
-
-def _check_mystery(arguments: Namespace) -> None:
-    if arguments.mystery and arguments.hidden:
-        raise UsageError("--mystery hides an effect by chance, --hidden one of your own: give one")
-    if arguments.key is not None and not arguments.mystery:
-        raise UsageError("--key belongs to --mystery")
-    if arguments.key is not None and not arguments.key.strip():
-        raise UsageError("the key is empty; give a word with --key")
 
 
 def _mystery(arguments: Namespace) -> dict[str, Any]:

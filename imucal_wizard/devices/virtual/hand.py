@@ -26,6 +26,10 @@ PREVIEW = 2.0
 """What a device that waits for the wizard puts out before the first word, s of samples."""
 
 
+FASTEST = 100_000.0
+"""Samples per second that are made at most: no IMU gives more, and more would fill the memory."""
+
+
 class VirtualHand:
     """The true motion of the virtual device.
 
@@ -36,13 +40,13 @@ class VirtualHand:
         shaken: when it follows the wizard, it holds every third pose on a support that vibrates.
 
     Raises:
-        UsageError: the rate is not a positive number, or there is no such pose.
+        UsageError: the rate is not between 0 and ``FASTEST``, or there is no such pose.
     """
 
     def __init__(
         self, rate: float = 100.0, seed: int = 0, up: str = "+z", *, shaken: bool = False
     ) -> None:
-        if not 0.0 < rate < float("inf"):
+        if not 0.0 < rate <= FASTEST:
             raise UsageError(f"a rate of {rate:g} samples per second cannot be; give one like 100")
         self._rate = rate
         self._mover = Mover(rate, seed, up)

@@ -88,7 +88,9 @@ def _jackknife(parts: FloatArray) -> float:
     and not samples are what is independent.
     """
     rest = parts.sum(axis=0) - parts
-    steps = -rest[:, 1] / np.maximum(rest[:, 2], 1e-300)
+    if rest[:, 2].min() <= 0.0:  # one turn alone carries it
+        return np.inf
+    steps = -rest[:, 1] / rest[:, 2]
     count = len(parts)
     return float(np.sqrt((count - 1.0) / count * ((steps - steps.mean()) ** 2).sum()))
 
