@@ -36,10 +36,9 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gravity",
         type=_gravity,
-        default=STANDARD_GRAVITY,
         metavar="M/S2",
-        help=f"local gravity, m/s² (default {STANDARD_GRAVITY}; 9.780 at the equator, 9.832 at "
-        "the poles)",
+        help=f"local gravity, m/s² (default {STANDARD_GRAVITY}, or what a session was begun with; "
+        "9.780 at the equator, 9.832 at the poles)",
     )
 
 
@@ -78,6 +77,15 @@ def add_field(parser: argparse.ArgumentParser) -> None:
         metavar="UT",
         help="magnitude of the local magnetic field, µT; without it the magnetometer's matrix has "
         "determinant 1",
+    )
+
+
+def add_all_samples(parser: argparse.ArgumentParser) -> None:
+    """The option that makes a recording of a session."""
+    parser.add_argument(
+        "--all-samples",
+        action="store_true",
+        help="of a session: count everything received, also what was taken back in the wizard",
     )
 
 

@@ -3,12 +3,12 @@
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.commands.arguments import (
     Parser,
+    add_all_samples,
     add_gravity,
     add_recording_options,
     recording_options,
@@ -20,8 +20,8 @@ from imucal_wizard.output import note, say
 if TYPE_CHECKING:  # numpy waits until the options are known to be right
     from imucal_wizard.bench.benches import Benches
     from imucal_wizard.bench.statement import Statement
+    from imucal_wizard.commands.material import Material
     from imucal_wizard.effects.effect import Effect
-    from imucal_wizard.readings import Readings
 
 SENSORS = ("accelerometer", "gyroscope")
 
@@ -60,6 +60,7 @@ def parser() -> Parser:
     )
     made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
     add_recording_options(made)
+    add_all_samples(made)
     add_gravity(made)
     return made
 
@@ -68,14 +69,14 @@ def run(argv: Sequence[str]) -> int:
     """Look, add what is asked for, and report; 1 when the data are insufficient."""
     arguments = parser().parse_args(argv)
     added = wanted_terms(arguments.add)
-    readings, own = opened(arguments)
+    material, own = opened(arguments)
     try:
-        benches = benches_of(arguments, readings, own)
+        benches = benches_of(arguments, material, own)
     except DataError as error:
         from imucal_wizard.bench.statement import nothing_carried
 
-        sensors = [name for name in SENSORS if getattr(readings, name) is not None]
-        return told([nothing_carried(name, str(error)) for name in sensors], readings, arguments)
+        sensors = [name for name in SENSORS if getattr(material.readings, name) is not None]
+        return told([nothing_carried(name, str(error)) for name in sensors], material, arguments)
     asked = sys.stdin.isatty() and sys.stdout.isatty()
     if asked and not (arguments.auto or arguments.json):
         return _on_screen(benches, added)
@@ -86,7 +87,7 @@ def run(argv: Sequence[str]) -> int:
     except DataError as error:
         _write_failure(str(error), arguments)
         raise
-    return told(statements, readings, arguments, benches.report.warnings)
+    return told(statements, material, arguments, benches.report.warnings)
 
 
 def _on_screen(benches: "Benches", added: Mapping[str, Sequence[str]]) -> int:
@@ -103,20 +104,23 @@ def _on_screen(benches: "Benches", added: Mapping[str, Sequence[str]]) -> int:
     return run_bench(benches)
 
 
-def opened(arguments: Namespace) -> "tuple[Readings, list[Effect]]":
-    """The recording, and the user's own effects.
+def opened(arguments: Namespace) -> "tuple[Material, list[Effect]]":
+    """The recording or session, and the user's own effects.
 
     Raises:
         InputError: a file cannot be read.
     """
+    from imucal_wizard.commands.material import Material
     from imucal_wizard.effects.own import load_effect
-    from imucal_wizard.recordings import read
 
     own = [load_effect(path) for path in arguments.effects]
-    return read(arguments.files, recording_options(arguments)), own
+    options = recording_options(arguments)
+    return Material(
+        arguments.files, options, all_samples=arguments.all_samples, field_alone=False
+    ), own
 
 
-def benches_of(arguments: Namespace, readings: "Readings", own: "Sequence[Effect]") -> "Benches":
+def benches_of(arguments: Namespace, material: "Material", own: "Sequence[Effect]") -> "Benches":
     """A bench for each sensor of the recording; a screen starts here just as the text does.
 
     Raises:
@@ -124,11 +128,12 @@ def benches_of(arguments: Namespace, readings: "Readings", own: "Sequence[Effect
         UsageError: a term that the base does not have.
     """
     from imucal_wizard.bench.benches import Benches
-    from imucal_wizard.fitting import FitOptions, fit_readings
+    from imucal_wizard.fitting import FitOptions
 
     # the bench looks at accelerometer and gyroscope, and needs the accelerometer
-    report = fit_readings(replace(readings, magnetometer=None), FitOptions(arguments.gravity))
-    return Benches(report, readings, base_terms(arguments.base), own)
+    options = FitOptions(material.gravity(arguments.gravity))
+    report = material.fit(options, inertial=True)
+    return Benches(report, material.behind(report), base_terms(arguments.base), own)
 
 
 def base_terms(text: str) -> tuple[str, ...]:
@@ -158,14 +163,14 @@ def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
 
 def told(
     statements: "Sequence[Statement]",
-    readings: "Readings",
+    material: "Material",
     arguments: Namespace,
     warnings: Sequence[str] = (),
 ) -> int:
     """Write what was found; the exit status is 1 when a sensor's data are insufficient."""
     from imucal_wizard.bench.verdict import Verdict
 
-    notes = list(dict.fromkeys([*readings.warnings, *warnings]))
+    notes = list(dict.fromkeys([*material.warnings, *warnings]))
     short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
     if arguments.json:
         from imucal_wizard.bench.document import bench_document

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
+    add_all_samples,
     add_field,
     add_gravity,
     add_recording_options,
@@ -23,6 +24,7 @@ def parser() -> Parser:
     )
     made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     add_recording_options(made)
+    add_all_samples(made)
     add_gravity(made)
     add_field(made)
     made.add_argument("--json", metavar="FILE", help="write the table as JSON; - for standard out")
@@ -32,13 +34,16 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Compare; the exit status is 1 when the data carry nothing."""
     arguments = parser().parse_args(argv)
+    from imucal_wizard.commands.material import Material
     from imucal_wizard.fitting import FitOptions
-    from imucal_wizard.fitting.methods import compare_methods
-    from imucal_wizard.recordings import read
+    from imucal_wizard.fitting.methods import method_rows
 
-    readings = read(arguments.files, recording_options(arguments), field_alone=True)
-    options = FitOptions(arguments.gravity, field=arguments.field)
-    report, rows = compare_methods(readings, options)
+    material = Material(
+        arguments.files, recording_options(arguments), all_samples=arguments.all_samples
+    )
+    options = FitOptions(material.gravity(arguments.gravity), field=arguments.field)
+    report = material.fit(options)
+    rows = method_rows(report, material.gyroscope_unit, material.field, arguments.field)
     if arguments.json:
         from imucal_wizard.method_table import methods_document
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
+    add_all_samples,
     add_gravity,
     add_magnetometer,
     add_methods,
@@ -26,6 +27,7 @@ def parser() -> Parser:
     )
     made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     add_recording_options(made)
+    add_all_samples(made)
     add_gravity(made)
     add_methods(made)
     add_magnetometer(made)
@@ -37,25 +39,27 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Fit and report; the exit status is 1 when the data do not carry it."""
     arguments = parser().parse_args(argv)
-    from imucal_wizard.fitting import FitOptions, fit_readings
-    from imucal_wizard.recordings import read
+    from imucal_wizard.commands.material import Material
+    from imucal_wizard.fitting import FitOptions
 
-    readings = read(arguments.files, recording_options(arguments), field_alone=True)
+    material = Material(
+        arguments.files, recording_options(arguments), all_samples=arguments.all_samples
+    )
     options = FitOptions(
-        arguments.gravity,
+        material.gravity(arguments.gravity),
         arguments.method,
         arguments.gyro_method,
         arguments.mag_method,
         arguments.field,
     )
     try:
-        report = fit_readings(readings, options)
+        report = material.fit(options)
     except DataError as error:
         if arguments.json:
             from imucal_wizard.document import failure_document
 
-            write_json(failure_document(str(error), readings.warnings), arguments.json)
-        for warning in readings.warnings:
+            write_json(failure_document(str(error), material.warnings), arguments.json)
+        for warning in material.warnings:
             note(f"warning: {warning}")
         raise
     if arguments.save:

@@ -7,9 +7,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.gyroscope import fit_gyroscope
-from imucal_wizard.fitting.inertial import FitOptions
-from imucal_wizard.fitting.report import fit_readings
-from imucal_wizard.readings import Readings, Series
+from imucal_wizard.readings import Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
 from imucal_wizard.solver.result import FitReport, SensorFit
@@ -48,22 +46,6 @@ class MethodRow:
     relative_error: float | None = None
     relative_error_held_out: float | None = None
     why: str = ""
-
-
-def compare_methods(
-    readings: Readings, options: FitOptions | None = None
-) -> tuple[FitReport, tuple[MethodRow, ...]]:
-    """The default fit, and a row for each method of each sensor that is there.
-
-    All methods of a sensor see the same holds, rotations and samples.
-
-    Raises:
-        DataError: no sensor can be calibrated by the default methods.
-    """
-    options = options or FitOptions()
-    report = fit_readings(readings, options)
-    unit = None if readings.gyroscope is None else readings.gyroscope.unit
-    return report, method_rows(report, unit, readings.magnetometer, options.field)
 
 
 def method_rows(

@@ -88,7 +88,7 @@ def field_at(
         )
         rows = np.arange(first, last)
         if found is not None:
-            rows = rows[found.kept[rows]]
+            rows = rows[found.undisturbed[rows]]
         if len(rows) < FEWEST or (found is not None and _turns(series.values[rows], found)):
             continue
         chosen.append(index)

@@ -1,25 +1,20 @@
 """Sessions begun and taken up again: bytes and commands make the same state to the last bit."""
 
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from imucal_wizard.devices.setup import StreamSetup
-from imucal_wizard.errors import SessionError, UsageError
+from imucal_wizard.errors import SessionError
 from imucal_wizard.live.engine import Engine
-from imucal_wizard.live.journal import SETUP, Journal
+from imucal_wizard.live.journal import Journal
+from imucal_wizard.live.past import Past
 from imucal_wizard.live.settings import Settings
-from imucal_wizard.procedure.state import EventKind
-from imucal_wizard.sessions import Command, Session
+from imucal_wizard.sessions import Session
 
-GATHER = 0.25
-"""Seconds of arrivals that go through the engine at once: it costs by the piece."""
 _PAUSE = 1.0
 """The shortest time that lies between two runs of one session, s."""
 
@@ -56,15 +51,23 @@ class Resumed:
 
     Attributes:
         engine: in its first state; ``prepare`` brings it to where the session ended.
-        about: all settings of the session.
-        session: the file, open for writing.
+        past: what it has seen.
         created: when it was begun, seconds since 1970.
     """
 
     engine: Engine
-    about: dict[str, Any]
-    session: Session
+    past: Past
     created: float
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """All settings of the session."""
+        return self.past.about
+
+    @property
+    def session(self) -> Session:
+        """The file, open for writing."""
+        return self.past.session
 
     def prepare(
         self,
@@ -85,7 +88,7 @@ class Resumed:
         """
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
-            replay(self.session, engine, told)
+            self.past.replay(engine, told)
             on_failure.pop_all()
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
@@ -101,58 +104,17 @@ def resume(path: Path) -> Resumed:
     """
     session = Session.open(path)
     try:
-        about = session.meta()
-        setup = StreamSetup.from_json(about["asked"])
-        settings = Settings.from_json(about["settings"])
-        created = float(about["created"])
-    except (KeyError, AttributeError, TypeError, ValueError, UsageError) as error:
+        past = Past(session)
+        return Resumed(past.engine(), past, _created(past))
+    except SessionError:
         session.close()
-        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
-    engine = Engine(setup, settings, source=str(about.get("source", "")))
-    return Resumed(engine, about, session, created)
+        raise
 
 
-def replay(session: Session, engine: Engine, told: Callable[[float], None] | None = None) -> None:
-    """Everything that was written down, through an engine, in its order."""
-    commands = deque(session.commands())
-    pieces: list[tuple[bytes, float]] = []
-    for number, arrival, data in session.raw():
-        due = bool(commands) and commands[0].after_raw < number
-        if pieces and (due or arrival - pieces[0][1] > GATHER):
-            engine.receive_all(pieces)
-            pieces = []
-            if told is not None:
-                told(number / session.last_raw)
-        while commands and commands[0].after_raw < number:
-            _obey(engine, commands.popleft())
-        pieces.append((data, arrival))
-    if pieces:
-        engine.receive_all(pieces)
-    for command in commands:
-        _obey(engine, command)
-
-
-def _obey(engine: Engine, command: Command) -> None:
-    if command.sample_index != engine.samples:
-        engine.tell(
-            EventKind.WARNING,
-            "this version of the program reads the session differently: look at what is kept",
-        )
-    if command.name == SETUP:
-        engine.set_setup(_setup_of(command.argument))
-    else:
-        engine.command(command.name, command.argument)
-
-
-def _setup_of(text: str) -> StreamSetup:
-    """The setup that was written down with a command.
-
-    Raises:
-        SessionError: it is none.
-    """
+def _created(past: Past) -> float:
     try:
-        return StreamSetup.from_json(msgspec.json.decode(text))
-    except (msgspec.MsgspecError, AttributeError, UsageError) as error:
+        return float(past.about["created"])
+    except (KeyError, TypeError, ValueError) as error:
         raise SessionError(
-            f"how the stream was read cannot be told ({error}); begin a new session"
+            f"{past.session.path} lacks its settings ({error}); begin a new session"
         ) from error

@@ -5,10 +5,12 @@ from pathlib import Path
 
 from imucal_wizard.devices.setup import StreamSetup, named_columns
 from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.output import harmless
 from imucal_wizard.recordings import session_file
 from imucal_wizard.recordings.columns import Samples
 from imucal_wizard.recordings.decoded import decoded
 from imucal_wizard.recordings.options import RecordingOptions
+from imucal_wizard.recordings.text import is_database
 
 
 def read_session(path: Path, options: RecordingOptions) -> Samples:
@@ -25,19 +27,27 @@ def read_session(path: Path, options: RecordingOptions) -> Samples:
         raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
     if not pieces:
         raise RecordingError("nothing was received in this session; resume it and measure")
-    samples = decoded(pieces, with_options(setup, options))
-    return Samples(samples.series, _taken_back(path) + samples.warnings)
+    return decoded(pieces, with_options(setup, options))
 
 
-def _taken_back(path: Path) -> tuple[str, ...]:
-    """What the samples alone do not tell: that the operator took something back."""
-    count = session_file.corrections(path)
+def is_session(path: Path) -> bool:
+    """Whether a file is a session; what is wrong with a damaged one is said when it is read."""
+    return is_database(path)
+
+
+def taken_back(path: Path) -> tuple[str, ...]:
+    """What the samples of a file alone do not tell: that the operator took something back.
+
+    Raises:
+        SessionError: the file is a session that cannot be read.
+    """
+    count = session_file.corrections(path) if is_session(path) else 0
     if not count:
         return ()
     times = "once" if count == 1 else f"{count} times"
     says = (
-        f"in the wizard something was taken back or repeated {times}; read as a recording, the "
-        f"session has all of it. imucal-wizard --resume {path} goes by what was kept"
+        f"in the wizard something was taken back or repeated {times}; here all samples of "
+        f"{harmless(path.name)} count, those as well"
     )
     return (says,)
 

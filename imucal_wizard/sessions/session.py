@@ -91,6 +91,19 @@ class Session:
             on_failure.pop_all()
         return session
 
+    @classmethod
+    def look(cls, path: Path) -> "Session":
+        """An existing file, only to be read.
+
+        Raises:
+            SessionError: it cannot be read.
+        """
+        session = cls(path, session_file.connect(path), time.monotonic)
+        with session._explaining():
+            session._connection.execute("PRAGMA query_only = 1")
+            session._seek()
+        return session
+
     def _set_up(self) -> None:
         self._connection.execute(f"PRAGMA application_id = {session_file.APPLICATION_ID}")
         self._connection.execute(f"PRAGMA user_version = {session_file.VERSION}")
@@ -101,6 +114,9 @@ class Session:
     def _begin(self) -> None:
         """Write on after what is on the disk."""
         self._connection.execute("BEGIN IMMEDIATE")
+        self._seek()
+
+    def _seek(self) -> None:
         last = self._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
         self._last_raw, self._last_arrival = last[0] or 0, last[1]
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from imucal_wizard.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.source import Source, SourceChoice, SourceKind
+from imucal_wizard.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
@@ -31,6 +32,7 @@ class Opening:
         title: what is read, in words.
         played: the recording being played, or None.
         sealed: the answer of an exercise, or None.
+        gravity: local gravity by which the result is fitted, m/s².
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -39,6 +41,7 @@ class Opening:
         self.session: Path | None = None
         self.played: Readings | None = None
         self.sealed: Path | None = None
+        self.gravity = options.gravity or STANDARD_GRAVITY
 
     def directory(self) -> Path:
         """Where sessions are kept."""
@@ -125,6 +128,7 @@ class Opening:
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
         taken_up, options = resume(path), self._options
         self.session = path
+        self.gravity = options.gravity or taken_up.engine.settings.gravity
         about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
         try:
             seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
@@ -165,7 +169,7 @@ class Opening:
         limit = options.gyroscope_range
         return Settings(
             standard(options.rotations, count_faces=options.count_faces),
-            options.gravity,
+            options.gravity or STANDARD_GRAVITY,
             None if limit is None else math.radians(limit),
         )
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.recordings.options import RecordingOptions
-from imucal_wizard.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,7 @@ class WizardOptions:
         quit: leave after the result is saved.
         hidden: effects hidden in the virtual sensor, ``TERM:SIZE:AXIS``.
         seed: which virtual sensor and hand.
-        gravity: local gravity, m/s².
+        gravity: local gravity, m/s²; None for the standard one, or that of the session.
         gyroscope_range: full scale, deg/s, or None when not known.
         rotations: rotations per axis.
         count_faces: count the up/down faces among the 18 poses.
@@ -53,7 +52,7 @@ class WizardOptions:
     quit: bool = False
     hidden: tuple[str, ...] = ()
     seed: int = 0
-    gravity: float = STANDARD_GRAVITY
+    gravity: float | None = None
     gyroscope_range: float | None = None
     rotations: int = 6
     count_faces: bool = False

@@ -40,21 +40,18 @@ class Workshop(Opening):
         Raises:
             DataError: the holds do not carry a calibration.
         """
-        from imucal_wizard.fitting import FitOptions, fit_collected
+        from imucal_wizard.fitting import FitOptions
+        from imucal_wizard.live.review import fit_stream
 
-        stream = snapshot.stream
-        units = {"accelerometer": stream.accelerometer_unit}
-        if stream.gyroscope is not None:
-            units["gyroscope"] = stream.gyroscope_unit
         wanted = self._options
         options = FitOptions(
-            wanted.gravity,
+            self.gravity,
             wanted.method,
             wanted.gyroscope_method,
             wanted.magnetometer_method,
             wanted.field,
         )
-        return fit_collected(collected, units, stream.rate, options, stream.warnings)
+        return fit_stream(collected, snapshot.stream, options)
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
         """The benches of a fit, with the readings it was made of where they are at hand."""

@@ -85,7 +85,7 @@ def test_a_disturbance_outside_its_step_is_left_out_of_the_second_stage() -> Non
     part = replace(part, field_spans=((middle, np.inf),))
     report = fit_collected(part, UNITS, 100.0)
     assert report.magnetic is not None
-    assert not report.magnetic.kept[at].any()
+    assert not report.magnetic.undisturbed[at].any()
     assert report.second_stage is not None
     assert len(report.second_stage.alignment.used) == len(holds) - 1
 

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from imucal_wizard.devices.intake import StreamSetup
 from imucal_wizard.live import journal
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.journal import RETRY, Journal
-from imucal_wizard.live.resume import replay
+from imucal_wizard.live.past import Past
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.procedure.state import EventKind
 from imucal_wizard.sessions import Session
@@ -33,7 +34,8 @@ class _Disk:
 
     def __init__(self, path: Path) -> None:
         self.clock = _Clock()
-        self.session = Session.create(path, {}, clock=self.clock)
+        about = {"asked": StreamSetup().to_json(), "settings": settings().to_json()}
+        self.session = Session.create(path, about, clock=self.clock)
         self.journal = Journal(self.session, self.clock)
 
     def fill(self) -> None:
@@ -79,8 +81,9 @@ def test_what_came_while_the_disk_was_full_is_written_when_there_is_room(tmp_pat
     engine.close()
     with Session.open(path) as session:
         assert b"".join(data for _, _, data in session.raw()) == recorded()
-        again = Engine(settings=settings())
-        replay(session, again)
+        past = Past(session)
+        again = past.engine()
+        past.replay(again)
         count = session._connection.execute("SELECT count(*) FROM hold").fetchone()[0]
     assert same(again.collected(), engine.collected())
     assert count == len(engine.collected().holds)

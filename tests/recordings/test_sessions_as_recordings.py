@@ -9,6 +9,7 @@ from imucal_wizard.devices.intake import Intake, StreamSetup
 from imucal_wizard.errors import RecordingError, SessionError
 from imucal_wizard.readings import join
 from imucal_wizard.recordings import RecordingOptions, read
+from imucal_wizard.recordings.session import taken_back
 from imucal_wizard.sessions import Session
 from tests.recordings.lines import samples, write
 
@@ -60,7 +61,7 @@ def test_what_the_user_says_goes_over_what_the_session_knows(tmp_path: Path) -> 
     np.testing.assert_allclose(readings.gyroscope.values, expected, atol=1e-7)
 
 
-def test_what_was_taken_back_in_the_wizard_is_told(tmp_path: Path) -> None:
+def test_what_was_taken_back_in_the_wizard_can_be_told(tmp_path: Path) -> None:
     """The samples are all there; only the commands know that they were not meant to count."""
     text = write(tmp_path / "a.csv", samples())
     path = _session(tmp_path, text.read_bytes(), StreamSetup())
@@ -68,9 +69,9 @@ def test_what_was_taken_back_in_the_wizard_is_told(tmp_path: Path) -> None:
         session.write_command(100, "start")
         session.write_command(200, "undo")
         session.write_command(300, "repeat")
-    (told,) = read([path]).warnings
+    (told,) = taken_back(path)
     assert "taken back or repeated 2 times" in told
-    assert "--resume" in told
+    assert taken_back(text) == ()
 
 
 def test_a_session_in_which_nothing_came_says_so(tmp_path: Path) -> None:

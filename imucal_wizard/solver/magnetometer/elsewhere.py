@@ -15,7 +15,7 @@ SMALLEST = 1e-9
 
 
 def judged_elsewhere(found: MagnetometerFit, series: Series, fitted: BoolArray) -> MagnetometerFit:
-    """The fit of some samples, with all others in ``kept`` that were not disturbed.
+    """The fit of some samples, which says of the others, too, whether they were disturbed.
 
     The field may be another one there: what counts is that it is the same all the while.
 
@@ -24,8 +24,8 @@ def judged_elsewhere(found: MagnetometerFit, series: Series, fitted: BoolArray) 
         series: all readings, in the order of time.
         fitted: which of them were fitted, shape (n,).
     """
-    kept = np.zeros(len(series), bool)
-    kept[fitted] = found.kept
+    calm = np.zeros(len(series), bool)
+    calm[fitted] = found.kept
     others = ~fitted
     if others.sum() > FEWEST:
         corrected = (series.values[others] - found.fit.bias) @ found.fit.matrix.T
@@ -33,5 +33,5 @@ def judged_elsewhere(found: MagnetometerFit, series: Series, fitted: BoolArray) 
         distance = length / float(np.median(length)) - 1.0
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(spread(distance), SMALLEST)
-        kept[others] = find(distance, series.time[others], areas, sigma)[0]
-    return replace(found, kept=kept)
+        calm[others] = find(distance, series.time[others], areas, sigma)[0]
+    return replace(found, calm=calm)

@@ -61,6 +61,8 @@ class MagnetometerFit:
         kept: which samples were used, shape (n,).
         left_out: those that were not, and when; sizes in the unit of corrected readings.
         filled: samples in each of the hundred areas of the sphere, shape (100,).
+        calm: which samples of the whole stream were not disturbed, where the fit has seen only some
+            of them, shape (m,); None where it has seen all.
     """
 
     fit: SensorFit
@@ -70,6 +72,12 @@ class MagnetometerFit:
     kept: BoolArray
     left_out: tuple[LeftOut, ...]
     filled: FloatArray = field(repr=False)
+    calm: BoolArray | None = field(default=None, repr=False)
+
+    @property
+    def undisturbed(self) -> BoolArray:
+        """Which samples of the whole stream were not disturbed."""
+        return self.kept if self.calm is None else self.calm
 
 
 def report(measured: Measured, method: str, estimate: Estimate) -> MagnetometerFit:

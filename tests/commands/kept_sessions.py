@@ -1,0 +1,62 @@
+"""Sessions of the wizard with an operator who takes things back, skips and validates."""
+
+import functools
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.devices.virtual import simulate_recording
+from imucal_wizard.live.engine import Engine
+from imucal_wizard.live.resume import begin
+from imucal_wizard.live.settings import Settings
+from imucal_wizard.procedure.plan import Procedure, standard
+from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.units import STANDARD_GRAVITY
+
+Orders = Mapping[float, tuple[str, ...]]
+"""What is ordered when this share of the recording has arrived; ``goto result`` is one order."""
+ARRIVING = 8000.0
+"""Bytes per second."""
+
+
+@functools.cache
+def printed() -> bytes:
+    """What the device printed: a rest, 18 poses, two turns about each axis."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.csv"
+        simulate_recording(path, rotations=2, hold=3.5)
+        return path.read_bytes()
+
+
+def procedure() -> Procedure:
+    """Settle, 18 poses, rotations, result, validation: what is printed serves all of it."""
+    whole = standard(2, settle_seconds=5.0)
+    steps = tuple(step for step in whole.steps if step.kind is not StepKind.UP_DOWN)
+    return Procedure(steps)
+
+
+def sat(
+    path: Path,
+    orders: Orders | None = None,
+    *,
+    share: float = 1.0,
+    start: bool = True,
+    gravity: float = STANDARD_GRAVITY,
+    setup: StreamSetup | None = None,
+    data: bytes | None = None,
+) -> Engine:
+    """A sitting, as far as a share of the recording; the engine as it was left, session closed."""
+    data = printed() if data is None else data
+    engine = begin(path, setup, Settings(procedure(), gravity))
+    if start:
+        engine.command("start")
+    due = sorted((orders or {}).items())
+    size, end = 2000, int(share * len(data))
+    for first in range(0, end, size):
+        while due and due[0][0] * len(data) <= first:
+            for order in due.pop(0)[1]:
+                engine.command(*order.split(" ", 1))
+        engine.receive(data[first : min(first + size, end)], first / ARRIVING)
+    engine.close()
+    return engine
