@@ -5,43 +5,53 @@ from collections.abc import Sequence
 from typing import Any
 
 from imucal_wizard.calibration import sensor_record
-from imucal_wizard.fitting.methods import MethodRow, difference
+from imucal_wizard.fitting.methods import MethodRow, difference, least_held_out
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.solver.result import FitReport
 
 SCHEMA = "imucal-wizard/compare/1"
-_WIDTH = 80
+BEST = "▸"
+"""Stands before the methods with the least error held out."""
 _HEAD = {
     "accelerometer": "|corrected| − g over holds",
     "gyroscope": "carried against measured gravity over rotations; offset: rate at rest",
     "magnetometer": "|corrected| − field over directions",
 }
+_NOTE = (
+    f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Relative: "
+    "rms of the relative error of the magnitude (N's figure of merit), on what was held out where "
+    "something was. M off by: largest difference from the first method's matrix, as a share of it."
+)
 
 
-def method_table(rows: Sequence[MethodRow]) -> str:
-    """Lines of at most 80 columns, a block for each sensor."""
+def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
+    """A block for each sensor, the methods with the least error held out marked.
+
+    Args:
+        rows: all methods of all sensors.
+        width: columns there are; the numbers take 75.
+    """
     lines: list[str] = []
     for sensor in dict.fromkeys(row.sensor for row in rows):
         mine = [row for row in rows if row.sensor == sensor]
         first = next((row for row in mine if row.fit is not None), mine[0])
         lines += ["", sensor.upper()] if lines else [sensor.upper()]
-        lines.append(f"  error: {_HEAD[sensor]}")
+        lines += textwrap.wrap(f"  error: {_HEAD[sensor]}", width, subsequent_indent="    ")
         heads = "".join(f"{word:>11}" for word in ("before", "fitted", "held out"))
         lines.append(f"  {'method':18}{heads}{'relative':>11}{'M off by':>11}")
-        lines += [text for row in mine for text in _row(row, first)]
-    note = (
-        "Q: Qureshi and Golnaraghi, N: Niespodziany. Relative: rms of the relative error of the "
-        "magnitude (N's figure of merit), on what was held out where something was. M off by: "
-        "largest difference from the first method's matrix, as a share of it."
-    )
-    return "\n".join([*lines, "", *textwrap.wrap(note, _WIDTH)])
+        best = least_held_out(mine)
+        for row in mine:
+            mark = BEST if row in best else " "
+            text, *others = _row(row, first, width)
+            lines += [mark + text[1:], *others]
+    return "\n".join([*lines, "", *textwrap.wrap(_NOTE, width)])
 
 
-def _row(row: MethodRow, first: MethodRow) -> list[str]:
+def _row(row: MethodRow, first: MethodRow, width: int) -> list[str]:
     name = f"{row.method} {f'({row.paper})' if row.paper else ''}".rstrip()
     if row.fit is None:
         text = f"  {name:18}no result: {row.why}"
-        return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * 20)
+        return textwrap.wrap(text, width, subsequent_indent=" " * 20)
     fit = row.fit
     relative = row.relative_error_held_out or row.relative_error
     off = difference(row, first)

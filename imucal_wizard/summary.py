@@ -24,7 +24,7 @@ def summary(report: FitReport) -> str:
     for name, fit in report.sensors.items():
         lines += ["", *_sensor(name, fit)]
         if name == "magnetometer" and report.magnetic is not None:
-            lines += _field(report.magnetic, fit)
+            lines += field_lines(report.magnetic, fit)
     if report.second_stage is not None:
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
@@ -48,7 +48,7 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     return lines
 
 
-def _field(found: MagnetometerFit, fit: SensorFit) -> list[str]:
+def field_lines(found: MagnetometerFit, fit: SensorFit) -> list[str]:
     """The field's size, N's figure of merit, and how much of the sphere was seen."""
     held_out = found.relative_error_held_out
     out = "" if held_out is None else f", held out {100.0 * held_out:.2f} %"

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -44,7 +45,7 @@ async def test_a_fault_in_the_app_shows_no_traceback(
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
     services = fakes.services(fakes.FakeSource())
-    services = type(services)(broken, services.fit, services.save)
+    services = replace(services, open_source=broken)
     app = WizardApp(services, None, SourceChoice(SourceKind.PORT, "COM3", "COM3"))
     with pytest.raises(WorkerFailed):  # the test's pilot raises it again
         async with app.run_test() as pilot:

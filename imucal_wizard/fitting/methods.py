@@ -1,6 +1,6 @@
 """Every method of every sensor on one recording, side by side: both papers' and our own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,9 @@ ACCELEROMETER: dict[str, str] = {
 """The accelerometer's methods, and the paper each is from."""
 GYROSCOPE: dict[str, str] = {"vector": "", "static": "Q", "dynamic": "Q", "offset": "N"}
 MAGNETOMETER: dict[str, str] = {"orthogonal": "", "algebraic": "", "two-step": "N", "numeric": "N"}
+
+AS_GOOD = 1.02
+"""Errors whose ratio is less than this are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,3 +142,18 @@ def difference(row: MethodRow, first: MethodRow) -> float | None:
         return None
     size = float(np.abs(first.fit.matrix).max())
     return float(np.abs(row.fit.matrix - first.fit.matrix).max()) / size
+
+
+def least_held_out(rows: Sequence[MethodRow]) -> tuple[MethodRow, ...]:
+    """The methods of a sensor with the least error held out, and those as good as them.
+
+    Methods whose error is another one (the gyroscope's offset: a rate) do not compete.
+    """
+    unit = next((row.fit.unit for row in rows if row.fit is not None), "")
+    known = [
+        (row.fit.rms_held_out, row)
+        for row in rows
+        if row.fit is not None and row.fit.unit == unit and row.fit.rms_held_out is not None
+    ]
+    least = min((error for error, _ in known), default=0.0)
+    return tuple(row for error, row in known if error <= AS_GOOD * least)

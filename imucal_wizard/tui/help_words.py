@@ -91,6 +91,30 @@ WORDS: dict[str, tuple[str, ...]] = {
         "v measures a few new orientations, s saves at once, t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
     ),
+    "heading": (
+        (
+            "Heading: where the x axis points, in degrees clockwise from magnetic north, with the "
+            "tilt taken out by gravity. To the left by the readings as they come, to the right by "
+            "the calibration; ± is what is not known of the calibration, one standard deviation."
+        ),
+        (
+            "Turn the device on the spot: after calibration a quarter turn is 90°. A field or a "
+            "dip that is not that of the calibration means iron nearby, or that it is being moved "
+            "(gravity is felt truly only at rest). Geographic north is the declination away."
+        ),
+    ),
+    "methods": (
+        (
+            "The methods of Qureshi and Golnaraghi (Q), of Niespodziany (N) and our own, on the "
+            "same holds, rotations and samples. Held out is what to compare: the error on "
+            "directions or rotations that the method had not seen."
+        ),
+        (
+            "Relative is N's figure of merit, the error of the magnitude as a share of it. "
+            "M off by says how far a method's matrix is from the first one's; where that is less "
+            "than what the parameters are known to, the methods agree."
+        ),
+    ),
     "more": (
         (
             "The bench has asked for these poses: they tell apart what the data so far cannot. "

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.bench.benches import Benches
     from imucal_wizard.devices.setup import StreamSetup
+    from imucal_wizard.fitting.methods import MethodRow
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.solver.result import FitReport
@@ -122,6 +123,7 @@ class Services:
         save: writes the result, with the effects that the bench has added. Runs in a thread.
         ports: what is plugged in. Runs in a thread.
         earlier: sessions that can be taken up again, newest first. Runs in a thread.
+        compare: fits by every method of every sensor. Runs in a thread.
         benches: makes the benches of a fit, with the models of the benches before, if there were
             any. Runs in a thread.
         loaded: told once when everything that the app will need has been imported.
@@ -130,6 +132,7 @@ class Services:
     open_source: Callable[[SourceChoice], Source]
     fit: "Callable[[Collected, Snapshot], FitReport]"
     save: "Callable[[FitReport, Benches | None], Saved]"
+    compare: "Callable[[FitReport, Collected, Snapshot], Sequence[MethodRow]]"
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
     benches: "Callable[[FitReport, Benches | None], Benches]" = _benches

@@ -10,6 +10,7 @@ from imucal_wizard.tui.source import Saved, Services, SourceChoice, SourceKind
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.bench.benches import Benches
+    from imucal_wizard.fitting.methods import MethodRow
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.sessions import SessionInfo
@@ -28,6 +29,7 @@ class Workshop(Opening):
             self.open_source,
             self.fit,
             self.save,
+            self.compare,
             self.ports,
             self.earlier,
             self.benches,
@@ -52,6 +54,20 @@ class Workshop(Opening):
             wanted.field,
         )
         return fit_stream(collected, snapshot.stream, options)
+
+    def compare(
+        self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
+    ) -> "tuple[MethodRow, ...]":
+        """Every method of every sensor on what was collected."""
+        from imucal_wizard.fitting.magnetometer import samples_during
+        from imucal_wizard.fitting.methods import method_rows
+
+        stream, series = snapshot.stream, collected.magnetometer
+        unit = None if stream.gyroscope is None else stream.gyroscope_unit
+        if series is not None:
+            spans = collected.field_spans
+            series = samples_during(spans, series) if spans else None
+        return method_rows(report, unit, series, self._options.field)
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
         """The benches of a fit, with the readings it was made of where they are at hand."""

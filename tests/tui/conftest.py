@@ -8,8 +8,10 @@ from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.fitting import fit_readings
+from imucal_wizard.readings import Readings
 from imucal_wizard.recordings import read
 from imucal_wizard.solver.result import FitReport
+from tests.solver.whole_session import Session
 
 
 def fitted(path: Path, hidden: str, rotations: int) -> FitReport:
@@ -29,6 +31,18 @@ def sagging(tmp_path_factory: pytest.TempPathFactory) -> FitReport:
     """A gyroscope whose x axis feels gravity, beside an accelerometer without effects."""
     path = tmp_path_factory.mktemp("bench") / "sagging.csv"
     return fitted(path, "gyroscope/g-sensitivity:0.05:x", 2)
+
+
+@pytest.fixture(scope="session")
+def turned() -> Readings:
+    """Three sensors in 40 rests and the turns between them; the truth is the session's."""
+    return Session(rate=50.0).readings(1)
+
+
+@pytest.fixture(scope="session")
+def aligned(turned: Readings) -> FitReport:
+    """Its fit, with a second stage."""
+    return fit_readings(turned)
 
 
 @pytest.fixture

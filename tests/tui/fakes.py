@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.fitting.methods import MethodRow, method_rows
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, EDGES, FACES
@@ -296,4 +298,9 @@ def services(source: FakeSource, path: Path = Path("calibration.json")) -> Servi
     def open_source(_choice: SourceChoice) -> FakeSource:
         return source
 
-    return Services(open_source, lambda _collected, _snapshot: report(), save)
+    def compare(
+        found: FitReport, _collected: Collected, _snapshot: Snapshot
+    ) -> Sequence[MethodRow]:
+        return method_rows(found, "rad/s", None, None)
+
+    return Services(open_source, lambda _collected, _snapshot: report(), save, compare)

@@ -28,7 +28,7 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
     async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=size) as pilot:
         await shows(
             pilot, "as good as its noise allows", "31.4 mg →   0.11 mg", "0.16 mg",
-            "4.80° →     0.52°", "0.62°", "▲", "begins by itself in", "b back  ? help  q quit",
+            "4.80° →     0.52°", "0.62°", "▲", "begins by itself in", "b back", "? help  q quit",
         )  # fmt: skip
 
 

@@ -12,9 +12,8 @@ from textual.events import Key
 
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.bench.kept_rows import kept_rows
-from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
-from imucal_wizard.tui.screens.live_screen import LiveScreen
-from imucal_wizard.tui.screens.table_screen import TableScreen
+from imucal_wizard.tui.report_rows import summary_rows
+from imucal_wizard.tui.screens.report_screen import ReportScreen
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
@@ -24,14 +23,12 @@ UNFITTED: Keys = (("b", "back"), ("s", "leave it at that"), ("?", "help"), ("q",
 """Keys where the fit failed."""
 
 
-class ResultScreen(LiveScreen):
+class ResultScreen(ReportScreen):
     """Fits in a thread, shows the report; validation follows by a key or by itself."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "order('validate')", "validate"),
         Binding("s", "order('save')", "save"),
-        Binding("t", "table", "table of parameters"),
-        Binding("f", "app.bench", "find what is missing"),
         Binding("u", "order('undo')", "undo"),
         Binding("b", "order('back')", "back"),
     ]
@@ -40,9 +37,11 @@ class ResultScreen(LiveScreen):
         ("v", "validate"),
         ("s", "save"),
         ("f", "find missing"),
+        ("h", "north"),
+        ("c", "compare"),
+        ("b", "back"),
         ("t", "table"),
         ("↑↓", "scroll"),
-        ("b", "back"),
         ("?", "help"),
         ("q", "quit"),
     )
@@ -65,10 +64,6 @@ class ResultScreen(LiveScreen):
         self.query_one(VerticalScroll).focus()
         if self.wizard.report is None and not self._problem:
             self.fit()
-
-    def on_screen_resume(self) -> None:
-        """Back from a box above, perhaps at another size."""
-        self.redraw()
 
     @work(exclusive=True)
     async def fit(self) -> None:
@@ -106,15 +101,9 @@ class ResultScreen(LiveScreen):
         """Hand a command to the machine."""
         self.wizard.order(name)
 
-    def action_table(self) -> None:
-        """Every parameter with its standard error."""
-        report = self.wizard.report
-        if report is not None:
-            self.app.push_screen(TableScreen(lambda width: parameter_rows(report, width)))
-
     def footer(self) -> None:
         """Show the keys; without a fit there is nothing to look into."""
-        self.query_one(KeyFooter).offer(UNFITTED if self._problem else self.keys)
+        self.query_one(KeyFooter).offer(UNFITTED if self._problem else self.offered(self.keys))
 
     def redraw(self) -> None:
         """Lay the report out for the width there is."""

@@ -10,9 +10,8 @@ from textual.containers import VerticalScroll
 
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.bench.kept_rows import kept_models, kept_rows
-from imucal_wizard.tui.report_rows import parameter_rows, summary_rows
-from imucal_wizard.tui.screens.live_screen import LiveScreen
-from imucal_wizard.tui.screens.table_screen import TableScreen
+from imucal_wizard.tui.report_rows import summary_rows
+from imucal_wizard.tui.screens.report_screen import ReportScreen
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.big_text import BigText
@@ -22,12 +21,10 @@ from imucal_wizard.tui.widgets.lines import Lines
 _CHANGED = "▲ The bench has another model now than this file: s saves that."
 
 
-class SaveScreen(LiveScreen):
+class SaveScreen(ReportScreen):
     """Fits again with the validation, saves, says where."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("t", "table", "table of parameters"),
-        Binding("f", "app.bench", "find what is missing"),
         Binding("s", "save_again", "save with the bench's model"),
         Binding("b", "back", "back"),
         Binding("enter", "app.leave", "leave"),
@@ -35,7 +32,9 @@ class SaveScreen(LiveScreen):
     step = "save"
     keys: ClassVar[Keys] = (
         ("q", "leave"),
-        ("f", "find what is missing"),
+        ("f", "find missing"),
+        ("h", "north"),
+        ("c", "compare"),
         ("t", "parameters"),
         ("↑↓", "scroll"),
         ("b", "back"),
@@ -90,10 +89,6 @@ class SaveScreen(LiveScreen):
             self.wizard.saved is not None and kept_models(self.wizard.kept.benches) != self._models
         )
 
-    def on_screen_resume(self) -> None:
-        """Back from the bench, perhaps with another model."""
-        self.redraw()
-
     def action_save_again(self) -> None:
         """Write a file with the model of the bench."""
         if self._changed:
@@ -102,12 +97,6 @@ class SaveScreen(LiveScreen):
     def action_back(self) -> None:
         """Measure more; the file stays, a later save gets a name of its own."""
         self.wizard.order("back")
-
-    def action_table(self) -> None:
-        """Every parameter with its standard error."""
-        report = self.wizard.report
-        if report is not None:
-            self.app.push_screen(TableScreen(lambda width: parameter_rows(report, width)))
 
     def _say(self, word: str, style: str) -> None:
         self.query_one(BigText).say(word, style)

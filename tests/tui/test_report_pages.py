@@ -1,0 +1,229 @@
+"""What the magnetometer adds to the result: its rows, the heading, all methods side by side."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.compass import compass_of
+from imucal_wizard.fitting.methods import MethodRow, method_rows
+from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.procedure.state import Collected, Status, StepKind
+from imucal_wizard.readings import Readings
+from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.heading_rows import course, course_rows
+from imucal_wizard.tui.magnetic_rows import magnetic_rows
+from imucal_wizard.tui.rose import rose
+from imucal_wizard.tui.source import Services
+from imucal_wizard.tui.text import Line, width_of
+from imucal_wizard.tui.widgets.big_text import BigText
+from tests.tui import fakes
+from tests.tui.test_screens import LARGE, USUAL, VIRTUAL
+from tests.tui.waiting import seen, shows, until
+
+RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=40, rotations=32)
+
+
+def in_hold(readings: Readings, report: FitReport, index: int) -> StreamStatus:
+    """The stream while the device lies in one of the holds."""
+    hold = report.holds[index]
+    assert readings.magnetometer is not None
+    field = readings.magnetometer.between(hold.start, hold.end).values.mean(axis=0)
+    ax, ay, az = (float(value) for value in hold.accelerometer)
+    mx, my, mz = (float(value) for value in field)
+    return replace(fakes.STREAM, accelerometer=(ax, ay, az), magnetometer=(mx, my, mz))
+
+
+def with_report(source: fakes.FakeSource, report: FitReport, readings: Readings) -> Services:
+    """Services whose fit is this one."""
+
+    def compare(
+        found: FitReport, _collected: Collected, _snapshot: Snapshot
+    ) -> Sequence[MethodRow]:
+        return method_rows(found, "rad/s", readings.magnetometer, None)
+
+    services = replace(fakes.services(source), fit=lambda _collected, _snapshot: report)
+    return replace(services, compare=compare)
+
+
+def texts(rows: list[Line]) -> str:
+    return "\n".join("".join(text for text, _ in row) for row in rows)
+
+
+def level_hold(report: FitReport) -> int:
+    """A hold with a heading that the calibration moves by more than 20°."""
+    assert report.second_stage is not None
+    found = report.second_stage.headings
+    off = np.abs(np.angle(np.exp(1j * (found.after - found.before))))
+    return int(found.hold[np.flatnonzero(off > math.radians(20.0))[0]])
+
+
+def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport) -> None:
+    rows = magnetic_rows(aligned, 76)
+    text = texts(rows)
+    for parameter in aligned.sensors["magnetometer"].parameters:
+        if parameter.name.startswith("soft_iron"):
+            assert f"{parameter.name[-2:]} {parameter.value:.3f}"[:7].replace("-", "−") in text
+    assert "±" in text
+    assert "µT" in text
+    assert max(map(width_of, rows)) <= 76
+
+
+def test_the_second_stage_is_told_with_dip_clock_closure_and_heading(aligned: FitReport) -> None:
+    text = texts(magnetic_rows(aligned, 76))
+    for word in ("SECOND STAGE", "dip 66.", "clock is +3", "closure about the vertical", "heading"):
+        assert word in text
+
+
+def test_the_rows_of_a_result_without_a_magnetometer_are_as_before() -> None:
+    assert magnetic_rows(fakes.report(), 76) == []
+
+
+def test_in_a_hold_the_live_heading_is_that_of_the_report(
+    turned: Readings, aligned: FitReport
+) -> None:
+    compass, index = compass_of(aligned), level_hold(aligned)
+    assert compass is not None
+    assert aligned.second_stage is not None
+    now = course(compass, in_hold(turned, aligned, index))
+    assert now is not None
+    found = aligned.second_stage.headings
+    place = int(np.flatnonzero(found.hold == index)[0])
+    assert abs(now.after - math.degrees(found.after[place]) % 360.0) < 0.5
+    assert abs(now.dip - 66.0) < 0.5
+    text = texts(course_rows(now, aligned, 76))
+    assert text.count("✓") == 2
+    assert "▲" not in text
+
+
+def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned: FitReport) -> None:
+    compass = compass_of(aligned)
+    assert compass is not None
+    stream = in_hold(turned, aligned, level_hold(aligned))
+    assert stream.magnetometer is not None
+    x, y, z = stream.magnetometer
+    now = course(compass, replace(stream, magnetometer=(x + 60.0, y, z)))
+    assert "▲ iron is near it" in texts(course_rows(now, aligned, 76))
+
+
+def test_upright_there_is_no_heading_but_words(turned: Readings, aligned: FitReport) -> None:
+    compass = compass_of(aligned)
+    assert compass is not None
+    stream = in_hold(turned, aligned, 0)
+    now = course(compass, replace(stream, accelerometer=(9.9, 0.1, 0.2)))
+    assert now is not None
+    assert math.isnan(now.after)
+    assert "x stands upright: no heading" in texts(course_rows(now, aligned, 76))
+    assert course(compass, replace(stream, magnetometer=None)) is None
+
+
+@pytest.mark.parametrize(("heading", "row", "column"), [(0, 1, 19), (90, 5, 26), (270, 5, 11)])
+def test_the_needle_points_where_the_device_heads(heading: float, row: int, column: int) -> None:
+    card, empty = rose(float(heading), 38, 12), rose(None, 38, 12)
+    changed = {
+        (y, x)
+        for y, pair in enumerate(zip(card, empty, strict=True))
+        for x, (a, b) in enumerate(zip(*pair, strict=True))
+        if a != b
+    }
+    assert changed
+    assert min(abs(y - row) + abs(x - column) for y, x in changed) <= 1
+    assert all(len(line) == 38 for line in card)
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_one_key_shows_the_heading_and_it_follows_the_device(
+    size: tuple[int, int], turned: Readings, aligned: FitReport
+) -> None:
+    index = level_hold(aligned)
+    source = fakes.FakeSource(RESULT, in_hold(turned, aligned, index))
+    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    async with app.run_test(size=size) as pilot:
+        await shows(pilot, "magnetometer |m|", "h north")
+        await pilot.press("h")
+        await shows(
+            pilot, "before calibration", "after calibration", "when calibrated ✓", "±",
+            "by the calibration", "h back to the result",
+        )  # fmt: skip
+        first = app.screen.query_one("#heading-after", BigText).text
+        assert first != app.screen.query_one("#heading-before", BigText).text
+        source.stream = in_hold(turned, aligned, (index + 1) % 40)
+        source.say(RESULT)
+        await until(pilot, lambda: app.screen.query_one("#heading-after", BigText).text != first)
+        await pilot.press("question_mark")
+        await shows(pilot, "help: heading", "magnetic north")
+        await pilot.press("escape", "h")
+        await shows(pilot, "magnetometer |m|")
+        assert "begins by itself" not in seen(pilot)
+
+
+async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned: FitReport) -> None:
+    source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
+    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "magnetometer |m|")
+        await pilot.press("h")
+        await shows(pilot, "after calibration")
+        source.say(replace(fakes.rotations_status(), step=StepKind.ROTATIONS))
+        await shows(pilot, "▸ROTATIONS")
+
+
+async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
+    source = fakes.FakeSource(RESULT)
+    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        assert "h north" not in await shows(pilot, "31.4 mg", "c compare")
+        await pilot.press("h")
+        await shows(pilot, "no heading without a calibrated magnetometer", "circles")
+        await pilot.press("h")
+        await shows(pilot, "31.4 mg")
+
+
+async def test_sensors_that_are_not_aligned_have_no_heading(
+    turned: Readings, aligned: FitReport
+) -> None:
+    why = "the magnetometer stays in its own frame: 3 still positions are too few"
+    report = replace(aligned, second_stage=None, warnings=(why,))
+    source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
+    app = WizardApp(with_report(source, report, turned), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "magnetometer |m|")
+        await pilot.press("h")
+        await shows(pilot, "how the magnetometer lies in the device", "3 still positions")
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_one_key_shows_all_methods_of_all_sensors(
+    size: tuple[int, int], turned: Readings, aligned: FitReport
+) -> None:
+    source = fakes.FakeSource(RESULT)
+    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    async with app.run_test(size=size) as pilot:
+        await shows(pilot, "magnetometer |m|")
+        await pilot.press("c")
+        text = await shows(
+            pilot, "ACCELEROMETER", "least_squares", "newton (Q)", "two-step (N)", "fitted",
+            "held out", "M off by", "c back to the result",
+        )  # fmt: skip
+        assert max(map(len, text.splitlines())) <= size[0]
+        await pilot.press("end")
+        await shows(pilot, "MAGNETOMETER", "orthogonal", "numeric (N)", "Niespodziany")
+        await pilot.press("c")
+        await shows(pilot, "magnetometer |m|")
+
+
+async def test_methods_that_cannot_be_compared_are_no_fault_of_the_screen() -> None:
+    def compare(
+        _found: FitReport, _collected: Collected, _snapshot: Snapshot
+    ) -> Sequence[MethodRow]:
+        raise DataError("nothing to compare: hold the device still")
+
+    source = fakes.FakeSource(RESULT)
+    services = replace(fakes.services(source), compare=compare)
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "31.4 mg")
+        await pilot.press("c")
+        await shows(pilot, "▲ nothing to compare: hold the device still")
