@@ -1,5 +1,7 @@
 """Streams as devices print them, made from numbers that are known."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from imucal_wizard.devices.intake import Intake, StreamSetup
@@ -47,6 +49,22 @@ def feed(intake: Intake, data: bytes, chunk: int = 64, start: float = 100.0) -> 
     parts.append(intake.flush())
     there = [part for part in parts if part is not None]
     return join(there) if there else _NOTHING
+
+
+def warned(values: FloatArray, header: bytes = HEADER, form: str = "%.6f") -> str:
+    """All warnings about a stream of these rows."""
+    data = header + printed(values, form)
+    intake = Intake(compare_arrivals=False)
+    feed(intake, data)
+    assert intake.samples > 0
+    return " | ".join(intake.warnings)
+
+
+def spoilt(change: Callable[[FloatArray], None], count: int = 1200) -> FloatArray:
+    """A device at rest with one thing wrong."""
+    values = at_rest(count)
+    change(values)
+    return values
 
 
 def same(one: Readings, other: Readings) -> bool:

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from imucal_wizard.devices.formats.names import column
+from imucal_wizard.devices.formats.labels import described
+from imucal_wizard.devices.formats.names import column, header
 from imucal_wizard.devices.intake import Intake, StreamSetup
 from imucal_wizard.readings import FloatArray
 from tests.devices.streams import at_rest, feed, printed, read
@@ -14,6 +17,21 @@ T, A, G = slice(0, 1), slice(1, 4), slice(4, 7)
 @pytest.mark.parametrize(
     ("name", "channel", "unit"),
     [
+        ("ax[m/s^2]", "ax", "m/s^2"),
+        ("AccelX", "ax", ""),
+        ("acc_y_mg", "ay", "mg"),
+        ("gyro.z [dps]", "gz", "deg/s"),
+        ("aX (mg)", "ax", "mg"),
+        ("wx[rad/s]", "gx", "rad/s"),
+        ("mag_x[uT]", "mx", "uT"),
+        ("timestamp_ms", "t", "ms"),
+        ("micros", "t", "us"),
+        ("temp[degC]", "temp", "degC"),
+        ("imu_degC", "temp", "degC"),
+        ("count", "counter", ""),
+        ("linear_acceleration_x", "", ""),
+        ("ax[furlong]", "ax", ""),
+        ("pressure_Pa", "", ""),
         ("field.angular_velocity.x", "gx", ""),
         ("/imu/data/angular_velocity/y", "gy", ""),
         ("w_RS_S_z [rad s^-1]", "gz", "rad/s"),
@@ -43,11 +61,18 @@ T, A, G = slice(0, 1), slice(1, 4), slice(4, 7)
         ("AccelX:0.12", "", ""),
     ],
 )
-def test_a_name_of_several_words_is_understood_or_left_alone(
-    name: str, channel: str, unit: str
-) -> None:
+def test_a_name_is_understood_or_left_alone(name: str, channel: str, unit: str) -> None:
     found = column(name)
     assert (found.channel, found.unit) == (channel, unit)
+
+
+@settings(max_examples=60, deadline=None)
+@given(text=st.text(max_size=80))
+def test_no_text_whatever_makes_the_reading_of_words_fail(text: str) -> None:
+    _, columns = described(text)
+    column(text)
+    header(text.split(","))
+    assert len({c.channel for c in columns if c.channel}) == sum(bool(c.channel) for c in columns)
 
 
 def test_names_that_mean_nothing_are_asked_about_and_shown() -> None:

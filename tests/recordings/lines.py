@@ -25,3 +25,9 @@ def write(path: Path, values: FloatArray, header: str = HEADER, separator: str =
     lines = [separator.join(f"{value:.6f}" for value in row) for row in values]
     path.write_text("\n".join(([header] if header else []) + lines) + "\n", encoding="utf-8")
     return path
+
+
+def written(tmp_path: Path, count: int = 400) -> tuple[Path, list[str]]:
+    """A recording of a device at rest, and its lines."""
+    path = write(tmp_path / "a.csv", samples(count))
+    return path, path.read_text().splitlines()
