@@ -57,20 +57,22 @@ def notice_rows(status: Status, problem: str, width: int, height: int) -> list[L
     """What matters most in the rows there are.
 
     A broken stream comes before a disturbed field, that before what keeps a calibration from
-    coming of it, and that before the advice; ways out come next, then what happened last.
+    coming of it, and that before the way to the next face; ways out come next, then what happened
+    last, then how to do it.
     """
     field = status.field or FieldStatus()
-    rows = _first(field, problem, width - 2)
+    rows = _first(field, status.guidance, problem, width - 2)
     choices = offer_rows(status.offers, width - 2)
-    room = height - len(rows) - len(choices)
-    if status.last_event is not None and room > 0 and not problem:
-        rows += event_rows(status.last_event, width - 2)[:room]
-    return (rows + choices)[:height]
+    if status.last_event is not None and not problem:
+        rows += event_rows(status.last_event, width - 2)
+    rows += wrapped(f"   {status.detail}", width - 2, "quiet", indent="   ")
+    return (rows[: max(0, height - len(choices))] + choices)[:height]
 
 
-def _first(field: FieldStatus, problem: str, width: int) -> list[Line]:
+def _first(field: FieldStatus, guidance: str, problem: str, width: int) -> list[Line]:
     if problem:
         return wrapped(f" ▲ {problem}", width, "bad", indent="   ")
     if field.disturbed or field.trouble:
         return wrapped(f" ▲ {field.disturbed or field.trouble}", width, "warn", indent="   ")
-    return wrapped(f" ▸ {field.advice}", width, "accent", indent="   ") if field.advice else []
+    way = guidance or field.advice
+    return wrapped(f" ▸ {way}", width, "accent", indent="   ") if way else []

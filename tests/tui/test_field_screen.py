@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.ellipsoid.bins import centres
 from imucal_wizard.procedure.field_status import FieldStatus
-from imucal_wizard.procedure.state import Event, EventKind, Status, StepKind
+from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.test_screens import LARGE, USUAL, app_with
@@ -76,6 +76,26 @@ async def test_what_keeps_a_calibration_from_coming_of_it_comes_before_the_advic
     async with app_with(source_of(replace(field(), trouble=trouble))).run_test(size=USUAL) as pilot:
         await shows(pilot, f"▲ {trouble}")
         assert "▸ lay" not in seen(pilot)
+
+
+async def test_the_way_to_the_next_face_comes_before_the_advice() -> None:
+    way = "88° away: turn it about x, to the left"
+    source = fakes.FakeSource(replace(status(), guidance=way, detail="flat on the table"))
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, f"▸ {way}", "the circle on −x is done", "flat on the table")
+        assert "lay the −y face" not in text
+
+
+async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:
+    trouble = (
+        "the field has changed and stays so: take away what came near, or begin the step again"
+    )
+    offers = (Offer("enough", "g", "go on with what there is: it may carry less"),)
+    source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "stays so", " g  go on with what there is")
+        await pilot.press("g")
+        await until(pilot, lambda: source.commands == [("enough", "")])
 
 
 async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:
