@@ -31,7 +31,7 @@ class Player(Runner):
     Until the procedure is started the tape is a preview; ``start`` begins at its first sample, so
     that the result does not depend on how long somebody looked. A recording that does not begin
     with a rest loses its first holds to the search for one: once the noise is known all the same,
-    it is played again from its first sample.
+    it is played again from its first sample. A session has its own start in it, and is what it was.
 
     Args:
         tape: what is played.
@@ -63,6 +63,10 @@ class Player(Runner):
 
     def _command(self, name: str, argument: str) -> None:
         if name == "start" and self._engine.step is StepKind.SOURCE:
+            begun = self._tape.begin(self._engine)
+            if begun is not None:
+                self._position, self._second = begun, True
+                return
             self._rewind()
         super()._command(name, argument)
 
@@ -84,6 +88,12 @@ class Player(Runner):
         return True
 
     def _work(self) -> None:
+        try:
+            self._play()
+        finally:
+            self._tape.close()
+
+    def _play(self) -> None:
         last, idle = self._clock(), False
         while not self._stopping.is_set():
             if not self._engine.finished:

@@ -17,6 +17,16 @@ class Tape(Protocol):
     def rewind(self) -> None:
         """Begin again."""
 
+    def begin(self, engine: Engine) -> float | None:
+        """Go to where the procedure was started; None where that is for the player to do.
+
+        Returns:
+            The seconds from which it goes on.
+        """
+
+    def close(self) -> None:
+        """Let go of what is read."""
+
     def play(self, engine: Engine, until: float) -> bool:
         """Feed what was recorded before ``until`` seconds; whether more is left."""
 
@@ -41,6 +51,13 @@ class ReadingsTape:
     def rewind(self) -> None:
         """Begin again."""
         self._next = 0
+
+    def begin(self, engine: Engine) -> float | None:  # noqa: ARG002 -- other tapes feed it
+        """Nobody has started anything in a recording."""
+        return None
+
+    def close(self) -> None:
+        """Its samples are in memory."""
 
     def play(self, engine: Engine, until: float) -> bool:
         """Feed the samples before ``until`` seconds from the beginning; whether more are left."""

@@ -31,6 +31,7 @@ class Opening:
         session: the session file being written, or None.
         title: what is read, in words.
         played: the recording being played, or None.
+        watched: the session being played, or None.
         sealed: the answer of an exercise, or None.
         gravity: local gravity by which the result is fitted, m/s².
     """
@@ -40,6 +41,7 @@ class Opening:
         self.title = ""
         self.session: Path | None = None
         self.played: Readings | None = None
+        self.watched: Path | None = None
         self.sealed: Path | None = None
         self.gravity = options.gravity or STANDARD_GRAVITY
 
@@ -56,7 +58,7 @@ class Opening:
             ImucalError: it cannot be opened, and why.
         """
         self.title = choice.title or choice.target
-        self.session, self.played = None, None
+        self.session, self.played, self.watched = None, None, None
         if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
             return self._resumed(Path(choice.target))
         if choice.kind is SourceKind.FILE:
@@ -148,18 +150,21 @@ class Opening:
         return Reader(Transport(port, baud), engine, prepare=prepare)
 
     def _player(self, paths: Sequence[Path]) -> Source:
-        from imucal_wizard.live.engine import Engine
-        from imucal_wizard.live.player import Player
-        from imucal_wizard.live.tape import ReadingsTape
-        from imucal_wizard.recordings import read
+        from imucal_wizard.recordings.session import is_session
+        from imucal_wizard.tui.playing import recording_player, session_player
 
         for path in paths:
             if not path.is_file():
                 raise RecordingError(f"there is no file {path}; check the path")
-        readings = self.played = read(list(paths), self._options.recording)
-        title = " + ".join(path.name for path in paths)
-        engine = Engine(None, self._settings(), source=title)
-        return Player(ReadingsTape(readings), engine, self._options.speed)
+        options = self._options
+        if len(paths) == 1 and is_session(paths[0]):
+            player, gravity = session_player(paths[0], options.recording, options.speed)
+            self.watched, self.gravity = paths[0], options.gravity or gravity
+            return player
+        player, self.played = recording_player(
+            paths, options.recording, options.speed, self._settings()
+        )
+        return player
 
     def _settings(self) -> "Settings":
         from imucal_wizard.live.settings import Settings

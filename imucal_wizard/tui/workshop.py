@@ -75,7 +75,8 @@ class Workshop(Opening):
         from imucal_wizard.effects.own import load_effect
         from imucal_wizard.tui.readings_again import session_readings
 
-        readings = self.played or session_readings(self.session, report.holds)
+        kept = self.session or self.watched
+        readings = self.played or session_readings(kept, report.holds)
         own = [load_effect(path) for path in self._options.effects]
         return Benches(report, readings, own=own, before=before)
 

@@ -8,13 +8,12 @@ import pytest
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.player import Player
-from imucal_wizard.live.resume import begin
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.tape import ReadingsTape
 from imucal_wizard.procedure.state import Collected, StepKind
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read
-from tests.live.performance import pieces, recorded, same, settings, wait_for
+from tests.live.performance import recorded, same, settings, wait_for
 
 
 def _readings(tmp_path: Path) -> Readings:
@@ -40,26 +39,6 @@ def test_speed_changes_nothing_in_the_result(tmp_path: Path, speed: float) -> No
     wait_for(lambda: player.snapshot().finished)
     assert player.snapshot().status.step is StepKind.RESULT
     assert same(player.collected(), _at_once(readings))
-    player.stop()
-
-
-def test_a_session_is_played_as_it_was_measured(tmp_path: Path) -> None:
-    path = tmp_path / "a.imucal"
-    engine = begin(path, None, settings())
-    engine.command("start")
-    for arrival, data in pieces(recorded(), 2500):
-        engine.receive(data, arrival)
-    engine.end()
-    engine.journal.close()
-    player = Player(ReadingsTape(read([path])), Engine(settings=settings()), float("inf"))
-    player.start()
-    player.command("start")
-    wait_for(lambda: player.snapshot().finished)
-    played, live = player.collected(), engine.collected()
-    for one, other in zip(played.holds, live.holds, strict=True):
-        np.testing.assert_array_equal(one.accelerometer, other.accelerometer)
-        assert one.end == pytest.approx(other.end)
-    assert played.turns == live.turns
     player.stop()
 
 

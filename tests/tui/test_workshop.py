@@ -20,6 +20,7 @@ from imucal_wizard.tui.run import first_choice, run_wizard
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import Hand, Source, SourceChoice, SourceKind
 from imucal_wizard.tui.workshop import Workshop
+from tests.commands.kept_sessions import sat
 from tests.fitting.collecting import with_field
 from tests.tui import fakes
 from tests.tui.waiting import shows, until
@@ -204,3 +205,21 @@ def test_the_local_field_reaches_the_fit_and_the_saved_calibration(tmp_path: Pat
     length = np.linalg.norm(kept.apply(readings.values), axis=1)
     assert length.mean() == pytest.approx(48.5, rel=2e-3)
     assert any("MAGNETOMETER" in text for text in saved.says)
+
+
+async def test_a_session_is_watched_again_to_its_end(tmp_path: Path) -> None:
+    """``--replay`` of a session: with what was taken back, to the result it had, on one screen."""
+    path, place = tmp_path / "a.imucal", tmp_path / "a.json"
+    live = sat(path, {0.4: ("undo",)})
+    options = WizardOptions(replay=(path,), speed=1000.0, save=place)
+    settings = Settings(quit_after=True, countdown=0.1)
+    workshop = Workshop(options)
+    app = WizardApp(workshop.services(), settings, first_choice(options))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: not app.is_running)
+    assert app.failure is None
+    assert set(load(place).sensors) == {"accelerometer", "gyroscope"}
+    assert app.report is not None
+    kept = live.collected()
+    assert [hold.start for hold in app.report.holds] == [hold.start for hold in kept.holds]
+    assert workshop.benches(app.report, None).readings is not None
