@@ -78,7 +78,8 @@ class Snapshot:
         status: the procedure.
         events: the newest events, oldest first, at most 50.
         event_count: how many events there have been in all; the screen plays the new ones.
-        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing.
+        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing; NaN where
+            there is no gyroscope.
         attitude: body-to-world rotation matrix for the drawing, shape (3, 3), or None.
         finished: the source has ended (a file) or the reader has stopped.
     """

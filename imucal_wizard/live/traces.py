@@ -74,7 +74,7 @@ class Traces:
         self._index += count
         self._second.add(a)
         drawn = a[first :: self._step]
-        rates = np.zeros_like(drawn) if g is None else g[first :: self._step]
+        rates = np.full_like(drawn, np.nan) if g is None else g[first :: self._step]
         self._thin.add(np.hstack([drawn, rates]))
         self.accelerometer = _three(a[-1])
         self.gyroscope = None if g is None else _three(g[-1])
@@ -85,7 +85,7 @@ class Traces:
             self.temperature = float(readings.temperature.values[-1, 0])
 
     def drawn(self) -> FloatArray:
-        """The newest seconds of all six channels, shape (n, 6)."""
+        """The newest seconds of all six channels, shape (n, 6); NaN where there is no gyroscope."""
         return self._thin.newest()
 
     @property

@@ -87,6 +87,11 @@ _UNITS = {
 }
 
 
+def known_as(unit: str) -> tuple[str, float]:
+    """The unit in which people know a reading, and the factor to it: rates in degrees."""
+    return ("deg/s", math.degrees(1.0)) if unit == "rad/s" else (unit, 1.0)
+
+
 def unit_sign(unit: str) -> str:
     """A unit word as people write it: ``m/s^2`` becomes ``m/s²``; a mere ratio has none."""
     return _UNITS.get(unit, clean(unit).replace("^2", "²"))

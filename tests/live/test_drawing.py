@@ -53,6 +53,13 @@ def test_traces_span_ten_seconds_with_a_bounded_number_of_points(rate: float) ->
     assert (drawn[-1, 0] - drawn[0, 0]) / rate == pytest.approx(SECONDS, rel=0.02, abs=0.11)
 
 
+def test_without_a_gyroscope_there_are_no_rates_to_draw() -> None:
+    traces = Traces(100.0)
+    traces.feed(replace(_readings(np.arange(10) / 100.0, _index(10), _index(10)), gyroscope=None))
+    assert np.isnan(traces.drawn()[:, 3:]).all()
+    assert np.isfinite(traces.drawn()[:, :3]).all()
+
+
 def test_the_newest_field_stays_until_a_slow_magnetometer_says_another() -> None:
     traces, time = Traces(100.0), np.arange(10) / 100.0
     assert traces.magnetometer is None

@@ -20,7 +20,9 @@ from imucal_wizard.tui.widgets.big_text import enlarged
 from imucal_wizard.tui.widgets.key_footer import footer_row
 from imucal_wizard.tui.widgets.still_bars import compact_row
 from imucal_wizard.tui.widgets.stream_line import stream_row
-from imucal_wizard.tui.widgets.traces import trace
+from imucal_wizard.tui.widgets.traces import trace, trace_rows
+
+SI = ("m/s^2", "rad/s")
 
 
 @given(st.text())
@@ -125,6 +127,24 @@ def test_a_rising_trace_rises() -> None:
     assert not top[:5].strip()
     assert top[5:].strip()
     assert bottom[:5].strip()
+
+
+def test_rates_are_drawn_in_degrees_below_accelerations_and_both_as_wide() -> None:
+    values = np.hstack(
+        [np.full((100, 3), 9.8), np.radians(np.linspace(-90, 90, 300).reshape(100, 3))]
+    )
+    above, below = ("".join(text for text, _ in row) for row in trace_rows(values, SI, 80, 2))
+    assert above.startswith(" a")
+    assert above.endswith(" m/s²")
+    assert below.startswith(" ω")
+    assert below.endswith(" −100…100 °/s")
+    assert above.index("  z ") == below.index("  z ")
+
+
+def test_without_a_gyroscope_no_rates_are_drawn() -> None:
+    values = np.hstack([np.full((100, 3), 9.8), np.full((100, 3), np.nan)])
+    (only,) = trace_rows(values, SI, 80, 2)
+    assert only[0][0] == " a"
 
 
 def test_channels_that_are_dead_leave_the_trace_empty() -> None:

@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from imucal_wizard.digits import decimals, fixed
-from imucal_wizard.tui.text import Line, line, number, unit_sign, wrapped
+from imucal_wizard.tui.text import Line, known_as, line, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -54,7 +54,7 @@ class Preview(Lines):
             rows += [line(""), *newest[:_LINE_ROWS]]
         rows.append(line(""))
         rows += self._values("acceleration", stream.accelerometer, stream.accelerometer_unit)
-        rows += self._values("turn rate", *_readable(stream.gyroscope, stream.gyroscope_unit))
+        rows += self._values("turn rate", stream.gyroscope, stream.gyroscope_unit)
         if stream.temperature is not None:
             rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
         rows += _gravity(stream, width)
@@ -82,21 +82,13 @@ class Preview(Lines):
     def _values(name: str, values: tuple[float, float, float] | None, unit: str) -> list[Line]:
         if values is None:
             return [_pair(name, "none", "quiet")]
-        places = decimals(max(1.0, *(abs(value) for value in values if math.isfinite(value))), 4)
+        known, factor = known_as(unit)
+        shown = [factor * value for value in values]
+        places = decimals(max(1.0, *(abs(value) for value in shown if math.isfinite(value))), 4)
         numbers = " ".join(
-            f"{axis} {fixed(value, places)}" for axis, value in zip("xyz", values, strict=True)
+            f"{axis} {fixed(value, places)}" for axis, value in zip("xyz", shown, strict=True)
         )
-        return [_pair(name, f"{numbers} {unit_sign(unit)}")]
-
-
-def _readable(
-    rate: tuple[float, float, float] | None, unit: str
-) -> tuple[tuple[float, float, float] | None, str]:
-    """A rate in the unit in which people know their gyroscope."""
-    if rate is None or unit != "rad/s":
-        return rate, unit
-    x, y, z = map(math.degrees, rate)
-    return (x, y, z), "deg/s"
+        return [_pair(name, f"{numbers} {unit_sign(known)}")]
 
 
 def _pair(name: str, text: str, style: str = "") -> Line:

@@ -63,10 +63,11 @@ def _done(rotation: RotationStatus) -> Line:
 
 def _wanted(rotation: RotationStatus) -> Line:
     speeds = rotation.speeds >= _SPEEDS
+    some = "" if speeds else f" ({rotation.speeds} so far)"
     return (
         (" wanted  ", "quiet"),
         (f"both senses {_tick(rotation.senses)}", _tone(rotation.senses)),
-        (f"   three speeds {_tick(speeds)} ({min(rotation.speeds, _SPEEDS)})", _tone(speeds)),
+        (f"   three speeds {_tick(speeds)}{some}", _tone(speeds)),
         (f"   {rotation.advice}", "accent"),
     )
 

@@ -4,13 +4,13 @@ import numpy as np
 from textual import events
 
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.tui.text import Line, Span, number, unit_sign
+from imucal_wizard.tui.text import Line, Span, known_as, number, unit_sign
 from imucal_wizard.tui.widgets.lines import Lines
 
 _UP = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille cell, top row first."""
 _LABEL = 4
-_SMALLEST_SPAN: dict[str, float] = {"m/s^2": 2.0, "rad/s": 0.2}
+_SMALLEST_SPAN: dict[str, float] = {"m/s^2": 2.0, "deg/s": 10.0}
 """A still device draws a line and not its noise."""
 _SMALLEST_SHARE = 0.02
 """The same for counts, as a share of the largest."""
@@ -56,7 +56,7 @@ def _per_column(values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]
 
 
 class Traces(Lines):
-    """Six channels side by side: accelerometer above, gyroscope below."""
+    """Six channels side by side: accelerometer above, below it the gyroscope where there is one."""
 
     DEFAULT_CSS = "Traces { height: 2; }"
 
@@ -79,23 +79,46 @@ class Traces(Lines):
 
     def _draw(self) -> None:
         width, height = self.size
-        if width < 30 or not height:
-            return
-        each = max(1, height // 2)
-        rows = self._block("a", self._values[:, :3], self._units[0], width, each)
-        self.show(rows + self._block("ω", self._values[:, 3:6], self._units[1], width, each))
+        if width >= 30 and height:
+            self.show(trace_rows(self._values, self._units, width, height))
 
-    def _block(self, name: str, values: FloatArray, unit: str, width: int, rows: int) -> list[Line]:
-        low, high = _span(values, unit)
-        scale = f" {number(low, 2)}…{number(high, 2)} {unit_sign(unit)}"
-        columns = (width - len(scale) - 2 - 3 * _LABEL) // 3
-        drawn = [trace(values[:, i], low, high, columns, rows) for i in range(values.shape[1])]
+
+def trace_rows(values: FloatArray, units: tuple[str, str], width: int, height: int) -> list[Line]:
+    """The channels of both sensors, or of the accelerometer alone where there is no gyroscope.
+
+    Args:
+        values: samples, shape (n, 6); the rates NaN where there is no gyroscope.
+        units: of the accelerations and of the rates.
+        width: characters there are.
+        height: rows there are for two sensors.
+    """
+    blocks = [_Block("a", values[:, :3], units[0])]
+    rates = values[:, 3:6]
+    if not len(rates) or not np.isnan(rates).all():
+        blocks.append(_Block("ω", rates, units[1]))
+    columns = (width - max(len(one.scale) for one in blocks) - 2 - 3 * _LABEL) // 3
+    return [row for one in blocks for row in one.rows(columns, max(1, height // 2))]
+
+
+class _Block:
+    """The channels of one sensor, in the unit in which people know it."""
+
+    def __init__(self, name: str, values: FloatArray, unit: str) -> None:
+        known, factor = known_as(unit)
+        self._name = name
+        self._values = values * factor
+        self._low, self._high = _span(self._values, known)
+        self.scale = f" {number(self._low, 2)}…{number(self._high, 2)} {unit_sign(known)}"
+
+    def rows(self, columns: int, rows: int) -> list[Line]:
+        """As braille, each channel so many cells wide and high."""
+        drawn = [trace(one, self._low, self._high, columns, rows) for one in self._values.T]
         block: list[Line] = []
         for y in range(rows):
-            spans: list[Span] = [(f" {name}" if y == 0 else "  ", "strong")]
+            spans: list[Span] = [(f" {self._name}" if y == 0 else "  ", "strong")]
             for axis, picture in zip("xyz", drawn, strict=True):
                 spans += [(f"  {axis} " if y == 0 else "    ", "quiet"), (picture[y], "")]
-            spans.append((scale if y == 0 else "", "quiet"))
+            spans.append((self.scale if y == 0 else "", "quiet"))
             block.append(tuple(spans))
         return block
 
