@@ -35,8 +35,8 @@ class Commands:
             "take": self._take,
             "remeasure": self._remeasure,
             "count-faces": self._count_faces,
-            "validate": lambda: self._route.enter(StepKind.VALIDATE),
-            "save": lambda: self._route.enter(StepKind.SAVE),
+            "validate": self._validate,
+            "save": self._save,
         }
 
     def obey(self, name: str, argument: str = "") -> None:
@@ -74,6 +74,17 @@ class Commands:
         self._route.leave_out(StepKind(argument))
         self._route.enter(StepKind(argument))
 
+    def _validate(self) -> None:
+        self._route.enter(StepKind.VALIDATE)
+        self._scene.last_event = None  # what happened before the result is no news here
+
+    def _save(self) -> None:
+        """Save with what there is; a validation that is not whole is left out."""
+        route, kind = self._route, StepKind.VALIDATE
+        if not route.stages[kind].finished:
+            route.skipped[kind] = self._scene.procedure.step(kind).skipped
+        route.enter(StepKind.SAVE)
+
     def _measure(self, argument: str) -> None:
         """Hold what the bench asks for, and come back to the result."""
         asked = from_text(argument)
@@ -89,7 +100,8 @@ class Commands:
         route.enter(StepKind.MORE)
 
     def _back(self) -> None:
-        if self._route.step is StepKind.MORE:
+        step, skipped = self._route.step, self._route.skipped
+        if step is StepKind.MORE or (step is StepKind.SAVE and StepKind.VALIDATE in skipped):
             self._route.enter(StepKind.RESULT)
             return
         kinds = self._route.kinds

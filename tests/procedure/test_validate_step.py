@@ -32,6 +32,24 @@ def test_new_orientations_go_to_the_validation_only_and_then_it_is_time_to_save(
     assert len(collected.rotations) == len(before.rotations)
 
 
+def test_what_was_said_before_the_result_is_not_said_of_the_validation() -> None:
+    _, machine = validating()
+    assert machine.status().last_event is None
+
+
+def test_saving_without_it_leaves_it_out_and_back_leads_to_the_result() -> None:
+    _, machine = validating()
+    machine.command("back")
+    machine.command("save")
+    status = machine.status()
+    assert status.step is StepKind.SAVE
+    assert "from the data that were fitted" in dict(status.skipped)[StepKind.VALIDATE]
+    machine.command("back")
+    assert machine.status().step is StepKind.RESULT
+    machine.command("validate")
+    assert StepKind.VALIDATE not in dict(machine.status().skipped)
+
+
 def test_an_orientation_that_the_fit_has_seen_is_refused_with_the_way_to_tilt() -> None:
     device, machine = validating()
     device.place("+x").rotate("z", 8.0).rest(2.0)

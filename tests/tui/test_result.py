@@ -5,14 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.errors import DataError
+from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.live.snapshot import Snapshot
 from imucal_wizard.procedure.state import Collected, Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.report_rows import summary_rows
+from imucal_wizard.tui.screens.save_screen import SaveScreen
 from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.source import Saved, SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.waiting import seen, shows, until
 
@@ -134,6 +135,38 @@ async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -
         assert "v: a few" not in text
         await pilot.press("b")
         await until(pilot, lambda: ("back", "") in source.commands)
+
+
+async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit() -> None:
+    def refuse(_collected: object, _snapshot: object) -> FitReport:
+        raise DataError("4 holds do not carry a fit; hold at least 6 poses")
+
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    services = replace(fakes.services(source), fit=refuse)
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "not saved: 4 holds do not carry a fit", "b measure more")
+        assert "find what is missing" not in text
+        assert "parameters" not in text
+        await pilot.press("f", "t")
+        await pilot.press("b")
+        await until(pilot, lambda: ("back", "") in source.commands)
+
+
+async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not(tmp_path: Path) -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    app = WizardApp(fakes.services(source, tmp_path / "a.json"), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "✓ ", "a.json")
+
+        def full(_report: object, _benches: object) -> Saved:
+            raise UsageError("the disk is full; make room")
+
+        app.services = replace(app.services, save=full)
+        screen = app.screen
+        assert isinstance(screen, SaveScreen)
+        screen.save()
+        text = await shows(pilot, "not saved: the disk is full", "31.4 mg", "t parameters")
+        assert "a.json" not in text
 
 
 def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:

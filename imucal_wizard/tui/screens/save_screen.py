@@ -12,12 +12,14 @@ from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.bench.kept_rows import kept_models, kept_rows
 from imucal_wizard.tui.report_rows import summary_rows
 from imucal_wizard.tui.screens.report_screen import ReportScreen
-from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.text import line, wrapped
 from imucal_wizard.tui.threads import in_thread
 from imucal_wizard.tui.widgets.big_text import BigText
-from imucal_wizard.tui.widgets.key_footer import Keys
+from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
 from imucal_wizard.tui.widgets.lines import Lines
 
+UNSAVED: Keys = (("q", "leave"), ("b", "measure more"), ("?", "help"))
+"""Keys where there is nothing to save."""
 _CHANGED = "▲ The bench has another model now than this file: s saves that."
 
 
@@ -43,8 +45,9 @@ class SaveScreen(ReportScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        self._rows: list[Line] = [line("Writing the calibration …", "accent")]
         self._begun = False
+        self._problem = ""
+        """Why nothing is saved."""
         self._models: dict[str, tuple[str, ...]] = {}
 
     def body(self) -> ComposeResult:
@@ -74,10 +77,10 @@ class SaveScreen(ReportScreen):
             app.saved = await asyncio.to_thread(app.services.save, app.report, benches)
         except ImucalError as error:
             app.fail(error)
-            self._rows = wrapped(f"▲ not saved: {error}", 76, "bad", indent="  ")
+            self._problem = str(error)
             self._say("NOT SAVED", "bad")
             return
-        self._models = kept_models(benches)
+        self._problem, self._models = "", kept_models(benches)
         self._say("SAVED", "good")
         if app.settings.quit_after:
             app.action_leave()
@@ -88,6 +91,11 @@ class SaveScreen(ReportScreen):
         return (
             self.wizard.saved is not None and kept_models(self.wizard.kept.benches) != self._models
         )
+
+    def footer(self) -> None:
+        """Show the keys; without a fit there is nothing to look into."""
+        lacking = self._problem and self.wizard.report is None
+        self.query_one(KeyFooter).offer(UNSAVED if lacking else self.offered(self.keys))
 
     def action_save_again(self) -> None:
         """Write a file with the model of the bench."""
@@ -106,11 +114,14 @@ class SaveScreen(ReportScreen):
         """Lay the report out for the width there is."""
         super().redraw()
         width = max(60, self.app.size.width - 4)
-        rows = list(self._rows)
-        if self.wizard.saved is not None and self.wizard.report is not None:
+        rows = [line("Writing the calibration …", "accent")]
+        if self._problem:
+            rows = wrapped(f"▲ not saved: {self._problem}", width, "bad", indent="  ")
+        elif self.wizard.saved is not None:
             rows = wrapped(f"✓ {self.wizard.saved.path}", width, "good", indent="  ")
             if self._changed:
                 rows += wrapped(_CHANGED, width, "warn", indent="  ")
+        if self.wizard.report is not None:
             rows += kept_rows(self.wizard.kept.benches, width)
             rows += [line(""), *summary_rows(self.wizard.report, width)]
         self.query_one("#report", Lines).show(rows)
