@@ -107,8 +107,8 @@ async def test_a_recording_is_calibrated_without_a_key(tmp_path: Path) -> None:
     options = WizardOptions(replay=(recording,), speed=1000.0, save=place)
     settings = Settings(quit_after=True, countdown=0.1)
     app = WizardApp(Workshop(options).services(), settings, first_choice(options))
-    async with app.run_test(size=(80, 24)) as pilot:
-        await shows(pilot, "▸SAVE")
+    async with app.run_test(size=(120, 24)) as pilot:
+        await shows(pilot, "✓18 poses ✓Rotations", "–Validate ▸SAVE")
         await until(pilot, lambda: not app.is_running)
     assert app.failure is None
     assert set(load(place).sensors) == {"accelerometer", "gyroscope"}
