@@ -1,5 +1,6 @@
 """The app on real sources: the virtual IMU, recordings, sessions; and what is saved."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -79,9 +80,11 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
         wait_for(source, lambda s: s.stream.samples > 0)
         source.command("start")
         before = wait_for(source, lambda s: s.status.step == "up-down" and s.status.holds >= 3)
+        assert workshop.earlier() == [], "it is at work"
     offered = workshop.earlier()
     assert [choice.kind for choice in offered] == [SourceKind.SESSION]
     assert "at Up/down" in offered[0].title
+    assert re.fullmatch(r"[34] holds in 00:\d\d, virtual IMU", offered[0].detail)
     again = workshop.open_source(offered[0])
     with running(again):
         after = wait_for(again, lambda s: s.stream.samples >= before.stream.samples)
