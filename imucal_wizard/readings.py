@@ -14,8 +14,8 @@ class Series:
 
     Attributes:
         time: sample times, s, shape (n,), never decreasing.
-        values: readings ``y``, shape (n, 3); (n, 1) for the temperature.
-        unit: ``m/s^2``, ``rad/s``, ``uT``, ``degC`` or ``count``.
+        values: readings ``y``, shape (n, 3); (n, 1) for temperature and current.
+        unit: ``m/s^2``, ``rad/s``, ``uT``, ``degC``, ``A``, ``%`` or ``count``.
     """
 
     time: FloatArray
@@ -49,6 +49,7 @@ class Readings:
         magnetometer: readings of flux density, or None.
         temperature: degrees Celsius, or None.
         warnings: what the reader noticed on the way, for the user.
+        current: what the board's motors draw, A, or their throttle, %; or None.
     """
 
     accelerometer: Series
@@ -56,6 +57,7 @@ class Readings:
     magnetometer: Series | None = None
     temperature: Series | None = None
     warnings: tuple[str, ...] = field(default=())
+    current: Series | None = None
 
     def __len__(self) -> int:
         return len(self.accelerometer)
@@ -81,4 +83,5 @@ def join(parts: "list[Readings]") -> Readings:
         joined("magnetometer"),
         joined("temperature"),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
+        joined("current"),
     )

@@ -24,12 +24,16 @@ RATE: dict[str, float] = {
 FIELD: dict[str, float] = {"uT": 1.0, "nT": 1e-3, "mT": 1e3, "G": 100.0, "mG": 0.1}
 TIME: dict[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 TEMPERATURE: dict[str, float] = {"degC": 1.0}
+CURRENT: dict[str, float] = {"A": 1.0, "mA": 1e-3}
+THROTTLE: dict[str, float] = {"%": 1.0}
 
 SI_UNIT: dict[str, str] = {
     "accelerometer": "m/s^2",
     "gyroscope": "rad/s",
     "magnetometer": "uT",
     "temperature": "degC",
+    "current": "A",
+    "throttle": "%",
     "time": "s",
 }
 """The unit in which the program keeps each quantity (flux density stays in µT)."""
@@ -39,6 +43,8 @@ FACTORS: dict[str, dict[str, float]] = {
     "gyroscope": RATE,
     "magnetometer": FIELD,
     "temperature": TEMPERATURE,
+    "current": CURRENT,
+    "throttle": THROTTLE,
     "time": TIME,
 }
 
@@ -62,6 +68,9 @@ _SPELLINGS: dict[str, str] = {
         "G": "gauss ga",
         "mG": "milligauss mgauss mga",
         "degC": "°c c celsius degreescelsius degreesc °",
+        "A": "amp amps ampere amperes",
+        "mA": "milliamp milliamps milliampere milliamperes",
+        "%": "percent pct",
         COUNT: "counts lsb lsbs raw adc digits digit",
         "s": "sec secs second seconds",
         "ms": "millis msec msecs millisecond milliseconds",

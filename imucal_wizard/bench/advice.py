@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 
+from imucal_wizard.bench.field_advice import field_advice
 from imucal_wizard.bench.more_poses import again, corners_and_repeats, missing
 from imucal_wizard.bench.pose import NextPose
 from imucal_wizard.bench.separating import Apart, separating
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.solver.extended.field_data import FieldData
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,8 @@ def advice(bench: Bench, findings: Findings, verdict: Verdict) -> Advice:
         findings: those that the verdict is about.
         verdict: what is said of them.
     """
+    if isinstance(bench.measured, FieldData):
+        return Advice(field_advice(bench.measured, findings, verdict))
     if verdict is Verdict.AMBIGUOUS:
         return Advice(*separating(bench, findings))
     if verdict is Verdict.DISTURBED:

@@ -14,13 +14,15 @@ NAMED = 3
 
 
 def shown(unit: str, value: float | None) -> str:
-    """An error in the unit people read: mg, degrees, degrees per second."""
+    """An error in the unit people read: mg, degrees, degrees per second, µT."""
     if value is None or not np.isfinite(value):
         return "not known"
     if unit == "rad":
         return f"{_short(np.degrees(value))}°"
     if unit == "rad/s":
         return f"{_short(np.degrees(value))} °/s"
+    if unit == "uT":
+        return f"{_short(value)} µT"
     return f"{_short(value / ACCELERATION['mg'])} mg"
 
 

@@ -6,7 +6,6 @@ from imucal_wizard.bench.labels import Terms
 from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.verdict import Opinion, Verdict
-from imucal_wizard.solver.extended.hold_data import BASE
 
 MOST_ADDED = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
@@ -29,7 +28,7 @@ def add_by_itself(bench: Bench) -> Findings:
     _complete_base(bench)
     below = len(bench.ladder)
     said = bench.look()
-    carried = bench.fit.base == BASE and not lacking_base(bench)
+    carried = bench.fit.base == bench.whole and not lacking_base(bench)
     for _ in range(MOST_ADDED if carried else 0):
         found = bench.look()
         named = found.opinion.terms
@@ -49,7 +48,7 @@ def add_by_itself(bench: Bench) -> Findings:
 
 def _complete_base(bench: Bench) -> None:
     """Put back what was left out of the base, where data held out are for it."""
-    for name in BASE:
+    for name in bench.whole:
         if name not in bench.fit.base:
             bench.add(name)
             if not bench.confirmed():

@@ -2,10 +2,11 @@
 
 Gravity, as the accelerometer sees it, is the gyroscope's reference. A second-order term of 3 mg/g²
 left out of the accelerometer tilts that reference by 0.07°, twice the noise of a rotation, and the
-gyroscope would be blamed for it.
+gyroscope would be blamed for it. Of the magnetometer's rows only the dip rests on gravity; it is
+not looked at before.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,10 +14,20 @@ from imucal_wizard.bench.floors import Rounding, rounding_of
 from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.verdict import Verdict
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Effect
+from imucal_wizard.effects.effect import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    MAGNETOMETER,
+    Circumstances,
+    Effect,
+)
 from imucal_wizard.readings import Readings
-from imucal_wizard.solver.extended.fit import measured_accelerometer, measured_gyroscope
-from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.solver.extended.fit import (
+    Measured,
+    measured_accelerometer,
+    measured_gyroscope,
+    measured_magnetometer,
+)
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.result import FitReport
 
@@ -28,7 +39,7 @@ class Benches:
         report: the plain fit of a recording, or of what the wizard has collected.
         readings: the recording, where there is one: the session's beginning, temperature,
             vibration, and the step of the readings.
-        base: terms of the base model, of both sensors.
+        base: terms of the base model by sensor; all of them where none are given.
         own: effects of the user's own.
         before: the benches of the same session with less data; the models found there are kept.
 
@@ -40,30 +51,32 @@ class Benches:
         self,
         report: FitReport,
         readings: Readings | None = None,
-        base: Sequence[str] = BASE,
+        base: Mapping[str, Sequence[str]] | None = None,
         own: Sequence[Effect] = (),
         before: "Benches | None" = None,
     ) -> None:
         self.report = report
         self.readings = readings
-        self._base: tuple[str, ...] = tuple(base) if before is None else before._base
+        self._base: Mapping[str, Sequence[str]] = (base or {}) if before is None else before._base
         self._own: tuple[Effect, ...] = tuple(own) if before is None else before._own
-        self.accelerometer = Bench(
-            ACCELEROMETER,
-            measured_accelerometer(report, readings),
-            self._base,
-            self._own,
-            self._rounding(ACCELEROMETER),
-        )
+        self.accelerometer = self._made(ACCELEROMETER, measured_accelerometer(report, readings))
         if before is not None:
             self.accelerometer.retrace(before.accelerometer)
         self._gyroscope: Bench | None = None if before is None else before._gyroscope
-        self._under: Extended | None = None
+        self._magnetometer: Bench | None = None if before is None else before._magnetometer
+        self._under: dict[str, Extended | None] = {}
 
     @property
     def sensors(self) -> tuple[str, ...]:
         """The sensors that have a bench."""
-        return tuple(name for name in (ACCELEROMETER, GYROSCOPE) if name in self.report.sensors)
+        inertial = tuple(n for n in (ACCELEROMETER, GYROSCOPE) if n in self.report.sensors)
+        return (*inertial, MAGNETOMETER) if self._has_field else inertial
+
+    @property
+    def _has_field(self) -> bool:
+        readings = self.readings
+        there = readings is not None and readings.magnetometer is not None
+        return there and self.report.magnetic is not None
 
     @property
     def passed(self) -> bool:
@@ -83,27 +96,50 @@ class Benches:
         """
         if GYROSCOPE not in self.report.sensors:
             return None
-        if self._gyroscope is None or self._under is not self.accelerometer.fit:
-            self._gyroscope = self._renewed(self._gyroscope)
-            self._under = self.accelerometer.fit
+        under = self.accelerometer.fit
+        if self._gyroscope is None or self._under.get(GYROSCOPE) is not under:
+            measured = measured_gyroscope(self.report, under, self.readings)
+            self._gyroscope = self._renewed(GYROSCOPE, measured, self._gyroscope)
+            self._under[GYROSCOPE] = under
         return self._gyroscope
+
+    @property
+    def magnetometer(self) -> Bench | None:
+        """The magnetometer's bench, with the dip once the accelerometer has passed.
+
+        Raises:
+            DataError: its samples do not carry its base model.
+        """
+        if self.readings is None or not self._has_field:
+            return None
+        under = self.accelerometer.fit if self.passed else None
+        if self._magnetometer is None or self._under.get(MAGNETOMETER, ...) is not under:
+            measured = measured_magnetometer(self.report, self.readings, under)
+            self._magnetometer = self._renewed(MAGNETOMETER, measured, self._magnetometer)
+            self._under[MAGNETOMETER] = under
+        return self._magnetometer
 
     def models(self) -> dict[str, tuple[Extended, Circumstances]]:
         """Sensors whose models have effects, with the circumstances they were fitted under."""
         gyroscope = None if self._gyroscope is None else self.gyroscope
+        magnetometer = None if self._magnetometer is None else self.magnetometer
         return {
             bench.sensor: (bench.fit, bench.measured.circumstances)
-            for bench in (self.accelerometer, gyroscope)
+            for bench in (self.accelerometer, gyroscope, magnetometer)
             if bench is not None and bench.fit.terms
         }
 
     def bench(self, sensor: str) -> Bench | None:
         """The bench of a sensor, or None where it has none."""
+        if sensor == MAGNETOMETER:
+            return self.magnetometer
         return self.accelerometer if sensor == ACCELEROMETER else self.gyroscope
 
-    def _renewed(self, before: Bench | None) -> Bench:
-        measured = measured_gyroscope(self.report, self.accelerometer.fit, self.readings)
-        bench = Bench(GYROSCOPE, measured, self._base, self._own, self._rounding(GYROSCOPE))
+    def _made(self, sensor: str, measured: Measured) -> Bench:
+        return Bench(sensor, measured, self._base.get(sensor), self._own, self._rounding(sensor))
+
+    def _renewed(self, sensor: str, measured: Measured, before: Bench | None) -> Bench:
+        bench = self._made(sensor, measured)
         if before is not None:
             bench.retrace(before)
         return bench

@@ -53,6 +53,7 @@ def _sensor(said: Statement) -> dict[str, Any]:
         "accelerometer_passed": not said.waiting,
         "disturbed_holds": list(said.holds),
         "disturbed_rotations": list(said.rotations),
+        "disturbed_stretches": [list(one) for one in said.stretches],
         "next_poses": [
             {
                 "direction": pose.direction.tolist(),

@@ -8,7 +8,7 @@ from imucal_wizard.bench.misfit import Candidate, Misfit, RowKind
 from imucal_wizard.effects.effect import Circumstances, Effect
 from imucal_wizard.solver.extended.linear import Linear
 
-KINDS = {"hold": RowKind.HOLD, "still": RowKind.STILL, "rotation": RowKind.ROTATION}
+KINDS = {kind.name.lower(): kind for kind in RowKind}
 
 
 def misfit_of(
@@ -21,7 +21,7 @@ def misfit_of(
 
     Args:
         linear: the fit made linear.
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: whose.
         holds: circumstances of the holds, in the order of the fit's indices.
         effects: those that may explain it.
     """
@@ -29,10 +29,7 @@ def misfit_of(
     kind = np.array([KINDS[row.kind] for row in linear.rows], np.int64)
     source = np.array([row.index for row in linear.rows], np.int64)
     axis = np.array([-1 if row.axis is None else row.axis for row in linear.rows], np.int64)
-    up = holds.force / np.linalg.norm(holds.force, axis=1)[:, None]
-    direction = np.full((len(kind), 3), np.nan)
-    at_rest = kind != RowKind.ROTATION
-    direction[at_rest] = up[source[at_rest]]
+    direction, lever = _seen(linear, holds, kind, source, axis)
     candidates = [
         candidate
         for effect in effects
@@ -49,9 +46,22 @@ def misfit_of(
         sigma=linear.floor,
         group=linear.groups,
         visit=linear.visits,
-        lever=_lever(linear, direction, axis),
+        lever=lever,
         candidates=tuple(candidates),
     )
+
+
+def _seen(
+    linear: Linear, holds: Circumstances, kind: np.ndarray, source: np.ndarray, axis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Direction of each row, and how it moves with the biases."""
+    if linear.seen is not None:
+        return linear.seen.direction, linear.seen.shown
+    up = holds.force / np.linalg.norm(holds.force, axis=1)[:, None]
+    direction = np.full((len(kind), 3), np.nan)
+    at_rest = kind != RowKind.ROTATION
+    direction[at_rest] = up[source[at_rest]]
+    return direction, _lever(linear, direction, axis)
 
 
 def _lever(linear: Linear, direction: np.ndarray, axis: np.ndarray) -> np.ndarray:

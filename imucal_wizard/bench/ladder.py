@@ -49,7 +49,7 @@ def rung(extended: Extended, added: str | None = None, rounding: Rounding | None
         rms_fitted=extended.rms_fitted,
         rms_held_out=extended.rms_held_out,
         rms_late=extended.rms_late,
-        floor=floors.floor if extended.fit.unit == "m/s^2" else extended.fit.floor or 0.0,
+        floor=floors.floor if extended.fit.unit != "rad" else extended.fit.floor or 0.0,
         floors=floors,
     )
 

@@ -1,8 +1,8 @@
 """What a fit leaves, in the one form that every question about it is asked of.
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
-hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, or one
-component of a rotation's closure.
+hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
+component of a rotation's closure, a mean magnitude of the magnetometer or its dip in a still pose.
 """
 
 from dataclasses import dataclass
@@ -22,6 +22,8 @@ class RowKind(IntEnum):
     HOLD = 0
     STILL = 1
     ROTATION = 2
+    FIELD = 3
+    DIP = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,8 @@ class Misfit:
         base: whitened derivative by all parameters that are in the model, shape (n, b).
         kind: where each row comes from, shape (n,).
         source: index of its hold or rotation, shape (n,).
-        direction: up at the row's hold, unit vectors, shape (n, 3); NaN for rotations.
+        direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
+            shape (n, 3); NaN for rotations.
         axis: the gyroscope's axis of a still row, -1 otherwise, shape (n,).
         time: s, shape (n,).
         sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
@@ -64,7 +67,8 @@ class Misfit:
             shape (n,).
         visit: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
-            at rest by one, a closure by the seconds that its rotation lasts, shape (n, 3).
+            at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
+            share along the field, shape (n, 3).
         candidates: the effects that are not in the model.
     """
 
@@ -86,9 +90,9 @@ class Misfit:
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """The rows whose error is reported: rotations where there are any, else holds; (n,)."""
+        """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
         rotations = self.kind == RowKind.ROTATION
-        return np.asarray(rotations if rotations.any() else self.kind == RowKind.HOLD)
+        return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)
 
 
 def complement(base: FloatArray) -> FloatArray:

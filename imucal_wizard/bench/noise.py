@@ -85,6 +85,8 @@ def shown_axes(misfit: Misfit) -> FloatArray:
     shown = np.zeros((len(misfit), 3))
     holds = misfit.kind == RowKind.HOLD
     shown[holds] = misfit.direction[holds]
+    field = misfit.kind >= RowKind.FIELD
+    shown[field] = misfit.lever[field]
     still = np.flatnonzero(misfit.kind == RowKind.STILL)
     shown[still, misfit.axis[still]] = 1.0
     return shown

@@ -7,7 +7,7 @@ from imucal_wizard.bench.ladder import Rung
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement
 from imucal_wizard.effects.cost import cost
-from imucal_wizard.effects.effect import ACCELEROMETER, Effect
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.readings import FloatArray
 
 FOLLOWS = {
@@ -16,8 +16,13 @@ FOLLOWS = {
     "time": "the time",
     "previous": "the pose before",
     "vibration": "how much it is shaken",
+    "current": "the current",
 }
-INPUT = {ACCELEROMETER: "the force along an axis", "gyroscope": "the rate of turn"}
+INPUT = {
+    ACCELEROMETER: "the force along an axis",
+    GYROSCOPE: "the rate of turn",
+    MAGNETOMETER: "the way the field comes from",
+}
 
 
 def named(said: Statement, bench: Bench, term: str) -> list[str]:
@@ -54,6 +59,9 @@ def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
     )
     if sensor == ACCELEROMETER:
         return f"up wrong by {degrees(price.tilt_rms)} rms{when}"
+    if sensor == MAGNETOMETER:
+        when = " in a session whose motors draw up to 10 A" if effect.name == "current" else when
+        return f"the heading wrong by {degrees(price.heading_rms)} rms{when}"
     turn = f"a full turn wrong by {degrees(price.turn_rms)} rms"
     rest = f"{degrees(price.rest_rms)} gathered in a minute at rest{when}"
     parts = [turn] if price.turn_rms else []
@@ -100,7 +108,7 @@ def stands(bench: Bench) -> str:
 
 def left_out(bench: Bench) -> str:
     """What is left out to hold the model against."""
-    return "directions" if bench.sensor == ACCELEROMETER else "rotations"
+    return "rotations" if bench.sensor == GYROSCOPE else "directions"
 
 
 def change(below: Rung, above: Rung, unit: str) -> str:

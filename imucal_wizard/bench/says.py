@@ -7,12 +7,13 @@ would decide where these data do not.
 import numpy as np
 
 from imucal_wizard.bench.amounts import amount, detectable, shown
+from imucal_wizard.bench.field_advice import ELSEWHERE
 from imucal_wizard.bench.open_verdict import ambiguous
 from imucal_wizard.bench.phrases import capital, change, fall, named, stands
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement
 from imucal_wizard.bench.verdict import Verdict
-from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.effects.effect import MAGNETOMETER
 
 
 def says(said: Statement) -> str:
@@ -65,7 +66,7 @@ def _unexplained(said: Statement) -> list[str]:
     bench = said.bench
     if bench is None:
         return []
-    left = [term for term in BASE if term not in bench.fit.base]
+    left = [term for term in bench.whole if term not in bench.fit.base]
     if left:
         return [f"More than noise is left: {stands(bench)}. Put back {' and '.join(left)} first."]
     known = ", ".join(term.name for term in bench.fit.terms)
@@ -74,16 +75,18 @@ def _unexplained(said: Statement) -> list[str]:
         if known
         else "No effect known here explains it, so none is named and none added."
     )
-    return [
-        (
-            f"More than noise is left: {stands(bench)}. {none} Corners and repeats would show "
-            "whether it is the sensor or the way it was held."
+    advice = "Corners and repeats would show whether it is the sensor or the way it was held."
+    if bench.sensor == MAGNETOMETER:
+        advice = (
+            f"Repeat the circles {ELSEWHERE}: what is the room's field and not the sensor's is "
+            "another one there."
         )
-    ]
+    return [f"More than noise is left: {stands(bench)}. {none} {advice}"]
 
 
 def _disturbed(said: Statement) -> list[str]:
     places = [f"hold {hold + 1}" for hold in said.holds]
+    places += [f"the field from {start:.0f} to {end:.0f} s" for start, end in said.stretches]
     places += [f"rotation {number + 1}" for number in said.rotations]
     return [
         (

@@ -15,8 +15,7 @@ from imucal_wizard.bench.wandering import with_wander
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.errors import DataError, UsageError
-from imucal_wizard.solver.extended.fit import Measured, fit_with
-from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.solver.extended.fit import Measured, fit_with, whole_base
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
 from imucal_wizard.solver.extended.turn_data import TurnData
@@ -43,9 +42,10 @@ class Bench:
     """Models of one sensor, from one measurement.
 
     Args:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         measured: everything known of it.
-        base: terms of the base model; any of them may be left out to climb the whole ladder.
+        base: terms of the base model; any of them may be left out to climb the whole ladder; all
+            of them when not given.
         own: effects of the user's own.
         rounding: of the readings, where they are known.
 
@@ -57,13 +57,15 @@ class Bench:
         self,
         sensor: str,
         measured: Measured,
-        base: Sequence[str] = BASE,
+        base: Sequence[str] | None = None,
         own: Sequence[Effect] = (),
         rounding: Rounding | None = None,
     ) -> None:
         self.sensor = sensor
         self.measured = measured
-        self.catalogue = effects_for(sensor, own)
+        self.whole = whole_base(measured)
+        known = measured.circumstances
+        self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
         self.rounding = rounding
         self._fits: list[Extended] = [fit_with(measured, (), base)]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
@@ -113,8 +115,8 @@ class Bench:
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
-        if name in BASE:
-            base = tuple(term for term in BASE if term in (*self.fit.base, name))
+        if name in self.whole:
+            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
             return self._climb(fit_with(self.measured, self.fit.terms, base), name)
         effect = next((one for one in self.catalogue if one.name == name), None)
         if effect is None:

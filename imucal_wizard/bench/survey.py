@@ -6,10 +6,13 @@ from imucal_wizard.bench.automatic import add_by_itself
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement, nothing_carried, statement
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
 from imucal_wizard.errors import DataError, UsageError
 
-NO_GYROSCOPE = "no rotation between two holds could be used"
+NOTHING_USED = {
+    GYROSCOPE: "no rotation between two holds could be used",
+    MAGNETOMETER: "its readings are not at hand",
+}
 
 
 def survey(
@@ -27,19 +30,25 @@ def survey(
         UsageError: a term that the sensor does not have.
         DataError: the data cannot show a term that was asked for.
     """
-    first = _surveyed(benches, benches.accelerometer, added.get(ACCELEROMETER, ()), automatic)
-    if GYROSCOPE not in benches.report.rates:
-        if added.get(GYROSCOPE):
-            raise UsageError("there is no gyroscope in this recording to add a term to")
-        return (first,)
+    found = [_surveyed(benches, benches.accelerometer, added.get(ACCELEROMETER, ()), automatic)]
+    for sensor in (GYROSCOPE, MAGNETOMETER):
+        if sensor in benches.report.rates:
+            found.append(_of(benches, sensor, added.get(sensor, ()), automatic))
+        elif added.get(sensor):
+            raise UsageError(f"there is no {sensor} in this recording to add a term to")
+    return tuple(found)
+
+
+def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) -> Statement:
+    """What is said of a sensor that stands on the accelerometer."""
     try:
-        bench = benches.gyroscope
+        bench = benches.bench(sensor)
     except DataError as error:
-        return (first, nothing_carried(GYROSCOPE, str(error)))
+        return nothing_carried(sensor, str(error))
     if bench is None:
-        return (first, nothing_carried(GYROSCOPE, _why(benches)))
-    wanted = automatic and benches.passed
-    return (first, _surveyed(benches, bench, added.get(GYROSCOPE, ()), wanted))
+        return nothing_carried(sensor, _why(benches, sensor))
+    wanted = automatic and (sensor == MAGNETOMETER or benches.passed)
+    return _surveyed(benches, bench, added, wanted)
 
 
 def _surveyed(benches: Benches, bench: Bench, added: Sequence[str], automatic: bool) -> Statement:
@@ -49,7 +58,7 @@ def _surveyed(benches: Benches, bench: Bench, added: Sequence[str], automatic: b
     return statement(benches, bench, findings)
 
 
-def _why(benches: Benches) -> str:
-    """Why there is no fit of the gyroscope, as the fit itself says."""
-    notes = [note for note in benches.report.warnings if "gyroscope is not calibrated" in note]
-    return notes[0] if notes else NO_GYROSCOPE
+def _why(benches: Benches, sensor: str) -> str:
+    """Why there is no fit of a sensor, as the fit itself says."""
+    notes = [note for note in benches.report.warnings if f"{sensor} is not calibrated" in note]
+    return notes[0] if notes else NOTHING_USED[sensor]

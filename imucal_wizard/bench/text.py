@@ -6,12 +6,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.bench.amounts import amount, detectable, shown, sizes_text
+from imucal_wizard.bench.field_text import field_rows, place_of
 from imucal_wizard.bench.ladder import Rung, noise_of
 from imucal_wizard.bench.says import says
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement
 from imucal_wizard.bench.suspects import Suspect
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.field_data import FieldData
 
 WIDTH = 79
 BAR = 22
@@ -48,6 +50,8 @@ def _comparison(said: Statement) -> list[str]:
     bench = said.bench
     if bench is None:
         return []
+    if isinstance(bench.measured, FieldData):
+        return field_rows(bench, bench.measured)
     linear, unit = bench.fit.linear, bench.fit.fit.unit
     moving = np.array([row.kind == "rotation" for row in linear.rows])
     what, rows = ("rotation", moving) if moving.any() else ("hold", ~moving)
@@ -103,7 +107,7 @@ def _suspects(said: Statement, bench: Bench) -> list[str]:
 def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     p = "p < 0.001" if one.p < 0.001 else f"p {one.p:.3f}"
     if one.trial is None or one.candidate is None:
-        return [f"  {number}  a disturbed hold (#{(one.hold or 0) + 1})   {p}"]
+        return [f"  {number}  a disturbed {_place(bench, one.hold or 0)}   {p}"]
     after = shown(unit, one.trial.rms_held_out)
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
@@ -114,6 +118,12 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
         f"  {number}  {one.term:24} {after:10} {p}",
         *_wrapped(f"{size}; seen from {least}{like}", "       "),
     ]
+
+
+def _place(bench: Bench, row: int) -> str:
+    """What is accused of being disturbed."""
+    data = bench.measured
+    return place_of(data, row) if isinstance(data, FieldData) else f"hold (#{row + 1})"
 
 
 def _ladder(bench: Bench) -> list[str]:

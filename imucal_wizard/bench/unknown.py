@@ -34,7 +34,9 @@ def unknown(misfit: Misfit, frame: Frame) -> list[Hypothesis]:
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    axes = [seen & (misfit.axis == axis) for axis in np.unique(misfit.axis[seen])]
+    dips = misfit.kind == RowKind.DIP
+    apart = np.where(dips, 3, misfit.axis)
+    axes = [seen & (apart == axis) for axis in np.unique(apart[seen])]
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []

@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.bench.evidence import Jury, Weighed
 from imucal_wizard.bench.hypotheses import DISTURBED, NOTHING, UNKNOWN
 from imucal_wizard.bench.labels import Shares, Terms, ordered, shares_of
-from imucal_wizard.bench.misfit import Misfit
+from imucal_wizard.bench.misfit import Misfit, RowKind
 from imucal_wizard.bench.pairs import BENT
 from imucal_wizard.bench.rivals import own_share
 from imucal_wizard.bench.strength import Best
@@ -135,7 +135,8 @@ def evidence_of(misfit: Misfit, shares: Shares, best: Best, own: float) -> Evide
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
     taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
-    rest = misfit.visit >= 0
+    # a direction of the field that comes again comes from another place of the room
+    rest = (misfit.visit >= 0) & (misfit.kind < RowKind.FIELD)
     repeats = len(np.unique(misfit.visit[rest])) - len(np.unique(misfit.group[rest]))
     return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
 

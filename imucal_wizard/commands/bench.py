@@ -3,14 +3,16 @@
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.commands.arguments import (
     Parser,
-    add_effects,
-    fitting_parser,
+    add_all_samples,
+    add_field,
+    add_gravity,
+    add_recording_options,
     recording_options,
-    write_failure,
     write_json,
 )
 from imucal_wizard.errors import DataError, UsageError
@@ -22,16 +24,22 @@ if TYPE_CHECKING:  # numpy waits until the options are known to be right
     from imucal_wizard.commands.material import Material
     from imucal_wizard.effects.effect import Effect
 
-SENSORS = ("accelerometer", "gyroscope")
+SENSORS = ("accelerometer", "gyroscope", "magnetometer")
+BASES = {
+    "accelerometer": ("bias", "scale", "non-orthogonality"),
+    "gyroscope": ("bias", "scale", "non-orthogonality"),
+    "magnetometer": ("bias", "soft-iron"),
+}
 
 
 def parser() -> Parser:
     """The options of ``bench``."""
-    made = fitting_parser(
-        "bench",
-        "Compare model and measurement, rank what may be missing, add it, and see whether the "
-        "error on data held out falls.",
+    made = Parser(
+        prog="imucal-wizard bench",
+        description="Compare model and measurement, rank what may be missing, add it, and see "
+        "whether the error on data held out falls.",
     )
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     made.add_argument(
         "--auto", action="store_true", help="add what the evidence carries, and stop by itself"
     )
@@ -40,15 +48,28 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="TERM",
-        help="add this term first; a gyroscope's as gyroscope/TERM; may be given several times",
+        help="add this term first; another sensor's as SENSOR/TERM; may be given several times",
     )
     made.add_argument(
         "--base",
         default="bias,scale,non-orthogonality",
         metavar="TERMS",
-        help="the base model, of bias,scale,non-orthogonality; none for none of them",
+        help="the base model, of bias,scale,non-orthogonality (magnetometer: bias,soft-iron); "
+        "none for none of them; SENSOR/TERM for one sensor alone",
     )
-    add_effects(made)
+    made.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a Python file with an effect of your own; may be given several times",
+    )
+    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
+    add_recording_options(made)
+    add_all_samples(made)
+    add_gravity(made)
+    add_field(made)
     return made
 
 
@@ -72,9 +93,7 @@ def run(argv: Sequence[str]) -> int:
     try:
         statements = survey(benches, added, arguments.auto)
     except DataError as error:
-        from imucal_wizard.bench.document import failure_document
-
-        write_failure(failure_document(str(error)), material.warnings, arguments.json)
+        _write_failure(str(error), arguments)
         raise
     return told(statements, material, arguments, benches.report.warnings)
 
@@ -117,35 +136,62 @@ def benches_of(arguments: Namespace, material: "Material", own: "Sequence[Effect
         UsageError: a term that the base does not have.
     """
     from imucal_wizard.bench.benches import Benches
-    from imucal_wizard.fitting import FitOptions
+    from imucal_wizard.fitting import FitOptions, with_field
 
-    # the bench looks at accelerometer and gyroscope, and needs the accelerometer
-    options = FitOptions(material.gravity(arguments.gravity))
+    base = base_terms(arguments.base)
+    options = FitOptions(material.gravity(arguments.gravity), field=arguments.field)
+    # without the second stage: what it makes of the gyroscope rests on two sensors
     report = material.fit(options, inertial=True)
-    return Benches(report, material.behind(report), base_terms(arguments.base), own)
+    if material.field is not None:
+        report = with_field(report, material.field, options)
+    return Benches(report, material.behind(report), base, own)
 
 
-def base_terms(text: str) -> tuple[str, ...]:
-    """The terms of ``--base``; ``none`` is none of them."""
-    return tuple(word.strip() for word in text.split(",") if word.strip() not in ("", "none"))
+def base_terms(text: str) -> dict[str, tuple[str, ...]]:
+    """The terms of ``--base`` by sensor; ``none`` is none of them.
+
+    A word with a sensor in front is that sensor's alone; a sensor without any has the others. Scale
+    and non-orthogonality of a magnetometer are its soft iron.
+
+    Raises:
+        UsageError: a word that is no term of a base.
+    """
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    plain = [word for word in words if "/" not in word]
+    found = {}
+    for sensor, whole in BASES.items():
+        own = [word.partition("/")[2] for word in words if word.startswith(f"{sensor}/")]
+        asked = set(own or plain)
+        if sensor == "magnetometer" and "non-orthogonality" in asked:
+            asked.add("soft-iron")
+        found[sensor] = tuple(term for term in whole if term in asked) if asked else whole
+    known = {"none", "soft-iron", *BASES["accelerometer"]}
+    for word in words:
+        sensor, slash, term = word.rpartition("/")
+        if term not in known or (slash and sensor not in BASES):
+            raise UsageError(
+                f"--base: {word!r} is not in the base; it has {', '.join(sorted(known))}"
+            )
+    return found
 
 
 def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
     """The terms of ``--add`` by sensor.
 
     Raises:
-        UsageError: not ``TERM`` or ``gyroscope/TERM``, or no term of that sensor.
+        UsageError: not ``TERM`` or ``SENSOR/TERM``, or a term of another sensor.
     """
     from imucal_wizard.effects.catalogue import builtin_effects
 
     wanted: dict[str, list[str]] = {name: [] for name in SENSORS}
-    only = {one.name for one in builtin_effects() if one.sensors == (SENSORS[1],)}
+    only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
+    only["soft-iron"] = "magnetometer"
     for text in texts:
         sensor, _, term = text.rpartition("/")
         if sensor not in ("", *SENSORS):
             raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
-        if not sensor and term in only:
-            raise UsageError(f"{term} is an effect of the gyroscope; write gyroscope/{term}")
+        if not sensor and only.get(term, SENSORS[0]) != SENSORS[0]:
+            raise UsageError(f"{term} is an effect of the {only[term]}; write {only[term]}/{term}")
         wanted[sensor or SENSORS[0]].append(term)
     return wanted
 
@@ -174,3 +220,10 @@ def told(
     for one in short:
         note(f"imucal-wizard: {one.sensor}: {one.lacking}")
     return 1 if short else 0
+
+
+def _write_failure(reason: str, arguments: Namespace) -> None:
+    if arguments.json:
+        from imucal_wizard.bench.document import failure_document
+
+        write_json(failure_document(reason), arguments.json)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
+    add_all_samples,
+    add_gravity,
     add_magnetometer,
     add_methods,
-    fitting_parser,
+    add_recording_options,
     recording_options,
-    write_failure,
     write_json,
 )
 from imucal_wizard.errors import DataError
@@ -19,13 +20,18 @@ from imucal_wizard.output import note, say
 
 def parser() -> Parser:
     """The options of ``fit``."""
-    made = fitting_parser(
-        "fit",
-        "Find the holds and rotations of a recording, fit the model, show what is left. Files of "
-        "one session that hold different sensors are given together.",
+    made = Parser(
+        prog="imucal-wizard fit",
+        description="Find the holds and rotations of a recording, fit the model, show what is "
+        "left. Files of one session that hold different sensors are given together.",
     )
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
+    add_recording_options(made)
+    add_all_samples(made)
+    add_gravity(made)
     add_methods(made)
     add_magnetometer(made)
+    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
     made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
     return made
 
@@ -49,10 +55,12 @@ def run(argv: Sequence[str]) -> int:
     try:
         report = material.fit(options)
     except DataError as error:
-        from imucal_wizard.document import failure_document
+        if arguments.json:
+            from imucal_wizard.document import failure_document
 
-        found = failure_document(str(error), material.warnings)
-        write_failure(found, material.warnings, arguments.json)
+            write_json(failure_document(str(error), material.warnings), arguments.json)
+        for warning in material.warnings:
+            note(f"warning: {warning}")
         raise
     if arguments.save:
         from imucal_wizard.calibration import from_report, save

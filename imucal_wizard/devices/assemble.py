@@ -33,7 +33,7 @@ class Assembler:
         self._places = {s: places_of(columns, s) for s in _SENSORS}
         self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
         where = {c.channel: i for i, c in enumerate(columns) if c.channel}
-        self._temperature = where.get("temp")
+        self._beside = _beside(columns, where)
         self._time = where.get("t")
         self._count = where.get("counter") if self._time is None else None
         self.blanks = Blanks(columns, self._needed())
@@ -139,7 +139,8 @@ class Assembler:
             self._series("accelerometer", times, values),
             self._series("gyroscope", times, values) if self._places["gyroscope"] else None,
             self._field(times, values) if self._places["magnetometer"] else None,
-            self._heat(times, values),
+            self._slow("temperature", times, values),
+            current=self._slow("current", times, values) or self._slow("throttle", times, values),
         )
 
     def _series(self, sensor: str, times: FloatArray, values: FloatArray) -> Series:
@@ -152,12 +153,24 @@ class Assembler:
         there = np.isfinite(values[:, self._places["magnetometer"]]).all(axis=1)
         return self._series("magnetometer", times[there], values[there])
 
-    def _heat(self, times: FloatArray, values: FloatArray) -> Series | None:
-        if self._temperature is None:
+    def _slow(self, name: str, times: FloatArray, values: FloatArray) -> Series | None:
+        """What stands beside the sensors: a temperature, a current, a throttle."""
+        if name not in self._beside:
             return None
-        own = values[:, self._temperature : self._temperature + 1]
+        place, factor = self._beside[name]
+        own = values[:, place : place + 1] * factor
         there = np.isfinite(own[:, 0])
-        return Series(times[there], own[there], units.SI_UNIT["temperature"])
+        return Series(times[there], own[there], units.SI_UNIT[name])
+
+
+def _beside(columns: tuple[Column, ...], where: dict[str, int]) -> dict[str, tuple[int, float]]:
+    """Column and factor of what stands beside the sensors; a temperature without unit is in °C."""
+    found = {"temperature": (where["temp"], 1.0)} if "temp" in where else {}
+    for name in ("current", "throttle"):
+        unit = columns[where[name]].unit if name in where else ""
+        if unit in units.FACTORS[name]:
+            found[name] = (where[name], units.FACTORS[name][unit])
+    return found
 
 
 _SENSORS = ("accelerometer", "gyroscope", "magnetometer")

@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.effects.effect import (
     ACCELEROMETER,
+    MAGNETOMETER,
     Circumstances,
     Effect,
     EffectParameter,
@@ -23,9 +24,11 @@ AXES = "xyz"
 
 
 def sensed(sensor: str, c: Circumstances) -> FloatArray:
-    """The true input of the sensor in the unit of data sheets: g or °/s, shape (n, 3)."""
+    """The true input of the sensor in the unit of data sheets: g, °/s or µT, shape (n, 3)."""
     if sensor == ACCELEROMETER:
         return c.force / ACCELERATION["g"]
+    if sensor == MAGNETOMETER:
+        return c.magnetic
     return c.rate / DEGREE
 
 
@@ -40,7 +43,7 @@ class Size:
 
     Attributes:
         unit: shown unit of its parameters.
-        si: m/s² or rad/s per shown unit and unit of what it multiplies.
+        si: m/s², rad/s or µT per shown unit and unit of what it multiplies.
         typical: of a consumer part, the prior's standard deviation, in ``unit``.
         grades: realistic magnitudes by sensor grade, in ``unit``.
         chosen: grades whose range is a typical choice and stands in no data sheet.

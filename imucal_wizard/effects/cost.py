@@ -1,8 +1,9 @@
-"""What it costs to ignore an effect: degrees of tilt, degrees per turn, degrees per minute.
+"""What it costs to ignore an effect: degrees of tilt, per turn, per minute, of heading.
 
 The effect acts during one ordinary session of twenty minutes, in which the device warms by 20 °C,
-is held in every direction, turned at 50 to 300 °/s and shaken now and then. The base model (bias,
-scale, non-orthogonality) is fitted to it as the wizard does, and what the base has not taken in is
+is held in every direction, turned at 50 to 300 °/s and shaken now and then, in a field of 48 µT
+with a dip of 65°, its motors drawing up to 10 A. The base model (bias, scale, non-orthogonality) is
+fitted to it as the wizard does, and what the base has not taken in is
 the cost. Small errors are assumed, so that they add up linearly.
 """
 
@@ -12,7 +13,13 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.effects.axis_effect import DEGREE
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Effect
+from imucal_wizard.effects.effect import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    MAGNETOMETER,
+    Circumstances,
+    Effect,
+)
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -20,6 +27,9 @@ MINUTES = np.array([0.0, 5.0, 10.0, 15.0, 20.0])
 WARMTH = np.array([-10.0, -5.0, 0.0, 5.0, 10.0])
 SHAKING = np.array([0.0, 0.1, 0.0, 0.2, 0.0])
 """Vibration at these moments, g rms."""
+AMPERES = np.array([0.0, 8.0, 2.0, 10.0, 5.0])
+FIELD, DIP = 48.0, np.radians(65.0)
+"""Flux density, µT, and its angle below the horizon."""
 SPEEDS = np.array([-300.0, -150.0, -50.0, 50.0, 150.0, 300.0])
 """Rates of the turns, °/s."""
 DIRECTIONS = 60
@@ -35,6 +45,8 @@ class Cost:
         turn_rms: error of a full turn at 50 to 300 °/s, degrees; None for an accelerometer.
         turn_worst: the largest of them.
         rest_rms: angle gathered in a minute at rest, degrees.
+        heading_rms: error of the heading, degrees; None but for a magnetometer.
+        heading_worst: the largest of them.
     """
 
     tilt_rms: float | None = None
@@ -42,18 +54,26 @@ class Cost:
     turn_rms: float | None = None
     turn_worst: float | None = None
     rest_rms: float | None = None
+    heading_rms: float | None = None
+    heading_worst: float | None = None
 
 
 def cost(effect: Effect, sensor: str, sizes: FloatArray) -> Cost:
     """What this effect with sizes (p,), in shown units, costs who ignores it."""
-    return _tilt(effect, sizes) if sensor == ACCELEROMETER else _turn(effect, sizes)
+    prices = {ACCELEROMETER: _tilt, GYROSCOPE: _turn, MAGNETOMETER: _heading}
+    return prices[sensor](effect, sizes)
+
+
+def session_of(sensor: str) -> Circumstances:
+    """The ordinary session as this sensor sees it."""
+    return turns() if sensor == GYROSCOPE else poses()
 
 
 def left_by_magnitude(force: FloatArray, error: FloatArray) -> FloatArray:
     """What a fit of ``|x| = g`` leaves of an error of the specific force, shape (n, 3), m/s².
 
     Such a fit sees only the component along the force; the nine parameters that explain it best
-    take part of the other components away and add to them.
+    take part of the other components away and add to them. The same of a field and ``|m| = B``.
     """
     gains = [force[:, k, None] * np.eye(3)[i] for i in range(3) for k in range(i, 3)]
     base = np.stack([*(np.tile(row, (len(force), 1)) for row in np.eye(3)), *gains], axis=2)
@@ -95,6 +115,15 @@ def _turn(effect: Effect, sizes: FloatArray) -> Cost:
     )
 
 
+def _heading(effect: Effect, sizes: FloatArray) -> Cost:
+    c = poses()
+    left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes))
+    east = np.cross(c.magnetic, c.force)
+    east /= np.linalg.norm(east, axis=1, keepdims=True)
+    turned = np.degrees((left * east).sum(axis=1) / (FIELD * np.cos(DIP)))
+    return Cost(heading_rms=_rms(turned), heading_worst=float(np.abs(turned).max()))
+
+
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -132,4 +161,15 @@ def _session(up: FloatArray, rate: FloatArray) -> Circumstances:
         time=np.repeat(60.0 * MINUTES, n),
         previous=before,
         vibration=np.repeat((SHAKING * STANDARD_GRAVITY) ** 2, n),
+        magnetic=np.tile(_field(up), (moments, 1)),
+        current=np.repeat(AMPERES, n),
     )
+
+
+def _field(up: FloatArray) -> FloatArray:
+    """Field in the body frame, every pose with another heading, µT, shape (n, 3)."""
+    first = np.cross(up, np.eye(3)[np.abs(up).argmin(axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(len(up))[:, None]
+    north = np.cos(turn) * first + np.sin(turn) * np.cross(up, first)
+    return np.asarray(FIELD * (np.cos(DIP) * north - np.sin(DIP) * up))

@@ -12,14 +12,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
 ACCELEROMETER = "accelerometer"
 GYROSCOPE = "gyroscope"
+MAGNETOMETER = "magnetometer"
 
 Kind = Literal["orientation", "time", "hold"]
-Against = Literal["input", "force", "temperature", "time", "previous", "vibration"]
+Against = Literal["input", "force", "temperature", "time", "previous", "vibration", "current"]
 Grades = Mapping[str, tuple[float, float]]
 Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
 
@@ -39,6 +41,9 @@ class Circumstances:
         time: s since the session's first sample, shape (n,).
         previous: specific force of the hold before, m/s², shape (n, 3); NaN before the first.
         vibration: mean square vibration, sum over the axes, (m/s²)², shape (n,).
+        magnetic: true flux density in the body frame, µT, shape (n, 3); NaN where none is given.
+        current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
+        current_unit: ``A`` or ``%``.
         gravity: local gravity, m/s².
         reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
         reference_time: middle of the session, s; NaN takes the middle of the rows.
@@ -50,11 +55,18 @@ class Circumstances:
     time: FloatArray
     previous: FloatArray
     vibration: FloatArray
+    magnetic: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    current: FloatArray = field(default_factory=lambda: np.zeros(0))
+    current_unit: str = "A"
     gravity: float = STANDARD_GRAVITY
     reference_temperature: float = np.nan
     reference_time: float = np.nan
 
     def __post_init__(self) -> None:
+        if len(self.magnetic) != len(self):
+            object.__setattr__(self, "magnetic", np.full((len(self), 3), np.nan))
+        if len(self.current) != len(self):
+            object.__setattr__(self, "current", np.full(len(self), np.nan))
         known = self.temperature[np.isfinite(self.temperature)]
         if np.isnan(self.reference_temperature) and len(known):
             object.__setattr__(self, "reference_temperature", float(known.mean()))
@@ -64,6 +76,12 @@ class Circumstances:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
+        """The same with other true inputs of a sensor, SI, shape (n, 3)."""
+        if sensor == MAGNETOMETER:
+            return replace(self, magnetic=values)
+        return replace(self, rate=values) if sensor == GYROSCOPE else replace(self, force=values)
 
     def select(self, rows: Rows) -> "Circumstances":
         """These rows, with the reference of the whole."""
@@ -75,6 +93,8 @@ class Circumstances:
             time=self.time[rows],
             previous=self.previous[rows],
             vibration=self.vibration[rows],
+            magnetic=self.magnetic[rows],
+            current=self.current[rows],
         )
 
 
@@ -95,35 +115,6 @@ class EffectParameter:
     typical: float
     grades: Grades = field(default_factory=dict)
     chosen: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Story:
-    """What an author writes about an effect, for a student.
-
-    Attributes:
-        what: what happens in the sensor.
-        equation: the equation in words.
-        signature: what it looks like in the residuals.
-        needs: what data reveal it.
-    """
-
-    what: str
-    equation: str
-    signature: str
-    needs: str
-
-
-@dataclass(frozen=True)
-class Lesson:
-    """All there is to tell about an effect; sizes and costs are computed."""
-
-    what: str
-    equation: str
-    signature: str
-    sizes: str
-    needs: str
-    cost: str
 
 
 class Effect(ABC):
@@ -162,13 +153,22 @@ class Effect(ABC):
         """Error ``ε`` of the input per shown unit of each parameter.
 
         Args:
-            sensor: ``accelerometer`` or ``gyroscope``.
+            sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
             c: n rows of circumstances.
             variant: one of ``variants``, or None for the usual one.
 
         Returns:
-            m/s² or rad/s per shown unit, shape (n, 3, p).
+            m/s², rad/s or µT per shown unit, shape (n, 3, p).
         """
+
+    def suited(self, c: Circumstances) -> "Effect":
+        """The effect in the units of what these data have recorded.
+
+        Args:
+            c: all the session's rows.
+        """
+        del c
+        return self
 
     def variants(self, c: Circumstances) -> tuple[float | None, ...]:
         """Settings of what is not linear in it (a time constant, a moment), tried one by one.
@@ -183,7 +183,7 @@ class Effect(ABC):
         """What these data lack to show the effect at all; None where nothing is lacking.
 
         Args:
-            sensor: ``accelerometer`` or ``gyroscope``.
+            sensor: whose effect it would be.
             c: all the session's rows; for the gyroscope those in motion too.
         """
         del sensor, c
@@ -192,5 +192,5 @@ class Effect(ABC):
     def error(
         self, sensor: str, c: Circumstances, sizes: FloatArray, variant: float | None = None
     ) -> FloatArray:
-        """``ε`` of the input, m/s² or rad/s, shape (n, 3), for sizes (p,) in shown units."""
+        """``ε`` of the input, m/s², rad/s or µT, shape (n, 3), for sizes (p,) in shown units."""
         return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)

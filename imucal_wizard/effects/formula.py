@@ -5,18 +5,20 @@ Variables:
 ============== ===================================================================
 ax ay az       true specific force, g
 wx wy wz       true angular rate, °/s (0 at rest)
+mx my mz       true flux density, µT
 px py pz       specific force of the hold before, g (0 before the first)
-a w p          force, rate, force before on the axis that the formula is applied to
+a w m p        force, rate, field, force before on the axis that the formula is applied to
 T              temperature minus the session's mean, °C (0 where unknown)
 t              time since the session's first sample, s
 v              mean square vibration, g²
+I              current or throttle, A or %
 g              local gravity, g
 ============== ===================================================================
 
-Every other name is a coefficient to be fitted, in mg (accelerometer) or °/s (gyroscope) per unit of
-what it multiplies; the formula must be linear in them. Without an axis in front, the formula acts
-on each axis with coefficients of its own: ``k`` becomes ``k_x``, ``k_y``, ``k_z``. With axes in
-front, a name stands for the same number wherever it occurs.
+Every other name is a coefficient to be fitted, in mg (accelerometer), °/s (gyroscope) or µT
+(magnetometer) per unit of what it multiplies; the formula must be linear in them. Without an axis
+in front, the formula acts on each axis with coefficients of its own: ``k`` becomes ``k_x``,
+``k_y``, ``k_z``. With axes in front, a name stands for the same number wherever it occurs.
 """
 
 from collections.abc import Mapping
@@ -25,21 +27,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.axis_effect import AXES, DEGREE, MILLI_G
-from imucal_wizard.effects.cost import poses, turns
+from imucal_wizard.effects.cost import session_of
 from imucal_wizard.effects.effect import (
     ACCELEROMETER,
     GYROSCOPE,
+    MAGNETOMETER,
     Circumstances,
     Effect,
     EffectParameter,
-    Story,
 )
 from imucal_wizard.effects.expression import FUNCTIONS, Expression, Value, parse
+from imucal_wizard.effects.story import Story
 from imucal_wizard.effects.variables import VARIABLES, against_of, kind_of, missing, variables_of
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 
-UNITS = {ACCELEROMETER: ("mg", MILLI_G, 3.0), GYROSCOPE: ("°/s", DEGREE, 0.2)}
+UNITS = {
+    ACCELEROMETER: ("mg", MILLI_G, 3.0),
+    GYROSCOPE: ("°/s", DEGREE, 0.2),
+    MAGNETOMETER: ("µT", 1.0, 0.5),
+}
 """Shown unit, SI per unit, and what a coefficient may do to the reading of a consumer part, rms
 over an ordinary session: the prior's width where no data sheet speaks."""
 MOST_COEFFICIENTS = 12
@@ -56,7 +63,7 @@ class Rule:
 
     def value(self, variables: Mapping[str, Value], sizes: Mapping[str, float]) -> Value:
         """``ε`` of the axis, in shown units, for coefficients of these sizes."""
-        own = {letter: variables[letter + AXES[self.axis]] for letter in "awp"}
+        own = {letter: variables[letter + AXES[self.axis]] for letter in "awmp"}
         inside = {name: np.float64(sizes[out]) for name, out in self.coefficients.items()}
         return self.expression.value({**variables, **own, **inside})
 
@@ -69,7 +76,7 @@ class FormulaEffect(Effect):
 
         Args:
             text: as described at the head of this module.
-            sensor: ``accelerometer`` or ``gyroscope``.
+            sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
             name: under which the bench lists it.
 
         Raises:
@@ -127,7 +134,7 @@ class FormulaEffect(Effect):
 
     def _check(self, sensor: str) -> None:
         """Linear in the coefficients: nothing at 0, and any mixture is the sum of its parts."""
-        c = poses() if sensor == ACCELEROMETER else turns()
+        c = session_of(sensor)
         variables, p = variables_of(c), len(self._names)
         mixture = np.asarray(1.0 + 0.37 * np.arange(p), np.float64)
         mixed = self._error(c, variables, mixture)
@@ -144,7 +151,7 @@ class FormulaEffect(Effect):
     def _scaled(self, sensor: str) -> tuple[EffectParameter, ...]:
         """Coefficients with a prior wide enough for a consumer part."""
         unit, si, worth = UNITS[sensor]
-        columns = self.columns(sensor, poses() if sensor == ACCELEROMETER else turns()) / si
+        columns = self.columns(sensor, session_of(sensor)) / si
         largest = np.abs(columns).max(axis=(0, 1))
         for name, size in zip(self._names, largest, strict=True):
             if not _SMALLEST < size < 1.0 / _SMALLEST:

@@ -10,6 +10,8 @@ SMALLEST_SWING = 0.5
 SLOWEST_TURN = 1.0 * DEGREE
 """Rates under this are rest, rad/s."""
 SAME_DIRECTION = np.cos(np.radians(12.0))
+FEWEST_DIPS = 6
+"""Still poses for three angles and the dip, and two to contradict them."""
 SHORTEST_SESSION = 60.0
 """A session under a minute says nothing of what is slow, s."""
 UNEVEN = 1.5
@@ -24,6 +26,37 @@ def temperatures(c: Circumstances) -> str | None:
     if float(np.ptp(known)) < SMALLEST_SWING:
         return (
             f"only one temperature, {known.mean():.1f} °C; take some poses again warmer or colder"
+        )
+    return None
+
+
+def currents(c: Circumstances) -> str | None:
+    """Whether the current or the throttle is known and changes."""
+    known = c.current[np.isfinite(c.current)]
+    if len(known) == 0:
+        return "no current was recorded; add a column current[A] or throttle[%] to the readings"
+    if not float(np.ptp(known)) > 0.0:
+        return (
+            f"only one current, {known.mean():.3g} {c.current_unit}; record each direction with "
+            "the motors on and off"
+        )
+    return None
+
+
+def fields(c: Circumstances) -> str | None:
+    """Whether the magnetic field is known."""
+    if not np.isfinite(c.magnetic).all():
+        return "no magnetic field belongs to these readings; that is for a magnetometer"
+    return None
+
+
+def dips(c: Circumstances) -> str | None:
+    """Whether gravity and the field are both known in enough still poses."""
+    still = np.isfinite(c.force).all(axis=1) & np.isfinite(c.magnetic).all(axis=1)
+    if still.sum() < FEWEST_DIPS:
+        return (
+            f"{still.sum()} still poses show both gravity and the field; hold the device still in "
+            f"{FEWEST_DIPS} or more, all round, with the accelerometer's model complete"
         )
     return None
 

@@ -5,16 +5,12 @@ import inspect
 import numpy as np
 
 from imucal_wizard.effects.cost import Cost, cost
-from imucal_wizard.effects.effect import (
-    ACCELEROMETER,
-    Effect,
-    EffectParameter,
-    Lesson,
-    Story,
-)
+from imucal_wizard.effects.effect import ACCELEROMETER, MAGNETOMETER, Effect, EffectParameter
+from imucal_wizard.effects.story import Lesson, Story
 
 _CHOICE = "*"
 _SESSION = ", in a session of 20 minutes that warms the device by 20 °C,"
+_DRAWING = ", in a session whose motors draw up to 10 A,"
 
 
 def lesson(effect: Effect, sensor: str) -> Lesson:
@@ -49,6 +45,7 @@ def cost_text(effect: Effect, sensor: str) -> str:
     sizes[0] = first.typical
     size = f"{_amount(f'{first.typical:.3g}', first.unit)} on {first.name} alone"
     when = "" if effect.kind == "orientation" else _SESSION
+    when = _DRAWING if effect.against == "current" else when
     price = cost(effect, sensor, sizes)
     return f"{size}{when} leaves {_spoken(price, sensor)}, however well the base model is fitted"
 
@@ -61,6 +58,9 @@ def _amount(value: str, unit: str) -> str:
 def _spoken(price: Cost, sensor: str) -> str:
     if sensor == ACCELEROMETER:
         return f"up wrong by {_degrees(price.tilt_rms)} rms, {_degrees(price.tilt_worst)} at worst"
+    if sensor == MAGNETOMETER:
+        worst = _degrees(price.heading_worst)
+        return f"the heading wrong by {_degrees(price.heading_rms)} rms, {worst} at worst"
     turn = f"a full turn wrong by {_degrees(price.turn_rms)} rms, {_degrees(price.turn_worst)}"
     return f"{turn} at worst, and adds {_degrees(price.rest_rms)} a minute at rest"
 

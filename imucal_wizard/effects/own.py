@@ -12,10 +12,11 @@ from typing import TypeVar, get_args
 import numpy as np
 
 from imucal_wizard.effects.catalogue import builtin_effects, classes_in
-from imucal_wizard.effects.cost import poses, turns
+from imucal_wizard.effects.cost import session_of
 from imucal_wizard.effects.effect import (
     ACCELEROMETER,
     GYROSCOPE,
+    MAGNETOMETER,
     Against,
     Circumstances,
     Effect,
@@ -27,7 +28,7 @@ from imucal_wizard.readings import FloatArray
 
 _T = TypeVar("_T")
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
-_SENSORS = (ACCELEROMETER, GYROSCOPE)
+_SENSORS = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
 
 
 class OwnEffect(Effect):
@@ -158,7 +159,7 @@ def _try(path: Path, effect: Effect, sensor: str) -> None:
     for one in parameters:
         if not one.typical > 0.0:
             raise UsageError(f"{path}: parameter {one.name}: typical must lie above 0")
-    c = poses() if sensor == ACCELEROMETER else turns()
+    c = session_of(sensor)
     for variant in effect.variants(c):
         effect.columns(sensor, c, variant)
     effect.lacking(sensor, c)

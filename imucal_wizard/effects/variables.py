@@ -6,20 +6,30 @@ import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import AXES, sensed, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Against, Circumstances, Kind
+from imucal_wizard.effects.effect import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    MAGNETOMETER,
+    Against,
+    Circumstances,
+    Kind,
+)
 from imucal_wizard.effects.expression import Value
 from imucal_wizard.units import ACCELERATION
 
 VARIABLES: Mapping[str, str] = {
     **{f"a{axis}": f"specific force along {axis}, g" for axis in AXES},
     **{f"w{axis}": f"rate about {axis}, °/s" for axis in AXES},
+    **{f"m{axis}": f"flux density along {axis}, µT" for axis in AXES},
     **{f"p{axis}": f"specific force along {axis} in the hold before, g" for axis in AXES},
     "a": "specific force on the axis itself, g",
     "w": "rate about the axis itself, °/s",
+    "m": "flux density on the axis itself, µT",
     "p": "specific force on the axis itself in the hold before, g",
     "T": "temperature minus the session's mean, °C",
     "t": "time since the session's first sample, s",
     "v": "mean square vibration, g²",
+    "I": "current, A, or throttle, %",
     "g": "local gravity, g",
 }
 """What a formula may depend on, for the bench to show."""
@@ -29,6 +39,8 @@ _NEEDS: Mapping[str, Callable[[Circumstances], str | None]] = {
     "w": lambda c: lacks.turns(GYROSCOPE, c),
     "p": lacks.previous_poses,
     "v": lacks.vibrations,
+    "m": lacks.fields,
+    "I": lacks.currents,
 }
 """What must vary in the data, by the first letter of a variable."""
 _AGAINST: Mapping[str, Against] = {
@@ -36,6 +48,8 @@ _AGAINST: Mapping[str, Against] = {
     "t": "time",
     "v": "vibration",
     "p": "previous",
+    "I": "current",
+    "m": "input",
     "w": "input",
     "a": "force",
 }
@@ -45,13 +59,16 @@ def variables_of(c: Circumstances) -> dict[str, Value]:
     """What a formula may depend on, in data sheet units, each of shape (n,)."""
     force, rate = sensed(ACCELEROMETER, c), sensed(GYROSCOPE, c)
     before = np.nan_to_num(c.previous, nan=0.0) / ACCELERATION["g"]
+    field = sensed(MAGNETOMETER, c)
     found: dict[str, Value] = {}
     for k, axis in enumerate(AXES):
         found |= {f"a{axis}": force[:, k], f"w{axis}": rate[:, k], f"p{axis}": before[:, k]}
+        found[f"m{axis}"] = field[:, k]
     return found | {
         "T": warmth(c),
         "t": c.time,
         "v": np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION["g"] ** 2,
+        "I": c.current,
         "g": np.float64(c.gravity / ACCELERATION["g"]),
     }
 
@@ -71,7 +88,7 @@ def missing(names: set[str], c: Circumstances) -> str | None:
 def kind_of(names: set[str]) -> Kind:
     """What an effect of these variables follows."""
     letters = letters_of(names)
-    if letters & {"t", "T"}:
+    if letters & {"t", "T", "I"}:
         return "time"
     return "hold" if letters & {"p", "v"} else "orientation"
 

@@ -47,7 +47,7 @@ class GyroscopeReport:
         fit: the result, or None when it cannot be fitted; its residuals are those of the rotations
             without a problem, in order.
         rotations: all rotations, with axis and problem filled in.
-        angles: angle turned in each, rad; None where nothing tells it.
+        angles: angle turned in each, rad.
         comparison: static, dynamic and vector results per axis.
         warnings: why something is missing.
         suspect: the rotation that does not fit with all others (index into ``rotations``), if any.
@@ -55,7 +55,7 @@ class GyroscopeReport:
 
     fit: SensorFit | None
     rotations: tuple[Rotation, ...]
-    angles: tuple[float | None, ...] = ()
+    angles: tuple[float, ...] = ()
     comparison: tuple[AxisComparison, ...] = ()
     warnings: tuple[str, ...] = ()
     suspect: Suspect | None = None
@@ -108,7 +108,7 @@ def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) 
     return GyroscopeReport(
         None,
         tuple(rotations),
-        (None,) * len(rotations),
+        tuple(0.0 for _ in rotations),
         warnings=(*besides, f"the gyroscope is not calibrated: {why}"),
     )
 
@@ -235,16 +235,15 @@ def _name_axes(
     vector: VectorFit,
     accelerometer: AccelerometerFit,
     holds: Sequence[Hold],
-) -> tuple[tuple[Rotation, ...], tuple[float | None, ...]]:
-    """Each rotation with the axis it was about, and its angle, rad, where that can be told."""
+) -> tuple[tuple[Rotation, ...], tuple[float, ...]]:
+    """Each rotation with the axis it was about, and its angle."""
     places = {id(hold): index for index, hold in enumerate(holds)}
-    named: list[Rotation] = []
-    angles: list[float | None] = []
+    named, angles = [], []
     for rotation in rotations:
         place = places.get(id(rotation.before))
         if place is None or len(rotation.time) < 2 or not np.isfinite(rotation.rate).all():
             named.append(rotation)
-            angles.append(None)
+            angles.append(0.0)
             continue
         rate = (rotation.rate - vector.bias) @ vector.matrix.T
         total = integral(rate, rotation.time)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.inertial import FitOptions
 from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.readings import Series
 from imucal_wizard.solver.magnetometer.disturbances import BoolArray
@@ -117,3 +118,11 @@ def added(
         warnings=tuple(dict.fromkeys((*report.warnings, *found.fit.warnings))),
     )
     return replace(report, verdict=verdict(report))
+
+
+def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
+    """A report of the other sensors with the magnetometer fitted to all its samples."""
+    found, why = _tried(
+        lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
+    )
+    return added(report, series, found, why)

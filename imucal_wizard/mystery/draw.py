@@ -16,6 +16,10 @@ UNSEEN = frozenset({"vibration-rectification", "earth-rate"})
 """A support that does not shake, and a rate that every gyroscope feels, make no exercise."""
 
 
+SENSORS = ("accelerometer", "gyroscope")
+"""Those that the recording of an exercise has."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """One place where an effect may hide.
@@ -41,7 +45,7 @@ def choices(grade: str) -> list[list[Choice]]:
         raise UsageError(f"no grade {grade!r}; choose one of {', '.join(NOISE)}")
     found = []
     for effect in builtin_effects():
-        for sensor in effect.sensors:
+        for sensor in (one for one in effect.sensors if one in SENSORS):
             known = effect.name in TERMS[sensor] and effect.name not in UNSEEN
             parameters = effect.parameters(sensor) if known else ()
             own = [Choice(sensor, effect, one) for one in parameters if grade in one.grades]

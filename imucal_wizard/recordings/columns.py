@@ -14,6 +14,10 @@ from imucal_wizard.recordings.options import UNIT_OPTION, RecordingOptions
 from imucal_wizard.recordings.timeline import Timeline
 from imucal_wizard.units import COUNT, FACTORS, factor, si_unit, unit_of
 
+SLOWER = ("magnetometer", "current", "throttle")
+BESIDE = ("temperature", "current", "throttle")
+"""What stands beside the sensors and can be done without."""
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -123,11 +127,12 @@ def _numberless(sensor: str, values: FloatArray, columns: list[Column]) -> str:
 def _unneeded(sensor: str, columns: list[Column]) -> str:
     """Why a quantity that can be done without is left out, or ""."""
     unit = columns[0].unit
-    if sensor != "temperature" or unit in FACTORS[sensor]:
+    if sensor not in BESIDE or unit in FACTORS[sensor]:
         return ""
+    what = f"{shown(unit)} of column" if unit else "column"
     return (
-        f"the temperature was left out: {shown(unit)} of column {shown(columns[0].name)}"
-        " is no unit of it here; write degC"
+        f"the {sensor} was left out: {what} {shown(columns[0].name)} has no unit of it"
+        f" here; write {' or '.join(FACTORS[sensor])}"
     )
 
 
@@ -144,7 +149,7 @@ def _series(
     good = np.asarray(np.isfinite(values).all(axis=1))
     time = times.time
     if not good.all():
-        if sensor != "magnetometer":  # it is slower than the others: absent in most rows of some
+        if sensor not in SLOWER:  # it is slower than the others: absent in most rows of some
             warnings.append(
                 f"{np.sum(~good)} of {len(good)} rows have no number for the {sensor}; left out"
             )

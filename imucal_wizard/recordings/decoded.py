@@ -43,7 +43,7 @@ def decoded(
 
 
 def _series(readings: Readings) -> dict[str, Series]:
-    names = ("accelerometer", "gyroscope", "magnetometer", "temperature")
+    names = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
     found = {name: getattr(readings, name) for name in names}
     return {name: series for name, series in found.items() if series is not None and len(series)}
 

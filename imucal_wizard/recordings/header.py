@@ -8,6 +8,8 @@ SENSOR_CHANNELS: dict[str, tuple[str, ...]] = {
     "gyroscope": ("gx", "gy", "gz"),
     "magnetometer": ("mx", "my", "mz"),
     "temperature": ("temp",),
+    "current": ("current",),
+    "throttle": ("throttle",),
 }
 """The channels of each sensor, in axis order."""
 

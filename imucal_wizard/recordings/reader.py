@@ -1,6 +1,7 @@
 """The one way in: files of one session, in whatever format, to one ``Readings``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.output import harmless
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings.checks import check
-from imucal_wizard.recordings.columns import Samples
+from imucal_wizard.recordings.columns import BESIDE, Samples
 from imucal_wizard.recordings.delimited import read_text
 from imucal_wizard.recordings.exchanged import refuse
 from imucal_wizard.recordings.imu_tk import read_imu_tk
@@ -49,7 +50,14 @@ def read(
     series, warnings = _merge(paths, samples)
     if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
         nothing = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
-        return Readings(nothing, None, series["magnetometer"], None, tuple(warnings))
+        return Readings(
+            nothing,
+            None,
+            series["magnetometer"],
+            series.get("temperature"),
+            tuple(warnings),
+            series.get("current", series.get("throttle")),
+        )
     if "accelerometer" not in series:
         names = ", ".join(sorted(series)) or "no sensor"
         raise RecordingError(
@@ -61,19 +69,14 @@ def read(
         series.get("gyroscope"),
         series.get("magnetometer"),
         series.get("temperature"),
+        current=series.get("current", series.get("throttle")),
     )
     warnings += _apart(readings)
     try:
         refuse(readings)
     except RecordingError as error:
         raise RecordingError(f"{_names(paths)}: {error}") from None
-    return Readings(
-        readings.accelerometer,
-        readings.gyroscope,
-        readings.magnetometer,
-        readings.temperature,
-        tuple(dict.fromkeys((*warnings, *check(readings)))),
-    )
+    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check(readings)))))
 
 
 def _each(paths: Sequence[Path], options: RecordingOptions) -> list[Samples]:
@@ -115,7 +118,7 @@ def _merge(
         prefix = f"{harmless(path.name)}: " if len(paths) > 1 else ""
         warnings += [prefix + text for text in one.warnings]
         for sensor, found in one.series.items():
-            if sensor == "temperature" and sensor in series:
+            if sensor in BESIDE and sensor in series:
                 continue
             if sensor in series:
                 raise RecordingError(

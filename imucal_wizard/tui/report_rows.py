@@ -24,6 +24,7 @@ SHOWN: dict[str, tuple[float, str]] = {
     "m/s^2": (1000.0 / STANDARD_GRAVITY, "mg"),
     "rad": (180.0 / math.pi, "°"),
     "rad/s": (180.0 / math.pi, "°/s"),
+    "uT": (1.0, "µT"),
 }
 """Factor and unit in which people read an error."""
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}

@@ -8,8 +8,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.fitting import fit_readings
+from imucal_wizard.fitting import FitOptions, fit_readings, with_field
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.recordings import read
@@ -29,6 +30,18 @@ def fitted(
         simulate_recording(path, hidden=hidden, poses=poses, seed=seed, rotations=rotations)
         readings = read([path])
     return fit_readings(readings), readings
+
+
+@cache
+def tumbled(*hidden: str, seed: int = 3) -> Benches:
+    """The benches of a recording with a magnetometer and a circle on each face."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "recording.csv"
+        simulate_recording(path, hidden=hidden, seed=seed, rotations=0, magnetometer=True)
+        readings = read([path])
+    assert readings.magnetometer is not None
+    plain = fit_readings(replace(readings, magnetometer=None))
+    return Benches(with_field(plain, readings.magnetometer, FitOptions()), readings)
 
 
 def moved(report: FitReport, by: Callable[[int, Hold], FloatArray | float]) -> FitReport:

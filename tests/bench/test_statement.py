@@ -97,11 +97,11 @@ def test_while_a_part_of_the_base_is_left_out_no_effect_is_named() -> None:
     """What it leaves looks like any effect: the sentence asks for it, and automatic adds it."""
     report, readings = fitted()
     alone = replace(report, rates={"accelerometer": 100.0})
-    (said,) = survey(Benches(alone, readings, ("bias",)), {}, automatic=False)
+    (said,) = survey(Benches(alone, readings, {"accelerometer": ("bias",)}), {}, automatic=False)
     assert said.verdict is Verdict.UNEXPLAINED
     assert "Put back scale and non-orthogonality" in says(said)
     assert said.advice.poses == ()
-    climbed = Benches(alone, readings, ("bias",))
+    climbed = Benches(alone, readings, {"accelerometer": ("bias",)})
     (said,) = survey(climbed, {}, automatic=True)
     assert said.verdict is Verdict.COMPLETE
     added = [rung.added for rung in climbed.accelerometer.ladder]

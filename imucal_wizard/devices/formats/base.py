@@ -11,8 +11,8 @@ class Column:
     """One column of a stream.
 
     Attributes:
-        channel: ``t``, ``ax`` … ``az``, ``gx`` … ``gz``, ``mx`` … ``mz``, ``temp``, ``counter``, or
-            ``""`` for a column nobody needs.
+        channel: ``t``, ``ax`` … ``az``, ``gx`` … ``gz``, ``mx`` … ``mz``, ``temp``, ``current``,
+            ``throttle``, ``counter``, or ``""`` for a column nobody needs.
         unit: unit word as in ``units.py``; ``""`` where it is not known yet.
         name: what the device called it, or its place ("column 3").
     """

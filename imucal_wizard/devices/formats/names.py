@@ -100,7 +100,7 @@ def belongs(channel: str, unit: str) -> bool:
 
 def sensor_of(channel: str) -> str | None:
     """Which quantity of ``units.FACTORS`` a channel belongs to; None for counters and unknowns."""
-    names = {"t": "time", "temp": "temperature"}
+    names = {"t": "time", "temp": "temperature", "current": "current", "throttle": "throttle"}
     if channel in names:
         return names[channel]
     if len(channel) == 2 and channel[1] in "xyz":

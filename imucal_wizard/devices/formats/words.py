@@ -17,6 +17,8 @@ SINGLE: dict[str, str] = {
         "t": "t time timestamp timestamps ts micros millis tick ticks clock uptime timeus timems "
         "rtctime datetime stamp elapsed",
         "temp": "temp temperature tmp tempr imutemp imudegc",
+        "current": "current amps amperes motorcurrent batterycurrent",
+        "throttle": "throttle",
         "counter": "counter count cnt seq sequence packet packetcounter index sample samplecount "
         "loopiteration nsamples samples samplenumber idx packetnumber framecount",
     }.items()

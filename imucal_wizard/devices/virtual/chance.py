@@ -15,6 +15,7 @@ class Chance(IntEnum):
     POSES = 5
     FIELD = 6
     FIELD_NOISE = 7
+    LOAD = 8
 
 
 def generator(seed: int, what: Chance) -> np.random.Generator:

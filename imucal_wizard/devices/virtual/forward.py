@@ -1,12 +1,12 @@
 """The forward equations of the hidden effects, one small function each.
 
-Quantities are in the units in which effects are quoted: g for specific force, °/s for rate, °C,
-minutes. Each function gives ``ε`` per unit of its size, as IEEE 1293 (accelerometer) and IEEE 1431
-(gyroscope) write the terms of the model equation.
+Quantities are in the units in which effects are quoted: g for specific force, °/s for rate, µT for
+flux density, A, °C, minutes. Each function gives ``ε`` per unit of its size, as IEEE 1293
+(accelerometer) and IEEE 1431 (gyroscope) write the terms of the model equation.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +17,8 @@ REFERENCE_TEMPERATURE = 25.0
 """Temperature at which thermal effects vanish, °C."""
 WARM_UP_TIME = 3.0
 """Time constant of the warm-up unless told otherwise, minutes."""
+ARM = np.array([0.05, -0.04, 0.06])
+"""Where the magnetometer sits on what is turned, from the middle of the turn, body frame, m."""
 STEP_TIME = 1.5
 """When the bias jumps unless told otherwise, minutes."""
 
@@ -33,9 +35,10 @@ class Circumstances:
         previous: up direction of the pose before, shape (n, 3).
         vibration: acceleration of the device in the world, g, shape (n, 3).
         attitude: body to world, shape (n, 4).
-        sensed: ``force`` or ``rate``, whichever this sensor measures.
+        sensed: specific force, rate, or flux density, whichever this sensor measures.
         step: when the bias jumps, minutes.
         settling: time constant of the warm-up, minutes.
+        current: what the motors draw, A, shape (n,).
     """
 
     force: FloatArray
@@ -48,6 +51,7 @@ class Circumstances:
     sensed: FloatArray
     step: float = STEP_TIME
     settling: float = WARM_UP_TIME
+    current: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 Forward = Callable[[Circumstances, tuple[int, ...]], FloatArray]
@@ -128,3 +132,29 @@ def g2_sensitivity(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
 def earth_rate(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
     """``K`` about a world axis (x north, z up), seen from the body; shape (n, 3)."""
     return attitude.to_body(c.attitude, np.eye(3)[axes[0]])
+
+
+def current(c: Circumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K I``."""
+    return c.current
+
+
+def misalignment(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """The field in axes turned by a small angle about one of them; shape (n, 3)."""
+    second, third = (axes[0] + 1) % 3, (axes[0] + 2) % 3
+    error = np.zeros_like(c.sensed)
+    error[:, second] = c.sensed[:, third]
+    error[:, third] = -c.sensed[:, second]
+    return error
+
+
+def field_gradient(c: Circumstances, axes: tuple[int, ...]) -> FloatArray:
+    """What the field of the room differs by where the magnetometer is; shape (n, 3).
+
+    One of the three off-diagonal gradients of a field without curl or divergence, per metre.
+    """
+    place = attitude.to_world(c.attitude, np.broadcast_to(ARM, (len(c.attitude), 3)))
+    first, second = axes[0], (axes[0] + 1) % 3
+    there = np.zeros_like(place)
+    there[:, first], there[:, second] = place[:, second], place[:, first]
+    return attitude.to_body(c.attitude, there)

@@ -22,6 +22,9 @@ g2-sensitivity        –            °/s/g²             K f_j²
 earth-rate            –            °/h                rate about a world axis (z up, x north)
 ===================== ============ ================== ===================================
 
+and of the magnetometer: ``misalignment`` ° about axis i, ``bias-temperature`` µT/°C, ``current``
+µT/A, ``bias-drift`` µT/min, ``bias-step`` µT, ``field-gradient`` µT/m (of the room, no sensor's).
+
 ``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also take two letters,
 output then input (``xy``: the x gyroscope feels gravity along y); ``cross-product`` three, output
 then both factors (``xyz``). One letter there means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
@@ -50,7 +53,7 @@ class Term:
     equation: forward.Forward
     unit: str
     si: float
-    """What turns size × equation into m/s² or rad/s."""
+    """What turns size × equation into m/s², rad/s or µT."""
     letters: int = 1
     """How many letters the axis may have."""
 
@@ -83,7 +86,15 @@ GYROSCOPE: dict[str, Term] = {
     "bias-step": Term(forward.bias_step, "°/s", _DEGREE),
     "earth-rate": Term(forward.earth_rate, "°/h", _DEGREE / 3600.0),
 }
-TERMS = {"accelerometer": ACCELEROMETER, "gyroscope": GYROSCOPE}
+MAGNETOMETER: dict[str, Term] = {
+    "misalignment": Term(forward.misalignment, "°", _DEGREE),
+    "bias-temperature": Term(forward.bias_temperature, "µT/°C", 1.0),
+    "current": Term(forward.current, "µT/A", 1.0),
+    "bias-drift": Term(forward.bias_drift, "µT/min", 1.0),
+    "bias-step": Term(forward.bias_step, "µT", 1.0),
+    "field-gradient": Term(forward.field_gradient, "µT/m", 1.0),
+}
+TERMS = {"accelerometer": ACCELEROMETER, "gyroscope": GYROSCOPE, "magnetometer": MAGNETOMETER}
 
 
 @dataclass(frozen=True)
@@ -91,7 +102,7 @@ class Hidden:
     """One hidden effect.
 
     Attributes:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         term: its name.
         size: in the unit of the table above.
         axes: output axis first.
@@ -108,7 +119,7 @@ class Hidden:
         return TERMS[self.sensor][self.term].unit
 
     def error(self, circumstances: forward.Circumstances) -> FloatArray:
-        """``ε`` on the three axes, m/s² or rad/s, shape (n, 3)."""
+        """``ε`` on the three axes, m/s², rad/s or µT, shape (n, 3)."""
         term = TERMS[self.sensor][self.term]
         value = self.size * term.si * term.equation(circumstances, self.axes)
         if value.ndim == 2:
@@ -123,8 +134,13 @@ def needs_shaking(effects: Iterable[Hidden]) -> bool:
     return any(effect.term == "vibration-rectification" for effect in effects)
 
 
+def draws_current(effects: Iterable[Hidden]) -> bool:
+    """Whether one of them shows only where motors run."""
+    return any(effect.term == "current" for effect in effects)
+
+
 def parse_hidden(text: str) -> Hidden:
-    """Read ``TERM:SIZE:AXIS``, a gyroscope's as ``gyroscope/TERM:SIZE:AXIS``.
+    """Read ``TERM:SIZE:AXIS``, another sensor's as ``gyroscope/TERM:SIZE:AXIS``.
 
     Raises:
         UsageError: not of that form, an unknown term, a size that is no number, a wrong axis.
@@ -143,8 +159,8 @@ def parse_hidden(text: str) -> Hidden:
 
 def _unknown(sensor: str, term: str) -> str:
     others = [name for name, table in TERMS.items() if term in table]
-    if others == ["gyroscope"]:
-        return f"{term} is an effect of the gyroscope; write gyroscope/{term}"
+    if len(others) == 1 and others != ["accelerometer"]:
+        return f"{term} is an effect of the {others[0]}; write {others[0]}/{term}"
     return f"the {sensor} has no effect {term!r} here; it has {', '.join(TERMS[sensor])}"
 
 

@@ -17,20 +17,30 @@ class LinePrinter:
         sensor: whose units the columns carry.
         end: what ends a line; Arduino's unless told otherwise.
         field: whether there are columns of a magnetometer, empty where it has no new sample.
+        load: whether there is a column of the motors' current.
     """
 
-    def __init__(self, sensor: SensorModel, end: str = "\r\n", *, field: bool = False) -> None:
+    def __init__(
+        self,
+        sensor: SensorModel,
+        end: str = "\r\n",
+        *,
+        field: bool = False,
+        load: bool = False,
+    ) -> None:
         force, rate = sensor.accelerometer.unit, sensor.gyroscope.unit
         names = ["t[s]"]
         names += [f"a{axis}[{force}]" for axis in "xyz"]
         names += [f"g{axis}[{rate}]" for axis in "xyz"]
         names += [f"m{axis}[uT]" for axis in "xyz"] if field else []
+        names += ["current[A]"] if load else []
         names += ["temp[degC]"]
         self.header = (",".join(names) + end).encode()
         acceleration = "%.0f" if force == COUNT else "%.6f"
         turning = "%.0f" if rate == COUNT else "%.7f"
         magnetic = ["%.1f"] * 3 if field else []
-        formats = ["%.6f", *[acceleration] * 3, *[turning] * 3, *magnetic, "%.3f"]
+        electric = ["%.2f"] if load else []
+        formats = ["%.6f", *[acceleration] * 3, *[turning] * 3, *magnetic, *electric, "%.3f"]
         self._format = ",".join(formats) + end
 
     def lines(self, samples: Samples) -> bytes:
@@ -38,6 +48,8 @@ class LinePrinter:
         columns = [samples.time, samples.accelerometer, samples.gyroscope]
         if samples.magnetometer is not None:
             columns.append(samples.magnetometer)
+        if samples.current is not None:
+            columns.append(samples.current)
         table = np.column_stack([*columns, samples.temperature])
         text = (self._format * len(table)) % tuple(table.ravel().tolist())
         return text.replace("nan", "").encode()

@@ -1,7 +1,8 @@
 """The virtual magnetometer: the Earth's field through the iron of a board, at a rate of its own.
 
-``y = A·(m + soft iron·m) + hard iron + noise`` in the magnetometer's own axes, which lie a little
-turned against the accelerometer's. A sample stands in the line of the first IMU sample after it.
+``y = A·(m + ε + soft iron·m) + hard iron + noise`` in the magnetometer's own axes, which lie a
+little turned against the accelerometer's. A sample stands in the line of the first IMU sample after
+it.
 """
 
 from dataclasses import dataclass
@@ -57,11 +58,20 @@ class FieldModel:
             rng.uniform(-3.0, 3.0, 3) * DEGREE,
         )
 
-    def reading(self, q: FloatArray) -> FloatArray:
-        """Readings without noise at attitudes (n, 4), µT, shape (n, 3)."""
+    def seen(self, q: FloatArray) -> FloatArray:
+        """The field in the magnetometer's own axes at attitudes (n, 4), µT, shape (n, 3)."""
         own = attitude.multiply(q, attitude.exp(self.misalignment))
-        seen = attitude.to_body(own, np.broadcast_to(self.world, (len(q), 3)))
-        exact = (seen[:, None, :] * self.gain).sum(-1) + self.hard_iron
+        return attitude.to_body(own, np.broadcast_to(self.world, (len(q), 3)))
+
+    def reading(self, q: FloatArray, error: FloatArray | float = 0.0) -> FloatArray:
+        """Readings without noise at attitudes (n, 4), µT, shape (n, 3).
+
+        Args:
+            q: body to world.
+            error: ``ε`` of the hidden effects, µT, shape (n, 3).
+        """
+        felt = self.seen(q) + error
+        exact = (felt[:, None, :] * self.gain).sum(-1) + self.hard_iron
         return np.asarray(exact, np.float64)
 
 
@@ -78,12 +88,18 @@ class VirtualMagnetometer:
         self._noise = generator(seed, Chance.FIELD_NOISE)
         self._next = 0.0
 
-    def take(self, motion: Motion) -> FloatArray:
-        """Readings at the motion's samples, µT, shape (n, 3); NaN where there is no new one."""
+    def take(self, motion: Motion, error: FloatArray | None = None) -> FloatArray:
+        """Readings at the motion's samples, µT, shape (n, 3); NaN where there is no new one.
+
+        Args:
+            motion: what happens.
+            error: ``ε`` of the hidden effects at the same samples, µT, shape (n, 3).
+        """
         count = np.floor(motion.time * FIELD_RATE + 1e-9)
         new = np.diff(count, prepend=self._next - 1.0) > 0.0
         self._next = float(count[-1]) + 1.0 if len(count) else self._next
         out = np.full((len(motion.time), 3), np.nan)
         noise = NOISE * self._noise.standard_normal((int(new.sum()), 3))
-        out[new] = np.round((self.model.reading(motion.attitude[new]) + noise) / STEP) * STEP
+        own = 0.0 if error is None else error[new]
+        out[new] = np.round((self.model.reading(motion.attitude[new], own) + noise) / STEP) * STEP
         return out

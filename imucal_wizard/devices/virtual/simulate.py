@@ -10,13 +10,19 @@ import numpy as np
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.hidden import Hidden, needs_shaking, parse_hidden
+from imucal_wizard.devices.virtual.hidden import (
+    Hidden,
+    draws_current,
+    needs_shaking,
+    parse_hidden,
+)
 from imucal_wizard.devices.virtual.line import LinePrinter
+from imucal_wizard.devices.virtual.load import VirtualLoad
 from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
 from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotations, pose_names
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
-from imucal_wizard.errors import RecordingError
+from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.readings import FloatArray
 
 FIRST_REST = 20.0
@@ -96,13 +102,16 @@ def simulate_recording(
         model: the sensor; drawn from the seed when not given.
         hold: seconds per pose; 5, or 10 where corners are taken.
         rotations: turns about each axis at the end.
-        magnetometer: there is one too, and a circle on each face comes last.
+        magnetometer: there is one too, and a circle on each face comes last; with an ammeter where
+            the current is to be seen.
 
     Raises:
-        UsageError: an unknown set of poses or hidden effect.
+        UsageError: an unknown set of poses or hidden effect, or one of a sensor that is not there.
         RecordingError: the file cannot be written.
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+    if not magnetometer and any(effect.sensor == "magnetometer" for effect in effects):
+        raise UsageError("an effect of the magnetometer needs one: give --magnetometer too")
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
     shaken = needs_shaking(effects)
     names = pose_names(poses, generator(seed, Chance.POSES))
@@ -114,10 +123,11 @@ def simulate_recording(
     hand.perform(itertools.chain(script, perform_circles(TURN_HOLD)) if magnetometer else script)
     middle = (FIRST_REST + 0.5 * len(names) * (seconds + 1.2)) / 60.0
     field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
+    load = VirtualLoad(seed) if draws_current(effects) else None
     stream = VirtualStream(
-        hand, sensor, effects, rate=rate, seed=seed, step=middle, magnetometer=field
+        hand, sensor, effects, rate=rate, seed=seed, step=middle, magnetometer=field, load=load
     )
-    printer = LinePrinter(sensor, "\n", field=magnetometer)
+    printer = LinePrinter(sensor, "\n", field=magnetometer, load=load is not None)
     comment = f"# a virtual IMU at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
     try:
         with Path(path).open("wb") as file:

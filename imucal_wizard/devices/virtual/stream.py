@@ -12,7 +12,9 @@ import numpy as np
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.forward import STEP_TIME, Circumstances
 from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
+from imucal_wizard.devices.virtual.hidden import TERMS, Hidden, parse_hidden
+from imucal_wizard.devices.virtual.load import STEP as AMMETER_STEP
+from imucal_wizard.devices.virtual.load import VirtualLoad
 from imucal_wizard.devices.virtual.magnetometer import VirtualMagnetometer
 from imucal_wizard.devices.virtual.motion import Motion
 from imucal_wizard.devices.virtual.noise import Noise
@@ -31,6 +33,7 @@ class Samples:
         gyroscope: readings, shape (n, 3).
         temperature: °C, shape (n,).
         magnetometer: readings, µT, shape (n, 3), NaN where there is no new one; None without one.
+        current: what the motors draw, A, shape (n,); None without an ammeter.
     """
 
     time: FloatArray
@@ -38,6 +41,7 @@ class Samples:
     gyroscope: FloatArray
     temperature: FloatArray
     magnetometer: FloatArray | None = None
+    current: FloatArray | None = None
 
 
 class VirtualStream:
@@ -51,6 +55,7 @@ class VirtualStream:
         seed: of the noise.
         step: when a ``bias-step`` happens, minutes.
         magnetometer: what feels the field, or None.
+        load: the motors, or None.
     """
 
     def __init__(
@@ -63,7 +68,9 @@ class VirtualStream:
         seed: int = 0,
         step: float = STEP_TIME,
         magnetometer: VirtualMagnetometer | None = None,
+        load: VirtualLoad | None = None,
     ) -> None:
+        self._load = load
         self._magnetometer = magnetometer
         self._hand = hand
         self._sensor = sensor
@@ -79,23 +86,30 @@ class VirtualStream:
         motion = self._hand.advance(n)
         noise = self._noise.take(n)
         temperature = self._sensor.thermal.at(motion.time)
-        force, rate = motion.specific_force, motion.rate
+        current = None if self._load is None else self._load.at(motion.time)
+        error = {name: np.zeros((len(motion.time), 3)) for name in TERMS}
         for effect in self._hidden:
-            error = effect.error(self._circumstances(motion, temperature, effect.sensor))
-            if effect.sensor == "accelerometer":
-                force = force + error
-            else:
-                rate = rate + error
+            where = self._circumstances(motion, temperature, effect.sensor, current)
+            error[effect.sensor] += effect.error(where)
+        field = self._magnetometer
         return Samples(
             motion.time,
-            self._sensor.accelerometer.reading(force, noise[:, :3]),
-            self._sensor.gyroscope.reading(rate, noise[:, 3:]),
+            self._sensor.accelerometer.reading(
+                motion.specific_force + error["accelerometer"], noise[:, :3]
+            ),
+            self._sensor.gyroscope.reading(motion.rate + error["gyroscope"], noise[:, 3:]),
             _rounded(temperature, self._sensor.temperature_step),
-            None if self._magnetometer is None else self._magnetometer.take(motion),
+            None if field is None else field.take(motion, error["magnetometer"]),
+            None if current is None else _rounded(current, AMMETER_STEP),
         )
 
-    def _circumstances(self, motion: Motion, temperature: FloatArray, sensor: str) -> Circumstances:
+    def _circumstances(
+        self, motion: Motion, temperature: FloatArray, sensor: str, current: FloatArray | None
+    ) -> Circumstances:
         force, rate = motion.specific_force / STANDARD_GRAVITY, motion.rate / DEGREE
+        sensed = force if sensor == "accelerometer" else rate
+        if sensor == "magnetometer" and self._magnetometer is not None:
+            sensed = self._magnetometer.model.seen(motion.attitude)
         return Circumstances(
             force,
             rate,
@@ -104,8 +118,9 @@ class VirtualStream:
             motion.previous,
             motion.acceleration / STANDARD_GRAVITY,
             motion.attitude,
-            force if sensor == "accelerometer" else rate,
+            sensed,
             self._step,
+            current=np.zeros(len(motion.time)) if current is None else current,
         )
 
 

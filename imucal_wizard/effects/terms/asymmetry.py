@@ -6,7 +6,8 @@ import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 _MINUTE = 60.0
@@ -18,7 +19,7 @@ class BiasDrift(BiasEffect):
     """
 
     name = "bias-drift"
-    sensors = (ACCELEROMETER, GYROSCOPE)
+    sensors = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
     family = "slow-bias"
     against = "time"
     kind = "time"
@@ -40,6 +41,13 @@ class BiasDrift(BiasEffect):
             {"consumer": (0.002, 0.02), "industrial": (2e-4, 0.002), "tactical": (2e-5, 2e-4)},
             chosen=("consumer", "industrial", "tactical"),
         ),
+        MAGNETOMETER: Size(
+            "µT/min",
+            1.0,
+            0.2,
+            {"consumer": (0.05, 0.5), "industrial": (0.01, 0.05), "tactical": (0.001, 0.01)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
@@ -58,6 +66,16 @@ class BiasDrift(BiasEffect):
             equation="error on an axis = coefficient × (time − middle of the session)",
             signature="The readings at rest climb or fall steadily, in every pose alike.",
             needs="Still poses over the whole session at a steady temperature.",
+        ),
+        MAGNETOMETER: Story(
+            what="The iron of the board takes on the field it lies in, a battery empties and its "
+            "currents change, the amplifier's zero ages: hard iron that moves a little every "
+            "minute.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The same direction reads differently later: the ellipsoid wanders, and the "
+            "residuals open like a fan from the middle of the session to both ends.",
+            needs="Whole circles early and late. Without them it cannot be told from temperature, "
+            "and a room whose field changes looks like it.",
         ),
     }
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, MILLI_G, BiasEffect, Size, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 
@@ -16,7 +17,7 @@ class BiasTemperature(BiasEffect):
     """
 
     name = "bias-temperature"
-    sensors = (ACCELEROMETER, GYROSCOPE)
+    sensors = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
     family = "slow-bias"
     against = "temperature"
     kind = "time"
@@ -37,6 +38,13 @@ class BiasTemperature(BiasEffect):
             0.03,
             {"consumer": (0.015, 0.05), "industrial": (0.001, 0.015), "tactical": (1e-4, 1e-3)},
             chosen=("industrial", "tactical"),
+        ),
+        MAGNETOMETER: Size(
+            "µT/°C",
+            1.0,
+            0.1,
+            {"consumer": (0.03, 0.3), "industrial": (0.005, 0.03), "tactical": (5e-4, 0.005)},
+            chosen=("consumer", "industrial", "tactical"),
         ),
     }
     stories: Mapping[str, Story] = {
@@ -60,6 +68,16 @@ class BiasTemperature(BiasEffect):
             signature="The readings at rest run along a straight line over the temperature, in "
             "every pose alike.",
             needs="Still poses at temperatures 10 °C or more apart, warm and cold in turn. In a "
+            "single warm-up it looks like a drift.",
+        ),
+        MAGNETOMETER: Story(
+            what="The bridge of magnetic film changes its resistance with warmth, its four arms "
+            "not quite alike, and so does the amplifier: the zero moves.",
+            equation="error on an axis = coefficient × (temperature − mean temperature of the "
+            "session)",
+            signature="The same direction reads differently when warm; over the temperature the "
+            "residuals of one direction lie on a straight line.",
+            needs="Whole circles at temperatures 10 °C or more apart, warm and cold in turn. In a "
             "single warm-up it looks like a drift.",
         ),
     }

@@ -12,8 +12,8 @@ from imucal_wizard.effects.effect import (
     Circumstances,
     Effect,
     EffectParameter,
-    Story,
 )
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))

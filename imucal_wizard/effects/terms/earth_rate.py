@@ -6,13 +6,8 @@ import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, Size
-from imucal_wizard.effects.effect import (
-    GYROSCOPE,
-    Circumstances,
-    Effect,
-    EffectParameter,
-    Story,
-)
+from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Effect, EffectParameter
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 EARTH_RATE = 7.292115e-5

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, Size
-from imucal_wizard.effects.effect import GYROSCOPE, Circumstances, Story
+from imucal_wizard.effects.effect import GYROSCOPE, Circumstances
 from imucal_wizard.effects.force_effect import ForceEffect
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from imucal_wizard.effects.axis_effect import MILLI_G, AxisEffect, Size, sensed
-from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import DEGREE, PPM, AxisEffect, Size, sensed, warmth
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from imucal_wizard.effects import lacks
 from imucal_wizard.effects.axis_effect import MILLI_G, BiasEffect, Size
-from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Story
+from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances
+from imucal_wizard.effects.story import Story
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import ACCELERATION
 

@@ -15,15 +15,29 @@ class RowInfo:
 
     Attributes:
         kind: ``hold`` (|x| − g of the accelerometer), ``still`` (the gyroscope's mean at rest),
-            ``rotation`` (its closure).
-        index: which hold or rotation, of those measured.
+            ``rotation`` (its closure), ``field`` (|x| − B of the magnetometer, means by time and
+            direction), ``dip`` (its dip in a still pose).
+        index: which hold or rotation, of those measured; of the magnetometer, the row itself.
         axis: body axis 0, 1, 2 of a still mean; 0 or 1 of a closure, whose two components lie
             across gravity; None for the accelerometer.
     """
 
-    kind: Literal["hold", "still", "rotation"]
+    kind: Literal["hold", "still", "rotation", "field", "dip"]
     index: int
     axis: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the rows of a magnetometer look at.
+
+    Attributes:
+        direction: of the field in the body, unit vectors, shape (n, 3).
+        shown: how much of an error of each axis each row shows, shape (n, 3).
+    """
+
+    direction: FloatArray
+    shown: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +63,7 @@ class Linear:
             rad/s (still means) or rad (closures), shape (n,).
         floor: standard deviation of each row by noise within holds and rotations alone.
         lift_of: see ``lift``.
+        seen: what the rows look at, where the holds do not tell it.
     """
 
     residual: FloatArray
@@ -62,6 +77,7 @@ class Linear:
     sigma: FloatArray
     floor: FloatArray
     lift_of: Callable[[Effect, float | None], FloatArray]
+    seen: Seen | None = None
 
     def lift(self, effect: Effect, variant: float | None = None) -> FloatArray:
         """Derivative of ``residual`` by the effect's parameters, per shown unit, shape (n, p)."""

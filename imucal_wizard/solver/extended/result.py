@@ -1,7 +1,7 @@
 """What a fit with effects says."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def corrected(
     """``x = M (y − b) − ε(x, circumstances)``, SI, shape (n, 3).
 
     Args:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         calibration: matrix M and bias b.
         terms: the effects.
         sizes: of each, shown units.
@@ -123,12 +123,7 @@ def corrected(
     flat = np.concatenate([np.zeros(0), *sizes])
     found = linear
     for _ in range(PASSES if terms else 0):
-        here = (
-            replace(circumstances, force=found)
-            if sensor == "accelerometer"
-            else replace(circumstances, rate=found)
-        )
-        moved = linear - together.columns(here) @ flat
+        moved = linear - together.columns(circumstances.sensing(sensor, found)) @ flat
         change = np.abs(moved - found).max(initial=0.0)
         found = moved
         if not change > 1e-13 * np.abs(linear).max(initial=0.0):

@@ -77,7 +77,7 @@ def align(up: FloatArray, field: FloatArray, doubt: FloatArray | None = None) ->
             f"device still in at least {FEWEST} orientations while it records"
         )
     best: tuple[float, FloatArray, float] | None = None
-    for start in _axes():
+    for start in quarter_turns():
         sine = (up * (field @ start.T)).sum(axis=1)
         cost = float(sine.var())
         if best is None or cost < best[0]:
@@ -96,7 +96,7 @@ def align(up: FloatArray, field: FloatArray, doubt: FloatArray | None = None) ->
     return _alignment(up, field, rotation, level, used, doubt)
 
 
-def _axes() -> list[FloatArray]:
+def quarter_turns() -> list[FloatArray]:
     """The 24 rotations that bring axes onto axes."""
     out = []
     for order in itertools.permutations(range(3)):

@@ -10,11 +10,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.hold_data import BASE, HoldData
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.tui.bench.field_views import field_compared
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.units import COUNT
 
@@ -24,6 +26,7 @@ COMPARED = tuple(f"{axis} axis" for axis in AXES)
 TITLES = {
     "accelerometer": "read beyond the true force: ∘ measured, × model",
     "gyroscope": "read at rest: ∘ measured, × model",
+    "magnetometer": "read beyond the true field: ∘ measured, × model",
 }
 
 
@@ -34,6 +37,9 @@ def compared(
     if isinstance(measured, HoldData):
         read, model = _holds(fit, measured)
         factor, unit = SHOWN["m/s^2"]
+    elif isinstance(measured, FieldData):
+        read, model = field_compared(fit, measured)
+        factor, unit = SHOWN["uT"]
     else:
         read, model = _stills(fit, measured)
         factor, unit = SHOWN["rad/s"]

@@ -11,7 +11,6 @@ from imucal_wizard.effects.effect import Effect
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.hold_data import BASE
 
 NOTHING = "nothing is missing"
 """What one may guess, too."""
@@ -60,7 +59,7 @@ def largest(sizes: FloatArray, errors: FloatArray) -> int:
 def entries_of(bench: Bench, findings: Findings) -> tuple[Entry, ...]:
     """Parts of the base that are left out, the suspects by rank, what cannot be tested."""
     known = {effect.name: effect for effect in bench.catalogue}
-    made = [_base_entry(bench, term) for term in BASE if term not in bench.fit.base]
+    made = [_base_entry(bench, term) for term in bench.whole if term not in bench.fit.base]
     made += [_entry(suspect, known) for suspect in findings.suspects]
     tested = {suspect.term for suspect in findings.suspects} | set(bench.fit.model)
     made += [_untested(bench, effect) for effect in bench.catalogue if effect.name not in tested]
@@ -81,7 +80,7 @@ def _entry(suspect: Suspect, known: dict[str, Effect]) -> Entry:
 
 def _base_entry(bench: Bench, term: str) -> Entry:
     """A part of the base is tried for good: there is no question what it is."""
-    base = tuple(part for part in BASE if part in (*bench.fit.base, term))
+    base = tuple(part for part in bench.whole if part in (*bench.fit.base, term))
     try:
         tried = fit_with(bench.measured, bench.fit.terms, base)
     except DataError as error:

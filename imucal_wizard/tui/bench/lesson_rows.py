@@ -19,6 +19,9 @@ _BASE = {
     "of the difference of both readings is one g in the sensor's own unit.",
     "non-orthogonality": "The three axes are not exactly at right angles, so each feels a little "
     "of what belongs to the others. Poses between the faces (edges) show it.",
+    "soft-iron": "Iron and nickel near the chip gather the field and bend it, more along one line "
+    "than across it: the sphere of the readings becomes an ellipsoid. Scale, and axes that are not "
+    "at right angles, look the same and are among it. A circle on each of the six faces shows it.",
     "disturbed": "One hold that is simply wrong: somebody touched the table, or the device had not "
     "come to rest. No effect of the sensor fits it and all the others. Never delete it because it "
     "is inconvenient: measure that pose again, and you will know.",

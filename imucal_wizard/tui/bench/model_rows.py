@@ -7,7 +7,6 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.extended.hold_data import BASE
 from imucal_wizard.solver.result import Parameter
 from imucal_wizard.tui.bench.entries import largest
 from imucal_wizard.tui.bench.sight import Sight
@@ -18,9 +17,20 @@ _WORDS = {
     "bias": ("b", "its reading when there is nothing"),
     "scale": ("s", "its reading per unit"),
     "non-orthogonality": ("T", "axes not at right angles"),
+    "soft-iron": ("W", "bends the sphere to an ellipsoid"),
 }
-_FIRST = {"bias": ("bias",), "scale": ("sensitivity",), "non-orthogonality": ("theta", "cross")}
-_TRUE = {"accelerometer": ("f", "true force"), "gyroscope": ("w", "true rate")}
+_FIRST = {
+    "bias": ("bias",),
+    "scale": ("sensitivity",),
+    "non-orthogonality": ("theta", "cross"),
+    "soft-iron": ("soft_iron",),
+}
+_TRUE = {
+    "accelerometer": ("f", "true force"),
+    "gyroscope": ("w", "true rate"),
+    "magnetometer": ("m", "true field"),
+}
+_MATRICES = (("T", "non-orthogonality"), ("s", "scale"), ("W", "soft-iron"))
 SHOWN_SIZES = 3
 
 
@@ -47,7 +57,7 @@ def equation_rows(sight: Sight, width: int) -> list[Line]:
     """The model as an equation, in symbols and in words."""
     symbol, words = _TRUE.get(sight.sensor, ("x", "true value"))
     base = sight.fit.base
-    matrix = [letter for letter, term in (("T", BASE[2]), ("s", BASE[1])) if term in base]
+    matrix = [letter for letter, term in _MATRICES if term in base]
     symbols = "·".join([*matrix, "(y − b)" if "bias" in base else "y"])
     said = "reading − bias" if "bias" in base else "reading"
     said = f"({said})" if matrix and "bias" in base else said
@@ -68,7 +78,7 @@ def _index(sight: Sight, term: str) -> str:
 def parts_of_model(sight: Sight) -> list[Part]:
     """The base, in or out, then the effects, in the order in which they were added."""
     parts = []
-    for name in BASE:
+    for name in sight.whole:
         symbol, words = _WORDS[name]
         there = name in sight.fit.base
         told = _base_sizes(sight, name) if there else "left out: enter puts it back"

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.tui.bench.field_views import field_point
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.views import TURNS, View
 from imucal_wizard.tui.bench.words import pose_at
@@ -25,6 +27,8 @@ def point_row(sight: Sight, view: View, place: int) -> Line:
 
 def _hold(sight: Sight, index: int) -> tuple[str, str]:
     measured = sight.measured
+    if isinstance(measured, FieldData):
+        return field_point(measured, index)
     if isinstance(measured, TurnData):
         row = int(np.searchsorted(measured.still_rows, index))
         reading = measured.stills[row]

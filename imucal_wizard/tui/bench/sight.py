@@ -9,8 +9,7 @@ from imucal_wizard.bench.session import Bench, Findings
 from imucal_wizard.bench.statement import Statement, statement
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import Readings
-from imucal_wizard.solver.extended.fit import Measured
-from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.solver.extended.fit import Measured, whole_base
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.tui.bench.entries import Entry, entries_of
 from imucal_wizard.tui.bench.views import View, views_of
@@ -21,7 +20,7 @@ class Sight:
     """One sensor on the bench, with one model.
 
     Attributes:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         measured: what is known of it.
         fit: the present fit.
         findings: suspects and opinion.
@@ -49,7 +48,12 @@ class Sight:
     @property
     def missing_base(self) -> tuple[str, ...]:
         """Parts of the base that are not in the model."""
-        return tuple(term for term in BASE if term not in self.fit.base)
+        return tuple(term for term in self.whole if term not in self.fit.base)
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """The whole base model."""
+        return whole_base(self.measured)
 
     @property
     def parts(self) -> tuple[str, ...]:

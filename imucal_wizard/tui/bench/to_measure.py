@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.bench.field_advice import circles, field_advice
 from imucal_wizard.bench.more_poses import again, more_of_all
 from imucal_wizard.bench.next_poses import Explained, separating_poses
 from imucal_wizard.bench.pose import NextPose
@@ -15,7 +16,9 @@ from imucal_wizard.bench.separating import (
     turning_apart,
     turns_for,
 )
+from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.effects.effect import Effect
+from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.sight import Sight
@@ -45,6 +48,8 @@ def to_measure(
     bench = sight.said.bench
     if poses or bench is None:
         return poses, apart
+    if isinstance(bench.measured, FieldData):
+        return circles("more of them show smaller effects"), None
     return more_of_all(bench), apart
 
 
@@ -53,7 +58,10 @@ def _again(sight: Sight, chosen: Entry | None) -> tuple[NextPose, ...]:
     if bench is None or suspect is None or suspect.hold is None:
         return ()
     opinion = replace(sight.findings.opinion, holds=(suspect.hold,))
-    return again(bench, replace(sight.findings, opinion=opinion))
+    findings = replace(sight.findings, opinion=opinion)
+    if isinstance(bench.measured, FieldData):
+        return field_advice(bench.measured, findings, Verdict.DISTURBED)
+    return again(bench, findings)
 
 
 def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
@@ -66,6 +74,8 @@ def to_be_surer(sight: Sight) -> tuple[tuple[NextPose, ...], Apart | None]:
     if pair is None or bench is None or sight.missing_base:
         return (), None
     first, second = pair
+    if isinstance(sight.measured, FieldData):
+        return (), None
     if isinstance(sight.measured, TurnData):
         apart = turning_apart(bench, sight.measured, first, second)
         return turns_for(bench, first, apart) if apart.poses else (), apart

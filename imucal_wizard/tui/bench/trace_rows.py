@@ -7,8 +7,10 @@ import numpy as np
 from imucal_wizard.effects.effect import ACCELEROMETER
 from imucal_wizard.procedure.blocks import BoolArray
 from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.result import FitReport
+from imucal_wizard.tui.bench.field_views import field_point, field_span
 from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.views import TURNS, View
 from imucal_wizard.tui.bench.words import pose_at
@@ -24,7 +26,7 @@ _LABEL = 11
 _WIDE = 4.0
 """Standard deviations of the readings at rest that an axis spans at least: a jump stays a jump, and
 the noise of a good hold fills the rows."""
-_SCALES = {"m/s^2": (1.0, "m/s²"), "rad/s": (180.0 / np.pi, "°/s")}
+_SCALES = {"m/s^2": (1.0, "m/s²"), "rad/s": (180.0 / np.pi, "°/s"), "uT": (1.0, "µT")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +59,13 @@ def trace_rows(sight: Sight, view: View, place: int, width: int) -> list[Line]:
         return wrapped("The readings are not at hand.", width)
     if view.part == TURNS:
         head, start, end, rest = _turn(report, index)
+    elif isinstance(sight.measured, FieldData) and index < len(sight.measured):
+        head, rest = field_point(sight.measured, index)[0], None
+        start, end = field_span(sight.measured, index)
     else:
+        index = _hold_of(sight, index)
         hold = report.holds[index]
-        head = f"pose {index + 1}, {pose_at(sight, index)}, from {clock(hold.start)}"
+        head = f"pose {index + 1}, {_pose(sight, index)}, from {clock(hold.start)}"
         head += ", hand-held" * hold.hand_held
         start, end, rest = hold.start, hold.end, (hold.start, hold.end)
     left = f"what the model leaves of it: {number(float(view.y[place]), 3)} {view.unit}"
@@ -70,8 +76,27 @@ def trace_rows(sight: Sight, view: View, place: int, width: int) -> list[Line]:
         return [*rows, *wrapped(why, width)]
     for stretch in stretches:
         rows += _drawn(stretch, width)
-    foot = "└ the part between the two │ was averaged" if rest else "the motion between two holds"
+    foot = "└ the part between the two │ was averaged" if rest else _moving(sight)
     return [*rows, line(f"  {foot}; {end - start:.1f} s of readings", "quiet")]
+
+
+def _moving(sight: Sight) -> str:
+    if isinstance(sight.measured, FieldData):
+        return "of these the samples in this direction were averaged"
+    return "the motion between two holds"
+
+
+def _hold_of(sight: Sight, row: int) -> int:
+    """The hold that a row of the measurement is of."""
+    measured = sight.measured
+    return int(measured.dips.hold[row - len(measured)]) if isinstance(measured, FieldData) else row
+
+
+def _pose(sight: Sight, hold: int) -> str:
+    report = sight.said.report
+    if isinstance(sight.measured, FieldData) and report is not None:
+        return report.holds[hold].pose or "between poses"
+    return pose_at(sight, hold)
 
 
 def _turn(report: FitReport, index: int) -> tuple[str, float, float, tuple[float, float] | None]:

@@ -8,16 +8,19 @@ from numpy.typing import NDArray
 
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.tui.bench.compared import TITLES, compared
+from imucal_wizard.tui.bench.field_views import field_abscissae
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.units import STANDARD_GRAVITY
 
 IntArray = NDArray[np.int64]
 AXES = "xyz"
 HOLDS, TURNS = "holds", "turns"
+DIRECTIONS_SEEN, DIPS = "magnitude of the field", "dip at rest"
 STILL = tuple(f"at rest, {axis} axis" for axis in AXES)
 """Parts of the data, each with pictures of its own."""
 
@@ -62,6 +65,8 @@ def parts_of(fit: Extended) -> tuple[str, ...]:
     kinds = {row.kind for row in fit.linear.rows}
     if "hold" in kinds:
         return (HOLDS,)
+    if "field" in kinds:
+        return (DIRECTIONS_SEEN, DIPS) if "dip" in kinds else (DIRECTIONS_SEEN,)
     turns = (TURNS,) if "rotation" in kinds else ()
     return turns + (STILL if "still" in kinds else ())
 
@@ -94,7 +99,7 @@ def left_of(fit: Extended, part: str) -> Left:
 def _part(kind: str, axis: int | None) -> str:
     if kind == "still":
         return STILL[axis or 0]
-    return HOLDS if kind == "hold" else TURNS
+    return {"hold": HOLDS, "field": DIRECTIONS_SEEN, "dip": DIPS}.get(kind, TURNS)
 
 
 def _views(fit: Extended, measured: Measured, part: str) -> Iterator[View]:
@@ -137,6 +142,9 @@ def _beside(fit: Extended, measured: Measured) -> Iterator[View]:
 def abscissae(measured: Measured, part: str, source: IntArray) -> Iterator[tuple[str, FloatArray]]:
     """What the residuals may depend on, each with its label; shape (n,) like ``source``."""
     known = measured.circumstances
+    if isinstance(measured, FieldData):
+        yield from field_abscissae(measured, source)
+        return
     if isinstance(measured, TurnData):
         if part == TURNS:
             yield from _of_turns(measured, source)

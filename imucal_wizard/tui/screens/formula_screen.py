@@ -9,7 +9,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input
 
-from imucal_wizard.effects.formula import FormulaEffect
+from imucal_wizard.effects.formula import UNITS, FormulaEffect
 from imucal_wizard.effects.variables import VARIABLES
 from imucal_wizard.errors import UsageError
 from imucal_wizard.tui.text import Line, line, wrapped
@@ -56,7 +56,7 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         self.dismiss(effect)
 
     def _tell(self, problem: str) -> None:
-        unit = "mg" if self._sensor == "accelerometer" else "°/s"
+        unit = UNITS[self._sensor][0]
         rows: list[Line] = wrapped(f"▲ {problem}", 70, "warn", indent="  ") if problem else []
         rows += wrapped(
             f"The error of an axis, in {unit}; other names are coefficients to be found. Without "

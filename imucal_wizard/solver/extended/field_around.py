@@ -1,0 +1,65 @@
+"""The circumstances of a magnetometer's samples: temperature and current as recorded beside it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Readings, Series
+
+
+def beside_at(series: Series | None, time: FloatArray) -> FloatArray:
+    """A slower series at other times, in between by straight lines; NaN without one."""
+    if series is None or not len(series):
+        return np.full(len(time), np.nan)
+    return np.interp(time, series.time, series.values[:, 0])
+
+
+def recorded(time: FloatArray, readings: Readings, holds: Sequence[Hold]) -> FloatArray:
+    """Temperature, °C, and current at these times, NaN where unknown, shape (n, 2)."""
+    temperature = beside_at(readings.temperature, time)
+    told = [hold for hold in holds if hold.temperature is not None]
+    if told and not np.isfinite(temperature).any():
+        middle = [0.5 * (hold.start + hold.end) for hold in told]
+        temperature = np.interp(time, middle, [float(h.temperature or 0.0) for h in told])
+    return np.column_stack([temperature, beside_at(readings.current, time)])
+
+
+def around(
+    time: FloatArray,
+    magnetic: FloatArray,
+    beside: FloatArray,
+    readings: Readings,
+    gravity: float,
+) -> Circumstances:
+    """Circumstances of means of samples.
+
+    Args:
+        time: mean times, s, shape (n,).
+        magnetic: mean corrected field, µT, shape (n, 3).
+        beside: mean temperature and current, see ``recorded``.
+        readings: the recording: where the session begins, the unit of the current.
+        gravity: m/s².
+    """
+    unknown = np.full((len(time), 3), np.nan)
+    return Circumstances(
+        force=unknown,
+        rate=np.zeros((len(time), 3)),
+        temperature=beside[:, 0],
+        time=time - _origin(readings),
+        previous=unknown,
+        vibration=np.full(len(time), np.nan),
+        magnetic=magnetic,
+        current=beside[:, 1],
+        current_unit="A" if readings.current is None else readings.current.unit,
+        gravity=gravity,
+    )
+
+
+def _origin(readings: Readings) -> float:
+    """Time of the session's first sample, s."""
+    first = readings.accelerometer.time[:1]
+    if readings.magnetometer is not None:
+        first = np.concatenate([first, readings.magnetometer.time[:1]])
+    return float(first.min())

@@ -1,0 +1,140 @@
+"""Gathers what is known of a magnetometer from its readings, the holds and the accelerometer."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.errors import DataError
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Readings, Series
+from imucal_wizard.solver.accelerometer import AccelerometerFit
+from imucal_wizard.solver.extended.field_around import around, recorded
+from imucal_wizard.solver.extended.field_data import SMALLEST_NOISE, Dips, FieldData, within
+from imucal_wizard.solver.extended.field_dips import middle_of, still_poses
+from imucal_wizard.solver.extended.field_groups import cut, noise_of, visits_of
+from imucal_wizard.solver.magnetometer.disturbances import LeftOut
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+from imucal_wizard.units import COUNT
+
+ASSUMED = 50.0
+"""Field in µT on which the sizes rest where readings are in counts and nothing tells it."""
+SPIKE = 8.0
+"""Robust standard deviations of a sample from the mean of its neighbours that no motion makes."""
+PASSING = 15.0
+"""Seconds: what the plain fit has left out for longer is the room or the sensor, and is judged."""
+FEWEST = 4
+"""Samples from which there is anything to look at."""
+
+
+def field_data(
+    found: MagnetometerFit,
+    readings: Readings,
+    holds: Sequence[Hold] = (),
+    accelerometer: AccelerometerFit | None = None,
+    gravity: float = 9.80665,
+) -> FieldData:
+    """All that is known of a magnetometer.
+
+    Args:
+        found: its plain fit, to start from.
+        readings: the recording.
+        holds: those that the accelerometer was fitted to.
+        accelerometer: its fit where it is complete; without it the dip is not looked at.
+        gravity: m/s².
+
+    Raises:
+        DataError: the recording has no magnetometer, or too few samples are left.
+    """
+    series = readings.magnetometer
+    if series is None or len(series) < FEWEST:
+        raise DataError("there is no magnetometer in these readings")
+    field = ASSUMED if found.fit.unit == COUNT else found.magnitude
+    start = found.fit.matrix * (field / found.magnitude), found.fit.bias
+    series = _kept(series, start, found.left_out if readings.current is None else ())
+    corrected = (series.values - start[1]) @ start[0].T
+    beside = recorded(series.time, readings, holds)
+    pieces = cut(series.time, series.values, corrected, beside, _much(beside[:, 1]))
+    magnetic = (pieces.reading - start[1]) @ start[0].T
+    noise = noise_of(pieces, np.linalg.norm(magnetic, axis=1))
+    samples = around(pieces.time, magnetic, pieces.beside, readings, gravity)
+    dips = still_poses(series, start, holds, accelerometer, noise, field)
+    still = _still(series, dips, start, holds, readings, samples)
+    groups = within(samples, pieces)
+    return FieldData(
+        unit=series.unit,
+        field=field,
+        pieces=pieces,
+        samples=samples,
+        noise=np.maximum(noise / pieces.samples, (SMALLEST_NOISE * field) ** 2),
+        visits=visits_of(pieces),
+        dips=dips,
+        circumstances=_joined(groups, still),
+        start=start,
+        carried=found.fit.model,
+        gravity=gravity,
+    )
+
+
+def _kept(
+    series: Series, start: tuple[FloatArray, FloatArray], left_out: Sequence[LeftOut]
+) -> Series:
+    """The samples without spikes and without what passed by for a moment."""
+    size = np.linalg.norm((series.values - start[1]) @ start[0].T, axis=1)
+    beside = 0.5 * (np.roll(size, 1) + np.roll(size, -1))
+    off = np.abs(size - beside)
+    off[[0, -1]] = 0.0
+    good = off <= SPIKE * max(1.4826 * float(np.median(off)), 1e-9 * float(size.mean()))
+    for run in left_out:
+        if not run.single and run.end - run.start <= PASSING:
+            good &= (series.time < run.start) | (series.time > run.end)
+    return Series(series.time[good], series.values[good], series.unit)
+
+
+def _much(current: FloatArray) -> NDArray[np.bool_]:
+    """Where more than half of the current range flows."""
+    if not np.isfinite(current).all() or not np.ptp(current) > 0.0:
+        return np.zeros(len(current), bool)
+    return np.asarray(current > 0.5 * (current.min() + current.max()))
+
+
+def _still(
+    series: Series,
+    dips: Dips,
+    start: tuple[FloatArray, FloatArray],
+    holds: Sequence[Hold],
+    readings: Readings,
+    samples: Circumstances,
+) -> Circumstances:
+    """Circumstances of the still poses, told from the references of the samples."""
+    times, means = np.zeros(len(dips)), np.zeros((len(dips), 2))
+    for place, row in enumerate(dips.hold):
+        time = middle_of(series, holds[row]).time
+        times[place], means[place] = time.mean(), recorded(time, readings, holds).mean(axis=0)
+    magnetic = (dips.reading - start[1]) @ start[0].T
+    own = around(times, magnetic, means, readings, samples.gravity)
+    return replace(
+        own,
+        force=samples.gravity * dips.up,
+        reference_temperature=samples.reference_temperature,
+        reference_time=samples.reference_time,
+    )
+
+
+def _joined(groups: Circumstances, still: Circumstances) -> Circumstances:
+    def both(name: str) -> FloatArray:
+        return np.concatenate([getattr(groups, name), getattr(still, name)])
+
+    return replace(
+        groups,
+        force=both("force"),
+        rate=both("rate"),
+        temperature=both("temperature"),
+        time=both("time"),
+        previous=both("previous"),
+        vibration=both("vibration"),
+        magnetic=both("magnetic"),
+        current=both("current"),
+    )

@@ -1,0 +1,126 @@
+"""The magnetometer on the bench: named, added, the error falls; and what is not the sensor's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.bench.automatic import add_by_itself
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.bench.statement import statement
+from imucal_wizard.bench.survey import survey
+from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.devices.virtual.magnetometer import FieldModel
+from imucal_wizard.errors import DataError
+from imucal_wizard.solver.extended.field_data import FieldData
+from tests.bench.recordings import tumbled
+
+
+def field_bench(benches: Benches) -> Bench:
+    """A fresh bench of the magnetometer, as the accelerometer's passed model leaves it."""
+    bench = Benches(benches.report, benches.readings).magnetometer
+    assert bench is not None
+    return bench
+
+
+def test_the_angle_between_the_chips_is_named_and_found_from_the_dip() -> None:
+    """Of a virtual board nothing else is missing; the angles agree with the truth."""
+    bench = field_bench(tumbled())
+    assert bench.look().opinion.families == ("misalignment",)
+    bench.add("misalignment")
+    truth = np.degrees(FieldModel.drawn(3).misalignment)
+    size, error = bench.fit.sizes[0], bench.fit.errors[0]
+    # the definition is that of small angles: half the product of two of them is beyond it
+    np.testing.assert_allclose(size, truth, atol=float(4.0 * error.max()) + 0.1)
+    assert bench.confirmed()
+    assert bench.look().opinion.verdict is Verdict.COMPLETE
+
+
+@pytest.mark.parametrize(
+    ("hidden", "axis", "size"),
+    [("current:0.3:x", 0, 0.3), ("bias-drift:0.6:y", 1, 0.6)],
+)
+def test_a_hidden_effect_is_added_with_its_size_and_the_error_falls_to_the_noise(
+    hidden: str, axis: int, size: float
+) -> None:
+    bench = field_bench(tumbled(f"magnetometer/{hidden}"))
+    said = add_by_itself(bench)
+    term = hidden.partition(":")[0]
+    assert term in bench.fit.model
+    assert said.opinion.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    place = [one.name for one in bench.fit.terms].index(term)
+    found, error = bench.fit.sizes[place][axis], bench.fit.errors[place][axis]
+    assert abs(found - size) < 4.0 * error
+    first, last = bench.ladder[0], bench.ladder[-1]
+    assert last.rms_held_out is not None
+    assert first.rms_held_out is not None
+    assert last.rms_held_out < 1.5 * last.floor < 0.2 * first.rms_held_out
+
+
+def test_the_fields_of_a_room_are_no_sensors_and_the_advice_is_to_go_a_metre_away() -> None:
+    benches = tumbled("magnetometer/field-gradient:12:x")
+    bench = field_bench(benches)
+    bench.add("misalignment")
+    assert bench.look().opinion.verdict is Verdict.UNEXPLAINED
+    said = statement(benches, bench)
+    assert all("one metre away" in pose.why for pose in said.advice.poses)
+    assert len(said.advice.poses) == 6
+
+
+def test_without_soft_iron_hard_iron_and_one_scale_remain_and_it_is_to_be_put_back() -> None:
+    benches = tumbled()
+    base = {"magnetometer": ("bias",)}
+    found = survey(Benches(benches.report, benches.readings, base), {}, automatic=False)
+    said = {one.sensor: one for one in found}["magnetometer"]
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert said.bench is not None
+    assert said.bench.fit.model == ("bias",)
+    matrix = said.bench.fit.fit.matrix
+    np.testing.assert_allclose(matrix, matrix[0, 0] * np.eye(3), atol=1e-12)
+    without = said.bench.fit.rms_held_out
+    said.bench.add("soft-iron")
+    assert said.bench.fit.rms_held_out is not None
+    assert without is not None
+    assert said.bench.fit.rms_held_out < 0.5 * without
+
+
+def test_a_current_that_was_not_recorded_is_not_looked_for() -> None:
+    bench = field_bench(tumbled())
+    current = next(one for one in bench.catalogue if one.name == "current")
+    assert "current[A] or throttle[%]" in (bench.lacking(current) or "")
+    with pytest.raises(DataError, match="current cannot be added"):
+        bench.add("current")
+
+
+def test_a_throttle_is_fitted_per_per_cent() -> None:
+    """The unit of the size is that of what was recorded."""
+    benches = tumbled("magnetometer/current:0.3:x")
+    readings = benches.readings
+    assert readings is not None
+    assert readings.current is not None
+    throttle = replace(readings.current, values=100.0 * readings.current.values / 12.0, unit="%")
+    bench = field_bench(Benches(benches.report, replace(readings, current=throttle)))
+    bench.add("misalignment")
+    bench.add("current")
+    parameter = next(p for p in bench.fit.fit.parameters if p.name == "current_x")
+    assert parameter.unit == "µT/%"
+    assert parameter.value == pytest.approx(0.036, rel=0.05)
+
+
+def test_while_the_accelerometer_is_not_complete_the_dip_is_not_looked_at() -> None:
+    """A tilted reference would be blamed on the magnetometer's mounting."""
+    benches = tumbled("second-order:12:x")
+    assert not benches.passed
+    bench = benches.magnetometer
+    assert bench is not None
+    assert isinstance(bench.measured, FieldData)
+    assert len(bench.measured.dips) == 0
+    misaligned = next(one for one in bench.catalogue if one.name == "misalignment")
+    assert "accelerometer's model complete" in (bench.lacking(misaligned) or "")
+    benches.accelerometer.add("second-order")
+    assert benches.passed
+    again = benches.magnetometer
+    assert again is not None
+    assert isinstance(again.measured, FieldData)
+    assert len(again.measured.dips) >= 18
