@@ -14,7 +14,11 @@ SCHEMA = "imucal-wizard/fit/1"
 
 
 def fit_document(report: FitReport) -> dict[str, Any]:
-    """A report as the document of the contract; lists and numbers only."""
+    """A report as the document of the contract; lists and numbers only.
+
+    The angle of a rotation is null where no gyroscope could be fitted to tell it.
+    """
+    angles = report.angles or (None,) * len(report.rotations)
     return {
         "schema": SCHEMA,
         "rate": report.rates,
@@ -30,7 +34,7 @@ def fit_document(report: FitReport) -> dict[str, Any]:
                 "angle": angle,
                 "problem": rotation.problem,
             }
-            for rotation, angle in zip(report.rotations, report.angles, strict=False)
+            for rotation, angle in zip(report.rotations, angles, strict=True)
         ],
         "sensors": {name: sensor_record(fit) for name, fit in report.sensors.items()},
         **({} if report.magnetic is None else {"magnetometer": _magnetic(report.magnetic)}),

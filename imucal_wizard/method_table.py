@@ -64,6 +64,17 @@ def _row(row: MethodRow, first: MethodRow, width: int) -> list[str]:
     return [f"  {name:18}{''.join(cells)}{share:>11}{differs:>11}".rstrip()]
 
 
+def failure_document(reason: str, warnings: Sequence[str]) -> dict[str, Any]:
+    """What ``--json`` says when the data carry nothing that could be compared."""
+    return {
+        "schema": SCHEMA,
+        "error": reason,
+        "rate": {},
+        "warnings": [*warnings, reason],
+        "sensors": {},
+    }
+
+
 def methods_document(report: FitReport, rows: Sequence[MethodRow]) -> dict[str, Any]:
     """The same for scripts: per sensor a list of methods, each with its whole result."""
     sensors: dict[str, list[dict[str, Any]]] = {}

@@ -230,6 +230,14 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
     assert not old.finished
 
 
+def test_a_session_that_is_being_written_cannot_be_taken_up(tmp_path: Path) -> None:
+    with Session.create(tmp_path / "a.imucal", {}):
+        (info,) = list_sessions(tmp_path)
+        assert "is being written by another" in info.problem
+    (info,) = list_sessions(tmp_path)
+    assert info.problem == ""
+
+
 @pytest.mark.parametrize(
     "sql",
     [

@@ -2,10 +2,12 @@
 
 import argparse
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from imucal_wizard.errors import UsageError
+from imucal_wizard.output import note
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -16,6 +18,34 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the options, and where help is."""
         raise UsageError(f"{message}. See: {self.prog} --help")
+
+
+def fitting_parser(command: str, description: str) -> Parser:
+    """The parser of a command that fits what was recorded, with the options that all of these take.
+
+    Args:
+        command: its name.
+        description: what it does, in a sentence or two.
+    """
+    made = Parser(prog=f"imucal-wizard {command}", description=description)
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
+    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
+    add_recording_options(made)
+    add_all_samples(made)
+    add_gravity(made)
+    return made
+
+
+def add_effects(parser: "argparse._ActionsContainer") -> None:
+    """Effects of the user's own, for the bench."""
+    parser.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a Python file with an effect of your own for the bench; may be given several times",
+    )
 
 
 def add_recording_options(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +65,7 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
     """The local gravity, on which the accelerometer's scale rests."""
     parser.add_argument(
         "--gravity",
-        type=_gravity,
+        type=_between(9.7, 9.9, "a gravity on Earth; it lies between 9.76 and 9.84 m/s²"),
         metavar="M/S2",
         help=f"local gravity, m/s² (default {STANDARD_GRAVITY}, or what a session was begun with; "
         "9.780 at the equator, 9.832 at the poles)",
@@ -73,7 +103,7 @@ def add_field(parser: argparse.ArgumentParser) -> None:
     """The size of the local magnetic field, on which the magnetometer's scale rests."""
     parser.add_argument(
         "--field",
-        type=_field,
+        type=_between(20.0, 70.0, "the Earth's field; it lies between 22 and 67 µT"),
         metavar="UT",
         help="magnitude of the local magnetic field, µT; without it the magnetometer's matrix has "
         "determinant 1",
@@ -121,6 +151,14 @@ def write_json(document: object, place: str) -> None:
         raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
 
 
+def write_failure(document: object, warnings: Sequence[str], place: str | None) -> None:
+    """Say why nothing was fitted: as JSON where it was asked for, and what was noticed before."""
+    if place:
+        write_json(document, place)
+    for warning in warnings:
+        note(f"warning: {warning}")
+
+
 def positive(text: str) -> float:
     """A number above zero, as an option's type."""
     value = _number(text)
@@ -129,22 +167,16 @@ def positive(text: str) -> float:
     return value
 
 
-def _gravity(text: str) -> float:
-    value = _number(text)
-    if not 9.7 <= value <= 9.9:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not a gravity on Earth; it lies between 9.76 and 9.84 m/s²"
-        )
-    return value
+def _between(low: float, high: float, says: str) -> Callable[[str], float]:
+    """A number in a range, as an option's type; ``says`` is what another one is not."""
 
+    def number(text: str) -> float:
+        value = _number(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is not {says}")
+        return value
 
-def _field(text: str) -> float:
-    value = _number(text)
-    if not 20.0 <= value <= 70.0:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not the Earth's field; it lies between 22 and 67 µT"
-        )
-    return value
+    return number
 
 
 def _number(text: str) -> float:

@@ -3,16 +3,15 @@
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.commands.arguments import (
     Parser,
-    add_all_samples,
+    add_effects,
     add_field,
-    add_gravity,
-    add_recording_options,
+    fitting_parser,
     recording_options,
+    write_failure,
     write_json,
 )
 from imucal_wizard.errors import DataError, UsageError
@@ -34,12 +33,11 @@ BASES = {
 
 def parser() -> Parser:
     """The options of ``bench``."""
-    made = Parser(
-        prog="imucal-wizard bench",
-        description="Compare model and measurement, rank what may be missing, add it, and see "
-        "whether the error on data held out falls.",
+    made = fitting_parser(
+        "bench",
+        "Compare model and measurement, rank what may be missing, add it, and see whether the "
+        "error on data held out falls.",
     )
-    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     made.add_argument(
         "--auto", action="store_true", help="add what the evidence carries, and stop by itself"
     )
@@ -57,18 +55,7 @@ def parser() -> Parser:
         help="the base model, of bias,scale,non-orthogonality (magnetometer: bias,soft-iron); "
         "none for none of them; SENSOR/TERM for one sensor alone",
     )
-    made.add_argument(
-        "--effects",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="a Python file with an effect of your own; may be given several times",
-    )
-    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
-    add_recording_options(made)
-    add_all_samples(made)
-    add_gravity(made)
+    add_effects(made)
     add_field(made)
     return made
 
@@ -93,7 +80,9 @@ def run(argv: Sequence[str]) -> int:
     try:
         statements = survey(benches, added, arguments.auto)
     except DataError as error:
-        _write_failure(str(error), arguments)
+        from imucal_wizard.bench.document import failure_document
+
+        write_failure(failure_document(str(error)), material.warnings, arguments.json)
         raise
     return told(statements, material, arguments, benches.report.warnings)
 
@@ -220,10 +209,3 @@ def told(
     for one in short:
         note(f"imucal-wizard: {one.sensor}: {one.lacking}")
     return 1 if short else 0
-
-
-def _write_failure(reason: str, arguments: Namespace) -> None:
-    if arguments.json:
-        from imucal_wizard.bench.document import failure_document
-
-        write_json(failure_document(reason), arguments.json)

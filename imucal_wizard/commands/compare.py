@@ -1,33 +1,27 @@
 """``imucal-wizard compare``: all methods on one recording, side by side, on one screen."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
-    add_all_samples,
     add_field,
-    add_gravity,
-    add_recording_options,
+    fitting_parser,
     recording_options,
+    write_failure,
     write_json,
 )
+from imucal_wizard.errors import DataError
 from imucal_wizard.output import note, say
 
 
 def parser() -> Parser:
     """The options of ``compare``."""
-    made = Parser(
-        prog="imucal-wizard compare",
-        description="Fit a recording by every method there is (Q's, N's and our own) and show them "
-        "side by side: error fitted, error held out, what differs.",
+    made = fitting_parser(
+        "compare",
+        "Fit a recording by every method there is (Q's, N's and our own) and show them side by "
+        "side: error fitted, error held out, what differs.",
     )
-    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
-    add_recording_options(made)
-    add_all_samples(made)
-    add_gravity(made)
     add_field(made)
-    made.add_argument("--json", metavar="FILE", help="write the table as JSON; - for standard out")
     return made
 
 
@@ -42,7 +36,14 @@ def run(argv: Sequence[str]) -> int:
         arguments.files, recording_options(arguments), all_samples=arguments.all_samples
     )
     options = FitOptions(material.gravity(arguments.gravity), field=arguments.field)
-    report = material.fit(options)
+    try:
+        report = material.fit(options)
+    except DataError as error:
+        from imucal_wizard.method_table import failure_document
+
+        found = failure_document(str(error), material.warnings)
+        write_failure(found, material.warnings, arguments.json)
+        raise
     rows = method_rows(report, material.gyroscope_unit, material.field, arguments.field)
     if arguments.json:
         from imucal_wizard.method_table import methods_document

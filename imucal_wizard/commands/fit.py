@@ -6,12 +6,11 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
-    add_all_samples,
-    add_gravity,
     add_magnetometer,
     add_methods,
-    add_recording_options,
+    fitting_parser,
     recording_options,
+    write_failure,
     write_json,
 )
 from imucal_wizard.errors import DataError
@@ -20,18 +19,13 @@ from imucal_wizard.output import note, say
 
 def parser() -> Parser:
     """The options of ``fit``."""
-    made = Parser(
-        prog="imucal-wizard fit",
-        description="Find the holds and rotations of a recording, fit the model, show what is "
-        "left. Files of one session that hold different sensors are given together.",
+    made = fitting_parser(
+        "fit",
+        "Find the holds and rotations of a recording, fit the model, show what is left. Files of "
+        "one session that hold different sensors are given together.",
     )
-    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
-    add_recording_options(made)
-    add_all_samples(made)
-    add_gravity(made)
     add_methods(made)
     add_magnetometer(made)
-    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
     made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
     return made
 
@@ -55,12 +49,10 @@ def run(argv: Sequence[str]) -> int:
     try:
         report = material.fit(options)
     except DataError as error:
-        if arguments.json:
-            from imucal_wizard.document import failure_document
+        from imucal_wizard.document import failure_document
 
-            write_json(failure_document(str(error), material.warnings), arguments.json)
-        for warning in material.warnings:
-            note(f"warning: {warning}")
+        found = failure_document(str(error), material.warnings)
+        write_failure(found, material.warnings, arguments.json)
         raise
     if arguments.save:
         from imucal_wizard.calibration import from_report, save

@@ -7,6 +7,7 @@ from typing import Any
 
 from imucal_wizard.commands.arguments import (
     Parser,
+    add_effects,
     add_gravity,
     add_magnetometer,
     add_methods,
@@ -46,14 +47,7 @@ def parser() -> Parser:
     )
     way.add_argument("--sessions", type=Path, metavar="DIR", help="where sessions are kept")
     way.add_argument("--save", type=Path, metavar="FILE", help="where the calibration goes")
-    way.add_argument(
-        "--effects",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="an effect of your own for the bench",
-    )
+    add_effects(way)
     way.add_argument("--mute", action="store_true", help="no sounds")
     add_recording_options(made)
     add_gravity(made)

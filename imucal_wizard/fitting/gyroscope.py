@@ -47,7 +47,7 @@ class GyroscopeReport:
         fit: the result, or None when it cannot be fitted; its residuals are those of the rotations
             without a problem, in order.
         rotations: all rotations, with axis and problem filled in.
-        angles: angle turned in each, rad.
+        angles: angle turned in each, rad; None where nothing tells it.
         comparison: static, dynamic and vector results per axis.
         warnings: why something is missing.
         suspect: the rotation that does not fit with all others (index into ``rotations``), if any.
@@ -55,7 +55,7 @@ class GyroscopeReport:
 
     fit: SensorFit | None
     rotations: tuple[Rotation, ...]
-    angles: tuple[float, ...] = ()
+    angles: tuple[float | None, ...] = ()
     comparison: tuple[AxisComparison, ...] = ()
     warnings: tuple[str, ...] = ()
     suspect: Suspect | None = None
@@ -108,7 +108,7 @@ def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) 
     return GyroscopeReport(
         None,
         tuple(rotations),
-        tuple(0.0 for _ in rotations),
+        (None,) * len(rotations),
         warnings=(*besides, f"the gyroscope is not calibrated: {why}"),
     )
 
@@ -235,15 +235,16 @@ def _name_axes(
     vector: VectorFit,
     accelerometer: AccelerometerFit,
     holds: Sequence[Hold],
-) -> tuple[tuple[Rotation, ...], tuple[float, ...]]:
-    """Each rotation with the axis it was about, and its angle."""
+) -> tuple[tuple[Rotation, ...], tuple[float | None, ...]]:
+    """Each rotation with the axis it was about, and its angle, rad, where that can be told."""
     places = {id(hold): index for index, hold in enumerate(holds)}
-    named, angles = [], []
+    named: list[Rotation] = []
+    angles: list[float | None] = []
     for rotation in rotations:
         place = places.get(id(rotation.before))
         if place is None or len(rotation.time) < 2 or not np.isfinite(rotation.rate).all():
             named.append(rotation)
-            angles.append(0.0)
+            angles.append(None)
             continue
         rate = (rotation.rate - vector.bias) @ vector.matrix.T
         total = integral(rate, rotation.time)

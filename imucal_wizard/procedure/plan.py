@@ -78,10 +78,13 @@ class Procedure:
     Attributes:
         steps: the steps.
         count_faces: the faces of the up/down step count among the poses too.
+        led: somebody is led through the steps. A recording is not: what was held in it counts among
+            the poses whenever it came.
     """
 
     steps: tuple[Step, ...] = STANDARD_STEPS
     count_faces: bool = False
+    led: bool = True
 
     def step(self, kind: StepKind) -> Step:
         """The step of this kind; a step without needs when the procedure does not have it."""

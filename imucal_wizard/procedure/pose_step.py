@@ -76,8 +76,11 @@ class PoseStage:
         scene, kind = self._scene, self._step.kind
         up = scene.direction(kept)
         pose = None if up is None else nearest(up, self._step.poses, self._tolerance)
+        if kind is StepKind.UP_DOWN and up is not None and not scene.procedure.led:
+            self._count_onwards(kept, up)
         if pose is None:
-            self._refuse(up)
+            if StepKind.POSES not in kept.ticks:
+                self._refuse(up)
             return
         again = pose in self.done
         kept.ticks[kind] = pose
@@ -98,6 +101,15 @@ class PoseStage:
             scene.emit(
                 EventKind.HOLD_TAKEN, f"{label(pose)} taken, {done:.0f} of {wanted:.0f}.{following}"
             )
+
+    def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
+        """Tick it among the poses of the next step, which nobody will take again."""
+        poses = self._scene.procedure.step(StepKind.POSES).poses
+        pose = nearest(up, poses, POSE_TOLERANCE_DEG)
+        if pose is not None:
+            kept.ticks[StepKind.POSES] = pose
+            kept.hold = replace(kept.hold, pose=pose)
+            self._scene.emit(EventKind.HOLD_TAKEN, f"{label(pose)} is among the poses.")
 
     def _refuse(self, up: FloatArray | None) -> None:
         if up is None:

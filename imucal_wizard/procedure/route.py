@@ -89,12 +89,21 @@ class Route:
         elif kept is not None and (kind is StepKind.VALIDATE or kept.ticks):
             # One placement is one measurement: a repeat begins with a move.
             scene.run.used = kind is not StepKind.ROTATIONS and not self._begins_at_rest
+        if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
+            self.skipped[StepKind.VALIDATE] = self._unchecked()
         if kind is StepKind.RESULT:
             # What is fitted on the way into the result stays what it is.
             self._holding.finish()
             scene.run.complete = kept is not None
         scene.watch.rest()
         self.stage.enter()
+
+    def _unchecked(self) -> str:
+        """What it means that the validation is not whole."""
+        taken, wanted = self.stages[StepKind.VALIDATE].tally
+        if not taken:
+            return self._scene.procedure.step(StepKind.VALIDATE).skipped
+        return f"{taken:.0f} of {wanted:.0f} new orientations were taken"
 
     def advance(self) -> None:
         """The step has all it needs: on to the next that does not."""
@@ -120,7 +129,9 @@ class Route:
     def _arrive(self, kind: StepKind) -> None:
         self.enter(kind)
         if kind is StepKind.RESULT:
-            self._scene.emit(EventKind.FINISHED, "Everything is measured.")
+            left = ", ".join(TITLES[kind] for kind in self.skipped)
+            text = f"Measured, but for {left}." if left else "Everything is measured."
+            self._scene.emit(EventKind.FINISHED, text)
 
     def leave_out(self, before: StepKind) -> None:
         """What is jumped over on the way to a step is left out, and its consequence known."""

@@ -22,8 +22,7 @@ class SessionInfo:
         step: name of the step it had reached, or "".
         seconds: how long bytes were taken down.
         holds: how many holds it has.
-        rotations: how many rotations it has.
-        problem: why it cannot be read, or "".
+        problem: why it cannot be taken up again, or "".
     """
 
     path: Path
@@ -32,7 +31,6 @@ class SessionInfo:
     step: str = ""
     seconds: float = 0.0
     holds: int = 0
-    rotations: int = 0
     problem: str = ""
 
     @property
@@ -58,7 +56,7 @@ def new_path(directory: Path, now: dt.datetime) -> Path:
 
 
 def list_sessions(directory: Path) -> list[SessionInfo]:
-    """The sessions in a folder, newest first; one that cannot be read says why."""
+    """The sessions in a folder, newest first; one that cannot be taken up again says why."""
     found = [_info(path) for path in sorted(directory.glob(f"*{SUFFIX}"), reverse=True)]
     return sorted(found, key=lambda info: info.created, reverse=True)
 
@@ -79,10 +77,12 @@ def _changed(path: Path) -> float:
 
 
 def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
+    connection.execute("PRAGMA busy_timeout = 0")
+    connection.execute("BEGIN IMMEDIATE")  # refused where it is being written, here or elsewhere
+    connection.execute("ROLLBACK")
     about = session_file.meta(connection)
     first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
     holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
-    rotations = connection.execute("SELECT count(*) FROM rotation").fetchone()[0]
     created = float(about.get("created", 0.0))
     dt.datetime.fromtimestamp(created, dt.UTC)  # a time that is none is damage like any other
     return SessionInfo(
@@ -92,5 +92,4 @@ def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
         str(about.get("step", "")),
         0.0 if first is None else last - first,
         holds,
-        rotations,
     )

@@ -137,7 +137,8 @@ class FitReport:
         rates: samples per second of each sensor.
         holds: the holds found, in time order.
         rotations: the rotations found, in time order; those with a ``problem`` were not fitted.
-        angles: angle turned in each rotation, rad, signed about its axis where it has one.
+        angles: angle turned in each rotation, rad, signed about its axis where it has one; None
+            where nothing tells it.
         sensors: the fit of each sensor by name.
         comparison: the gyroscope's three methods side by side.
         verdict: plain sentences, the most important first.
@@ -152,7 +153,7 @@ class FitReport:
     rotations: tuple[Rotation, ...]
     sensors: dict[str, SensorFit]
     comparison: tuple[AxisComparison, ...] = ()
-    angles: tuple[float, ...] = ()
+    angles: tuple[float | None, ...] = ()
     verdict: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = field(default=())
     magnetic: "MagnetometerFit | None" = None

@@ -70,7 +70,7 @@ def course_rows(now: Course | None, report: FitReport, width: int) -> list[Line]
     """What the calibration does here, whether field and dip are those of the calibration."""
     if now is None:
         return [line("no reading of the magnetometer yet", "quiet")]
-    rows = [_change(now), _field(now, report), _dip(now, report)]
+    rows = [_after(now, report), _change(now), _field(now, report), _dip(now, report)]
     if report.second_stage is None:
         return rows
     change, left = np.degrees(heading_summary(report.second_stage.headings))
@@ -91,18 +91,22 @@ def no_heading_rows(report: FitReport, width: int) -> list[Line]:
     return [*rows, line(""), *wrapped(_TAKES, width)]
 
 
-def _change(now: Course) -> Line:
-    pitch = f"x {abs(now.rise):.0f}° {'above' if now.rise >= 0 else 'below'} the horizon"
+def _after(now: Course, report: FitReport) -> Line:
+    """The heading with what the calibration does not know of it, and what one reading adds."""
     if not math.isfinite(now.after):
-        return ("▲ x stands upright: no heading. Lay it flatter", "warn"), (f"; {pitch}", "quiet")
+        return (("▲ x stands upright: no heading. Lay it flatter", "warn"),)
+    known = f"{now.after:.1f} ± {now.error:.2f}°"
+    noise = None if report.magnetic is None else report.magnetic.fit.floor
+    level = now.size * math.cos(math.radians(now.dip))
+    adds = f"; noise of one reading ± {math.degrees(noise / level):.1f}°" if noise and level else ""
+    return (("after ", "quiet"), (known, "good"), (f" by the calibration{adds}", "quiet"))
+
+
+def _change(now: Course) -> Line:
     off = (now.after - now.before + 180.0) % 360.0 - 180.0
-    moved = f"{off:+.1f}°".replace("-", "−") if math.isfinite(off) else "–"
-    return (
-        ("after ", "quiet"),
-        (f"{now.after:.1f} ± {now.error:.2f}°", "good"),
-        (f", {moved}", "strong"),
-        (f" by the calibration; {pitch}", "quiet"),
-    )
+    moved = f"moved by {off:+.1f}°; ".replace("-", "−") if math.isfinite(off) else ""
+    where = "above" if now.rise >= 0 else "below"
+    return (moved, "strong"), (f"the x axis is {abs(now.rise):.0f}° {where} the horizon", "quiet")
 
 
 def _field(now: Course, report: FitReport) -> Line:

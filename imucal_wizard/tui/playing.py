@@ -27,7 +27,7 @@ def recording_player(
         paths: the files of one recording.
         known: what they do not say themselves.
         speed: seconds of the recording per second.
-        settings: how the procedure is carried out.
+        settings: how the procedure is carried out; nobody is led through a recording.
 
     Raises:
         RecordingError: a file cannot be read.
@@ -35,7 +35,9 @@ def recording_player(
     readings = read(list(paths), known)
     told = (text for path in paths for text in taken_back(path))
     readings = replace(readings, warnings=(*told, *readings.warnings))
-    engine = Engine(None, settings, source=" + ".join(path.name for path in paths))
+    procedure = replace(settings.procedure, led=False)
+    source = " + ".join(path.name for path in paths)
+    engine = Engine(None, replace(settings, procedure=procedure), source=source)
     return Player(ReadingsTape(readings), engine, speed), readings
 
 

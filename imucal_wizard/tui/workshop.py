@@ -133,6 +133,8 @@ class Workshop(Opening):
 
 
 def _offered(session: "SessionInfo") -> SourceChoice:
+    from imucal_wizard.procedure.wording import plural
+    from imucal_wizard.tui.text import clock
     from imucal_wizard.tui.widgets.step_header import MORE, STEPS
 
     begun = datetime.fromtimestamp(session.created).astimezone()
@@ -143,5 +145,5 @@ def _offered(session: "SessionInfo") -> SourceChoice:
         SourceKind.SESSION,
         str(session.path),
         f"resume session of {when}, at {step}",
-        f"{session.holds} holds, {session.rotations} rotations, {session.source}",
+        f"{plural(session.holds, 'hold')} in {clock(session.seconds)}, {session.source}",
     )

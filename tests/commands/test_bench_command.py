@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from imucal_wizard import cli
 from imucal_wizard.devices.virtual.simulate import simulate_recording
+from tests.commands.flat import flat_recording
 
 KEYS = {"model", "ladder", "suspects", "explanations", "verdict", "disturbed_holds", "next_poses"}
 RUNG = {"model", "added", "rms_fitted", "rms_held_out", "floor"}
@@ -122,13 +122,8 @@ def test_an_effect_of_ones_own_is_a_suspect_like_any_other(
 def test_too_few_directions_are_insufficient_with_exit_status_one_and_words(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Flat on a table for ten seconds: no model is carried, the poses needed are listed."""
-    time = np.arange(0.0, 10.0, 0.01)
-    rng = np.random.default_rng(0)
-    rows = np.column_stack([time, rng.normal((0.0, 0.0, 9.8), 0.01, (len(time), 3))])
-    path = tmp_path / "flat.csv"
-    np.savetxt(path, rows, delimiter=",", header="t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]", comments="")
-    said = bench_json(capsys, str(path), status=1)["accelerometer"]
+    """No model is carried; the poses needed are listed."""
+    said = bench_json(capsys, str(flat_recording(tmp_path)), status=1)["accelerometer"]
     assert said["verdict"] == "insufficient"
     assert said["model"] == said["ladder"] == said["suspects"] == []
     assert "six" in said["says"]

@@ -8,6 +8,7 @@ import pytest
 
 from imucal_wizard import cli
 from imucal_wizard.devices.virtual.simulate import simulate_recording
+from tests.commands.flat import flat_recording
 from tests.solver.field_truth import recorded, six_circles
 
 METHODS = {
@@ -87,15 +88,18 @@ def test_a_magnetometer_alone_is_compared_too(
 def test_a_method_that_finds_nothing_says_why(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """No rotations: the gyroscope's offset is a result, its other methods are not."""
-    path = tmp_path / "still.csv"
-    simulate_recording(path, seed=6, rotations=0)
+    """Between tilted poses no turn is about one axis alone, as Q's two approaches need it."""
+    path = tmp_path / "tilted.csv"
+    simulate_recording(path, seed=6, poses="8", rotations=0)
     assert cli.main(["compare", str(path), "--json", "-"]) == 0
     rows = {
         row["method"]: row for row in json.loads(capsys.readouterr().out)["sensors"]["gyroscope"]
     }
     assert rows["offset"]["result"]["model"] == ["bias"]
-    assert rows["static"]["result"] is None or rows["static"]["why"] is None
+    assert rows["vector"]["why"] is None
+    for method in ("static", "dynamic"):
+        assert rows[method]["result"] is None
+        assert "about one axis at a time" in rows[method]["why"]
     assert cli.main(["fit", str(path), "--gyro-method", "offset"]) == 0
     text = capsys.readouterr().out
     assert "(offset)" in text
@@ -118,10 +122,14 @@ def test_tilted_poses_of_the_simulator_are_n_s_procedure(
 def test_nothing_to_compare_is_exit_status_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A device that lay still."""
-    time = np.arange(0.0, 10.0, 0.01)
-    rows = np.column_stack([time, np.random.default_rng(0).normal(9.8, 0.01, (len(time), 3))])
-    path = tmp_path / "flat.csv"
-    np.savetxt(path, rows, "%.5f", ",", header="t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]", comments="")
-    assert cli.main(["compare", str(path)]) == 1
+    """A device that lay still; the document says why, as every command's does."""
+    path = str(flat_recording(tmp_path))
+    assert cli.main(["compare", path]) == 1
     assert capsys.readouterr().err.count("\n") == 1
+    assert cli.main(["compare", path, "--json", "-"]) == 1
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert document["schema"] == "imucal-wizard/compare/1"
+    assert "six" in document["error"]
+    assert document["sensors"] == {}
+    assert captured.err.count("\n") == 1

@@ -9,6 +9,7 @@ import pytest
 from imucal_wizard import cli
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import simulate_recording, truth
+from tests.commands.flat import flat_recording
 from tests.shared_data import shared_data
 
 
@@ -74,6 +75,18 @@ def test_the_document_has_every_key_of_the_contract(
         for parameter in sensors[sensor]["parameters"].values():
             assert {"value", "standard_error", "unit"} <= parameter.keys()
     assert np.array(sensors["accelerometer"]["matrix"])[np.tril_indices(3, -1)].tolist() == [0] * 3
+
+
+def test_rotations_whose_angle_nobody_can_tell_are_listed_all_the_same(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The method ``offset`` finds a bias and no scale, so that nothing says how far each went."""
+    whole = fit_json(capsys, str(recording))["rotations"]
+    alone = fit_json(capsys, str(recording), "--gyro-method", "offset")["rotations"]
+    assert isinstance(whole, list)
+    assert isinstance(alone, list)
+    assert [one["start"] for one in alone] == [one["start"] for one in whole]
+    assert {one["angle"] for one in alone} == {None}
 
 
 def test_the_summary_names_parameters_with_standard_errors(
@@ -187,13 +200,7 @@ def test_wrong_usage_is_one_clear_line_and_exit_status_two(
 def test_data_that_carry_nothing_exit_with_one_and_the_document_says_why(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Ten seconds flat on a table are one still position."""
-    time = np.arange(0.0, 10.0, 0.01)
-    rng = np.random.default_rng(0)
-    rows = np.column_stack([time, rng.normal((0.0, 0.0, 9.8), 0.01, (len(time), 3))])
-    path = tmp_path / "flat.csv"
-    np.savetxt(path, rows, delimiter=",", header="t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]", comments="")
-    assert cli.main(["fit", str(path), "--json", "-"]) == 1
+    assert cli.main(["fit", str(flat_recording(tmp_path)), "--json", "-"]) == 1
     captured = capsys.readouterr()
     document = json.loads(captured.out)
     assert "six" in document["error"]

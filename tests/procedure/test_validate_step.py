@@ -89,3 +89,20 @@ def test_rest_before_the_validation_is_not_part_of_it() -> None:
     machine.feed(device.rest(4.0).taken())
     assert machine.collected().validation == ()
     assert machine.status().progress == pytest.approx((0.0, 4.0))
+
+
+def test_saved_without_it_the_validation_counts_as_skipped_until_it_is_done() -> None:
+    device, machine = validating()
+    machine.command("save")
+    said = dict(machine.status().skipped)[StepKind.VALIDATE]
+    assert said == "the error is known only from the data that were fitted"
+    machine.command("validate")
+    assert StepKind.VALIDATE not in dict(machine.status().skipped)
+    machine.feed(device.hold("+x+y+z").taken())
+    machine.command("save")
+    said = dict(machine.status().skipped)[StepKind.VALIDATE]
+    assert said == "1 of 4 new orientations were taken"
+    machine.command("validate")
+    machine.feed(device.poses(["-x+y+z", "-x-y+z", "-x-y-z"]).taken())
+    assert machine.status().step is StepKind.SAVE
+    assert StepKind.VALIDATE not in dict(machine.status().skipped)

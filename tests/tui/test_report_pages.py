@@ -98,6 +98,8 @@ def test_in_a_hold_the_live_heading_is_that_of_the_report(
     text = texts(course_rows(now, aligned, 76))
     assert text.count("✓") == 2
     assert "▲" not in text
+    # 0.4 µT in a level field of 43.7 µT · cos 66° = 17.8 µT
+    assert "noise of one reading ± 1.3°" in text
 
 
 def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned: FitReport) -> None:

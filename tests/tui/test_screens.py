@@ -256,6 +256,18 @@ async def test_steps_that_were_skipped_are_marked() -> None:
         await shows(pilot, "–Up/down", "✓18 poses", "▸ROTATIONS")
 
 
+async def test_a_result_that_there_is_not_is_not_ticked() -> None:
+    """Everything was skipped: nothing can be fitted, and the header does not say so."""
+    status = replace(fakes.poses_status(), step=StepKind.VALIDATE)
+    source = fakes.FakeSource(status)
+    app = app_with(source)
+    async with app.run_test(size=(120, 30)) as pilot:
+        await shows(pilot, "–Result", "▸VALIDATE")
+        app.report = fakes.report()
+        source.say(status)
+        await shows(pilot, "✓Result", "▸VALIDATE")
+
+
 async def test_nothing_said_yet_is_no_reason_to_fail() -> None:
     app = app_with(fakes.FakeSource(Status(step=StepKind.POSES)))
     async with app.run_test(size=USUAL) as pilot:

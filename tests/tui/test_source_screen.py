@@ -8,6 +8,7 @@ import pytest
 from imucal_wizard.devices.formats.base import Column
 from imucal_wizard.errors import LinkError
 from imucal_wizard.live.snapshot import StreamStatus
+from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import SourceChoice, SourceKind
@@ -57,6 +58,24 @@ async def test_enter_opens_and_enter_again_starts() -> None:
         assert source.commands == []
         await pilot.press("enter")
         await shows(pilot, "▸SETTLE")
+
+
+async def test_a_stream_that_is_come_back_to_is_the_same_one_and_called_by_its_name() -> None:
+    """Opened a second time it would begin a second session."""
+    source, opened = fakes.FakeSource(Status(step=StepKind.SETTLE)), list[SourceChoice]()
+
+    def take(choice: SourceChoice) -> fakes.FakeSource:
+        opened.append(choice)
+        return source
+
+    services = replace(fakes.services(source), open_source=take)
+    async with WizardApp(services, None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸SETTLE")
+        source.say(Status(step=StepKind.SOURCE))
+        await shows(pilot, f" {fakes.STREAM.source}: is this what you expect?")
+        await pilot.press("enter")
+        await shows(pilot, "▸SETTLE")
+    assert opened == [PORT]
 
 
 async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> None:

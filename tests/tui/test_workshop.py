@@ -1,5 +1,6 @@
 """The app on real sources: the virtual IMU, recordings, sessions; and what is saved."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -79,9 +80,11 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
         wait_for(source, lambda s: s.stream.samples > 0)
         source.command("start")
         before = wait_for(source, lambda s: s.status.step == "up-down" and s.status.holds >= 3)
+        assert workshop.earlier() == [], "it is at work"
     offered = workshop.earlier()
     assert [choice.kind for choice in offered] == [SourceKind.SESSION]
     assert "at Up/down" in offered[0].title
+    assert re.fullmatch(r"[34] holds in 00:\d\d, virtual IMU", offered[0].detail)
     again = workshop.open_source(offered[0])
     with running(again):
         after = wait_for(again, lambda s: s.stream.samples >= before.stream.samples)
@@ -107,8 +110,8 @@ async def test_a_recording_is_calibrated_without_a_key(tmp_path: Path) -> None:
     options = WizardOptions(replay=(recording,), speed=1000.0, save=place)
     settings = Settings(quit_after=True, countdown=0.1)
     app = WizardApp(Workshop(options).services(), settings, first_choice(options))
-    async with app.run_test(size=(80, 24)) as pilot:
-        await shows(pilot, "▸SAVE")
+    async with app.run_test(size=(120, 24)) as pilot:
+        await shows(pilot, "✓18 poses ✓Rotations", "–Validate ▸SAVE")
         await until(pilot, lambda: not app.is_running)
     assert app.failure is None
     assert set(load(place).sensors) == {"accelerometer", "gyroscope"}

@@ -13,6 +13,9 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.tui.app import WizardApp
 
+_AFTER_RESULT = ("validate", "save")
+"""Here the result has been seen, or there is none."""
+
 
 class LiveScreen(SizedScreen[str]):
     """A header with the steps, a footer with the keys, and a snapshot 20 times a second.
@@ -80,5 +83,7 @@ class LiveScreen(SizedScreen[str]):
             self.end(status.step)
             return
         skipped = {str(step) for step, _ in status.skipped}
+        if self.wizard.report is None and status.step in _AFTER_RESULT:
+            skipped.add("result")
         absent = ("field",) if snapshot.stream.magnetometer is None else ()
         self.query_one(StepHeader).tell(str(self.step), status.elapsed, skipped, absent=absent)

@@ -102,7 +102,7 @@ class SourceScreen(LiveScreen):
         self.query_one(Preview).welcome()
         self._list()
         self.query_one(OptionList).focus()
-        if self.wizard.choice is not None:
+        if self.wizard.choice is not None and self.wizard.source is None:
             self._open(self.wizard.choice)
         self.call_after_refresh(self._be_seen)
 
@@ -219,7 +219,7 @@ class SourceScreen(LiveScreen):
 
     def _ask(self, stream: "StreamStatus") -> None:
         """Say what is wanted now; open the questions by themselves, once, where there are any."""
-        name = self._chosen.title or self._chosen.target if self._chosen else ""
+        name = self._chosen.title or self._chosen.target if self._chosen else stream.source
         if stream.needs:
             self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
             self._ask_in_time(stream)
