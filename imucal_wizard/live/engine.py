@@ -1,4 +1,4 @@
-"""From bytes to decisions without threads: Intake, Machine, and what is shown and written of them.
+"""From bytes to decisions without threads: stream, procedure, and what is shown and written of it.
 
 Bytes and commands in the same order make the same state to the last bit, whenever they come.
 """
@@ -6,17 +6,15 @@ Bytes and commands in the same order make the same state to the last bit, whenev
 from collections import deque
 from collections.abc import Sequence
 
-from imucal_wizard.devices.intake import Intake, StreamSetup
-from imucal_wizard.errors import UsageError
-from imucal_wizard.live.health import Health
+from imucal_wizard.devices.setup import StreamSetup
+from imucal_wizard.live.course import Course
 from imucal_wizard.live.journal import Journal
-from imucal_wizard.live.remarks import Remarks
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.live.stream import stream_status
+from imucal_wizard.live.stream import Stream
 from imucal_wizard.live.view import View
 from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
-from imucal_wizard.procedure.steps import Listener, Machine
+from imucal_wizard.procedure.steps import Listener
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
 
@@ -35,8 +33,9 @@ class Engine:
         journal: where everything is written down.
 
     Attributes:
-        listener: told of the status after each block of samples and each command; set it before
-            the first sample.
+        journal: the same.
+        settings: the same.
+        finished: nothing more will come.
     """
 
     def __init__(
@@ -47,17 +46,23 @@ class Engine:
         source: str = "",
         journal: Journal | None = None,
     ) -> None:
-        self.source = source
         self.journal = journal or Journal()
         self.settings = settings or Settings()
-        self.listener: Listener | None = None
         self.finished = False
-        self._setup = setup or StreamSetup()
+        self._listener: Listener | None = None
         self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._event_count = 0
-        self._health = Health()
+        self._stream = Stream(setup or StreamSetup(), source)
+        self._course = Course(self.settings)
         self._view = View()
-        self.restart()
+
+    def listen(self, listener: Listener | None) -> None:
+        """Tell somebody of the status after each block of samples and each command.
+
+        Ask for it before the first sample.
+        """
+        self._listener = listener
+        self._course = Course(self.settings, listener, waiting=self._course.waiting)
 
     def restart(self, noise: Noise | None = None) -> None:
         """Forget every sample; what has happened stays counted.
@@ -65,21 +70,23 @@ class Engine:
         Args:
             noise: of the device at rest, where it is known already.
         """
-        self._noise = noise
-        self.intake = Intake(self._setup)
-        self._machine: Machine | None = None
-        self._waiting: list[tuple[str, str]] = []
-        self._fed = 0
-        self._time = 0.0
-        self._noted: tuple[str, ...] = ()
-        self._remarks = Remarks()
+        self._stream.restart()
+        self._begin_again(Course(self.settings, self._listener, noise))
+
+    def _begin_again(self, course: Course) -> None:
+        self._course = course
         self._view = View(self._view.serial)
         self.finished = False
 
     @property
+    def source(self) -> str:
+        """What is read, in words."""
+        return self._stream.source
+
+    @property
     def samples(self) -> int:
         """How many samples the procedure has been fed."""
-        return self._fed
+        return self._course.samples
 
     def receive(self, data: bytes, arrival: float) -> None:
         """Take bytes.
@@ -94,21 +101,23 @@ class Engine:
         """Take several pieces, each with its arrival: the same decisions as one by one, sooner."""
         for data, arrival in pieces:
             self.journal.raw(arrival, data)
-            self._health.heard(arrival)
-        was_ready = self.intake.ready
-        readings = self.intake.feed_all(pieces)
-        if not was_ready and self.intake.ready:
-            self.journal.resolved(self.intake.setup)
+        was_ready = self._stream.intake.ready
+        readings = self._stream.read(pieces)
+        if not was_ready:
+            self._resolved()
         self._view.changed()
         if readings is not None:
             self.receive_readings(readings)
         self._remark()
 
+    def _resolved(self) -> None:
+        """Write down how the stream is read once everything about it is known."""
+        if self._stream.intake.ready:
+            self.journal.resolved(self._stream.intake.setup)
+
     def _remark(self) -> None:
         """Say what is new about the stream and the session."""
-        stalled = self._health.stalled(self.intake)
-        step, unwritten = self.step, self.journal.problem
-        for kind, text in self._remarks.new(step, self.intake.warnings, stalled, unwritten):
+        for kind, text in self._stream.remarks(self.step, self.journal.problem):
             self.tell(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
@@ -120,60 +129,37 @@ class Engine:
         """
         if not len(readings):
             return
-        self._noted = tuple(dict.fromkeys((*self._noted, *readings.warnings)))
-        machine = self._machine or self._begin(readings, rate)
-        self._fed += len(readings)
-        self._time = float(readings.accelerometer.time[-1])
+        self._stream.note(readings.warnings)
+        if not self._course.begun:
+            rate = self._stream.intake.rate or rate or readings.accelerometer.rate
+            self._view.begin(rate, readings)
+            self._happened(self._course.begin(readings, rate))
         self._view.feed(readings)
-        self._happened(machine.feed(readings))
-
-    def _begin(self, readings: Readings, rate: float) -> Machine:
-        """The machine, now that rate and units are known; it obeys what was ordered before."""
-        rate = self.intake.rate or rate or readings.accelerometer.rate
-        machine = self._machine = self.settings.machine(readings, rate, self._noise, self.listener)
-        self._view.begin(rate, readings)
-        waiting, self._waiting = self._waiting, []
-        for name, argument in waiting:
-            self._obey(machine, name, argument)
-        return machine
+        self._happened(self._course.feed(readings))
 
     def command(self, name: str, argument: str = "") -> None:
         """Do what the operator asks for; before the first sample it is done with that sample."""
-        self.journal.command(self._fed, name, argument)
-        if self._machine is None:
-            self._waiting.append((name, argument))
-        else:
-            self._obey(self._machine, name, argument)
-
-    def _obey(self, machine: Machine, name: str, argument: str) -> None:
-        try:
-            self._happened(machine.command(name, argument))
-        except UsageError as error:
-            self.tell(EventKind.WARNING, str(error))
+        self.journal.command(self.samples, name, argument)
+        self._happened(self._course.command(name, argument))
         self._view.changed()
 
     def set_setup(self, setup: StreamSetup) -> None:
         """Read the stream in another way from now on; the procedure begins anew."""
-        self.journal.new_setup(self._fed, setup)
-        intake, waiting, begun = self.intake, self._waiting, self._machine is not None
-        self._setup = setup
-        self.restart()
-        self._waiting = waiting
-        if begun:
+        self.journal.new_setup(self.samples, setup)
+        before, readings = self._course, self._stream.reconfigure(setup)
+        self._begin_again(Course(self.settings, self._listener, waiting=before.waiting))
+        if before.begun:
             self.tell(EventKind.WARNING, "the stream is read anew: the procedure begins again")
-        self.intake, readings = intake.reconfigured(setup)
-        if self.intake.ready:
-            self.journal.resolved(self.intake.setup)
+        self._resolved()
         if readings is not None:
             self.receive_readings(readings)
 
     def end(self) -> None:
         """Nothing more will come: what waits for more is complete as it is."""
-        rest = self.intake.flush()
+        rest = self._stream.intake.flush()
         if rest is not None:
             self.receive_readings(rest)
-        if self._machine is not None:
-            self._happened(self._machine.flush())
+        self._happened(self._course.flush())
         self.finished = True
         self._view.changed()
 
@@ -187,23 +173,28 @@ class Engine:
         """Nothing came until now; where that is ``expected`` it is no silence."""
         self.journal.idle()
         if expected:
-            self._health.heard(arrival)
+            self._stream.health.heard(arrival)
         self._remark()
-        if self._health.silent(arrival):
+        if self._stream.health.silent(arrival):
             self._view.changed()
 
+    def connected(self, source: str) -> None:
+        """The port is open; what is read there, in words."""
+        self._stream.source = source
+        self.link("")
+
     def link(self, problem: str) -> None:
-        """The port is open (``""``), or what is wrong with it."""
-        self._health.link(problem)
+        """What is wrong with the port; ``""`` when nothing is."""
+        self._stream.health.link(problem)
         self._view.changed()
 
     def tell(self, kind: EventKind, text: str) -> None:
         """Let something be known that the procedure does not know of."""
-        self._happened((Event(kind, self._time, text),))
+        self._happened((Event(kind, self._course.time, text),))
 
     def note(self, text: str) -> None:
         """The same, to be found again in the warnings of the stream and of the result."""
-        self._noted = (*self._noted, text)
+        self._stream.note((text,))
         self.tell(EventKind.WARNING, text)
 
     def _happened(self, events: Sequence[Event]) -> None:
@@ -219,38 +210,29 @@ class Engine:
     @property
     def step(self) -> StepKind:
         """The step at work; sooner told than the whole status."""
-        return self._machine.step if self._machine is not None else StepKind.SOURCE
+        return self._course.step
 
     def status(self) -> Status:
         """The procedure at this moment."""
-        return self._machine.status() if self._machine is not None else Status()
+        return self._course.status()
 
     @property
     def makeshift(self) -> Noise | None:
         """The noise of a rest that was shorter than asked for, where that had to do; else None."""
-        return None if self._machine is None else self._machine.makeshift
+        return self._course.makeshift
 
     def collected(self) -> Collected:
         """What has been measured."""
-        return self._machine.collected() if self._machine is not None else Collected((), ())
+        return self._course.collected()
 
     def snapshot(self) -> Snapshot:
         """A frozen picture; the same object again when nothing has changed since."""
-        return self._view.snapshot(
-            self._stream, self.status, (tuple(self._events), self._event_count), self.finished
-        )
+        events = (tuple(self._events), self._event_count)
+        return self._view.snapshot(self._stream_status, self.status, events, self.finished)
 
     def busy(self, text: str) -> Snapshot:
         """A picture that shows nothing yet but what is being done."""
         return self._view.bare(StreamStatus(source=self.source, problem=text))
 
-    def _stream(self) -> StreamStatus:
-        return stream_status(
-            self.intake,
-            self._health,
-            source=self.source,
-            rate=self._view.rate,
-            samples=self._fed,
-            unwritten=self.journal.problem,
-            noted=self._noted,
-        )
+    def _stream_status(self) -> StreamStatus:
+        return self._stream.status(self._view.rate, self.samples, self.journal.problem)

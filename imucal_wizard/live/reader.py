@@ -40,7 +40,7 @@ class Reader(Runner):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(engine, clock=clock)
-        engine.listener = listener
+        engine.listen(listener)
         self._transport = Pump(transport)
         self._prepare = prepare
         self._resumed = prepare is not None
@@ -81,8 +81,7 @@ class Reader(Runner):
                 self._publish()
                 self._obey(RETRY)
             else:
-                self._engine.source = self._transport.description
-                self._engine.link("")
+                self._engine.connected(self._transport.description)
                 if self._resumed:
                     self._engine.receive(LINK_BREAK, self._now)
                 self._opened()
@@ -120,7 +119,6 @@ class Reader(Runner):
             self._publish()
             self._obey(RETRY)
             if self._transport.reopen():
-                self._engine.source = self._transport.description
-                self._engine.link("")
+                self._engine.connected(self._transport.description)
                 self._engine.tell(EventKind.LINK_BACK, "The device is back; it goes on.")
                 return

@@ -1,45 +1,93 @@
-"""What the stream is like at one moment, in one picture."""
+"""The stream that an engine reads: what reads its bytes, how well it goes, what is said of it."""
 
-from imucal_wizard.devices.intake import Intake
+from collections.abc import Iterator, Sequence
+
+from imucal_wizard.devices.intake import Intake, StreamSetup
 from imucal_wizard.live.health import Health
+from imucal_wizard.live.remarks import Remark, Remarks
 from imucal_wizard.live.snapshot import StreamStatus
+from imucal_wizard.procedure.state import StepKind
+from imucal_wizard.readings import Readings
 
 
-def stream_status(
-    intake: Intake,
-    health: Health,
-    *,
-    source: str,
-    rate: float,
-    samples: int,
-    unwritten: str,
-    noted: tuple[str, ...],
-) -> StreamStatus:
-    """The stream as the screens show it.
+class Stream:
+    """Bytes to samples, with everything that is noticed on the way.
 
     Args:
+        setup: what is known of it.
+        source: what is read, in words.
+
+    Attributes:
+        source: the same; a port tells more once it is open.
         intake: what reads the bytes; it has read none where a recording is played.
         health: whether the port is well.
-        source: what is read, in words.
-        rate: samples per second where no bytes are read.
-        samples: how many samples the procedure has been fed.
-        unwritten: why nothing is written down at present, or "".
-        noted: what was noticed of a recording.
     """
-    return StreamStatus(
-        source=source,
-        format=intake.format,
-        connected=health.connected,
-        problem=health.problem(intake, unwritten),
-        unwritten=unwritten,
-        rate=intake.measured_rate if intake.samples > 0 else rate,
-        samples=samples,
-        lost=intake.lost,
-        malformed=intake.malformed,
-        digits=intake.digits,
-        warnings=tuple(dict.fromkeys((*noted, *intake.warnings))),
-        needs=intake.needs,
-        columns=intake.columns,
-        line=intake.preview.line,
-        values=intake.preview.values,
-    )
+
+    def __init__(self, setup: StreamSetup, source: str) -> None:
+        self.source = source
+        self.health = Health()
+        self._setup = setup
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again with the next bytes, read in the same way."""
+        self._begin(Intake(self._setup))
+
+    def _begin(self, intake: Intake) -> None:
+        self.intake = intake
+        self._noted: tuple[str, ...] = ()
+        self._remarks = Remarks()
+
+    def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
+        """The samples in new bytes, each piece with its arrival; None when there are none."""
+        for _, arrival in pieces:
+            self.health.heard(arrival)
+        return self.intake.feed_all(pieces)
+
+    def reconfigure(self, setup: StreamSetup) -> Readings | None:
+        """Read in another way from now on; the samples in what is still kept."""
+        intake, readings = self.intake.reconfigured(setup)
+        self._setup = setup
+        self._begin(intake)
+        return readings
+
+    def note(self, texts: Sequence[str]) -> None:
+        """Keep what somebody else noticed, each once."""
+        self._noted = tuple(dict.fromkeys((*self._noted, *texts)))
+
+    def remarks(self, step: StepKind, unwritten: str) -> Iterator[Remark]:
+        """What is new and to be said at once.
+
+        Args:
+            step: the step at work.
+            unwritten: why nothing is written down at present, or "".
+        """
+        stalled = self.health.stalled(self.intake)
+        return self._remarks.new(step, self.intake.warnings, stalled, unwritten)
+
+    def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
+        """The stream as the screens show it.
+
+        Args:
+            rate: samples per second where no bytes are read.
+            samples: how many samples the procedure has been fed.
+            unwritten: why nothing is written down at present, or "".
+        """
+        intake = self.intake
+        return StreamStatus(
+            source=self.source,
+            format=intake.format,
+            connected=self.health.connected,
+            problem=self.health.problem(intake, unwritten),
+            unwritten=unwritten,
+            rate=intake.measured_rate if intake.samples > 0 else rate,
+            samples=samples,
+            lost=intake.lost,
+            malformed=intake.malformed,
+            digits=intake.digits,
+            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
+            needs=intake.needs,
+            columns=intake.columns,
+            line=intake.preview.line,
+            values=intake.preview.values,
+        )
