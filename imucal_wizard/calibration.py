@@ -180,7 +180,6 @@ def save(calibration: Calibration, path: Path) -> Path:
     """
     draft = path.with_name(path.name + ".part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         draft.write_bytes(encode(calibration))
         draft.replace(path)
     except OSError as error:

@@ -12,12 +12,14 @@ from imucal_wizard.output import harmless, never_fail_to_encode, note
 COMMANDS = ("fit", "compare", "bench", "simulate", "ports", "wizard")
 
 USAGE = """\
-imucal-wizard: a guided calibration of accelerometer and gyroscope; gravity is the reference.
+imucal-wizard: a guided calibration of MEMS IMUs; gravity is the reference.
 
   imucal-wizard                    open the wizard (on the virtual IMU unless a port is given)
   imucal-wizard --port PORT        the wizard on a serial port or URL
   imucal-wizard --replay FILE...   the wizard on a recording or session
+  imucal-wizard --resume SESSION   go on where a session was left
   imucal-wizard --auto --quit      the virtual hand performs everything
+  imucal-wizard --mystery          an exercise: find what chance has hidden in the virtual IMU
   imucal-wizard fit FILE...        fit a recording
   imucal-wizard compare FILE...    fit a recording by all methods, side by side
   imucal-wizard bench FILE...      find what the model lacks: compare, rank, add

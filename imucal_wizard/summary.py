@@ -17,7 +17,7 @@ def summary(report: FitReport) -> str:
     """What was found, in lines of at most 80 columns."""
     lines = [
         _wrapped(
-            f"{len(report.holds)} holds, {len(report.rotations)} rotations, "
+            f"{len(report.holds)} holds, {_motions(report)}, "
             + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
         ),
     ]
@@ -32,6 +32,13 @@ def summary(report: FitReport) -> str:
     if report.warnings:
         lines += ["", *(_wrapped(f"! {warning}") for warning in report.warnings)]
     return "\n".join([*lines, "", *map(_wrapped, report.verdict)])
+
+
+def _motions(report: FitReport) -> str:
+    """The motions between two holds; the later table counts those about one axis alone."""
+    count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
+    about = f" ({single} of them about one axis)" if single else ""
+    return f"{count} rotations{about}"
 
 
 def _wrapped(text: str) -> str:

@@ -54,7 +54,7 @@ def test_every_finite_number_reads_back_to_the_same_bits(
 
 
 def test_saving_replaces_the_file_whole(tmp_path: Path) -> None:
-    place = tmp_path / "deep" / "one.json"
+    place = tmp_path / "one.json"
     save(calibration(EYE, [0.0, 0.0, 0.0]), place)
     save(calibration(EYE, [1.0, 2.0, 3.0]), place)
     assert load(place).sensors["accelerometer"].bias == [1.0, 2.0, 3.0]

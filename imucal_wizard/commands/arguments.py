@@ -6,10 +6,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from imucal_wizard.commands.places import STANDARD_OUT, document_place
 from imucal_wizard.errors import UsageError
 from imucal_wizard.output import note
 from imucal_wizard.recordings.options import RecordingOptions
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.units import COUNT, FACTORS, STANDARD_GRAVITY
+
+_UNITS = (
+    ("accel", "accelerometer", "accelerations"),
+    ("gyro", "gyroscope", "turn rates"),
+    ("mag", "magnetometer", "the field"),
+)
+"""Beginning of an option, the sensor whose unit it says, and what that measures."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -29,7 +37,12 @@ def fitting_parser(command: str, description: str) -> Parser:
     """
     made = Parser(prog=f"imucal-wizard {command}", description=description)
     made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
-    made.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard out")
+    made.add_argument(
+        "--json",
+        type=document_place,
+        metavar="FILE",
+        help="write the result as JSON; - for standard output, and nothing else there",
+    )
     add_recording_options(made)
     add_all_samples(made)
     add_gravity(made)
@@ -52,13 +65,23 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
     """What may be said of files that do not say it themselves."""
     group = parser.add_argument_group("what the files do not say")
     group.add_argument(
-        "--as", dest="as_format", metavar="FORMAT", help="imu_tk: text `t x y z`; or a stream's"
+        "--as",
+        dest="as_format",
+        metavar="FORMAT",
+        help="how the lines are written: imu_tk for pairs of `t x y z` files, or the name of a "
+        "device's format",
     )
-    group.add_argument("--columns", metavar="NAMES", help="columns in order: ax,ay,az,gx,gy,gz")
-    group.add_argument("--rate", type=positive, metavar="HZ", help="samples per second")
-    group.add_argument("--accel-unit", metavar="UNIT", help="m/s^2, g, mg or count")
-    group.add_argument("--gyro-unit", metavar="UNIT", help="rad/s, deg/s, mdeg/s or count")
-    group.add_argument("--mag-unit", metavar="UNIT", help="uT, nT, G, mG or count")
+    group.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="what the columns are, in their order, like t,ax,ay,az,gx,gy,gz; - leaves one out",
+    )
+    group.add_argument(
+        "--rate", type=positive, metavar="HZ", help="samples per second, where no column is a time"
+    )
+    for name, sensor, of in _UNITS:
+        known = ", ".join([*FACTORS[sensor], COUNT])
+        group.add_argument(f"--{name}-unit", metavar="UNIT", help=f"unit of {of}: {known}")
 
 
 def add_gravity(parser: argparse.ArgumentParser) -> None:
@@ -141,7 +164,7 @@ def write_json(document: object, place: str) -> None:
     from imucal_wizard.calibration import encode
 
     data = encode(document)
-    if place == "-":
+    if place == STANDARD_OUT:
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
         return

@@ -14,6 +14,7 @@ from imucal_wizard.commands.arguments import (
     write_failure,
     write_json,
 )
+from imucal_wizard.commands.places import STANDARD_OUT
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.output import note, say
 
@@ -200,7 +201,7 @@ def told(
         from imucal_wizard.bench.document import bench_document
 
         write_json(bench_document(statements, notes), arguments.json)
-    if arguments.json != "-":
+    if arguments.json != STANDARD_OUT:
         from imucal_wizard.bench.text import bench_text
 
         say(bench_text(statements))

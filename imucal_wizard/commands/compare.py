@@ -10,6 +10,7 @@ from imucal_wizard.commands.arguments import (
     write_failure,
     write_json,
 )
+from imucal_wizard.commands.places import STANDARD_OUT
 from imucal_wizard.errors import DataError
 from imucal_wizard.output import note, say
 
@@ -49,7 +50,7 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.method_table import methods_document
 
         write_json(methods_document(report, rows), arguments.json)
-    if arguments.json != "-":
+    if arguments.json != STANDARD_OUT:
         from imucal_wizard.method_table import method_table
 
         say(method_table(rows))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
 
 from imucal_wizard.commands.arguments import (
     Parser,
@@ -13,6 +12,7 @@ from imucal_wizard.commands.arguments import (
     write_failure,
     write_json,
 )
+from imucal_wizard.commands.places import STANDARD_OUT, file_to_write
 from imucal_wizard.errors import DataError
 from imucal_wizard.output import note, say
 
@@ -26,7 +26,9 @@ def parser() -> Parser:
     )
     add_methods(made)
     add_magnetometer(made)
-    made.add_argument("--save", type=Path, metavar="FILE", help="save the calibration to a file")
+    made.add_argument(
+        "--save", type=file_to_write, metavar="FILE", help="save the calibration to this file"
+    )
     return made
 
 
@@ -64,13 +66,14 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.document import fit_document
 
         write_json(fit_document(report), arguments.json)
-    if arguments.json != "-":
+    tell = note if arguments.json == STANDARD_OUT else say
+    if tell is say:
         from imucal_wizard.summary import summary
 
         say(summary(report))
-        if arguments.save:
-            say(f"saved: {arguments.save}")
     else:
         for warning in report.warnings:
             note(f"warning: {warning}")
+    if arguments.save:
+        tell(f"saved: {arguments.save}")
     return 0

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
 from imucal_wizard.commands.exercise import add_exercise, check_exercise
+from imucal_wizard.commands.places import file_to_write
 from imucal_wizard.errors import UsageError
 from imucal_wizard.output import say
 
@@ -16,18 +17,24 @@ def parser() -> Parser:
         prog="imucal-wizard simulate",
         description="Write a recording of the virtual IMU, as a hand would have made it.",
     )
-    made.add_argument("out", type=Path, nargs="?", metavar="OUT.csv")
+    made.add_argument(
+        "out", type=file_to_write, nargs="?", metavar="OUT.csv", help="the recording to write"
+    )
     made.add_argument(
         "--hidden",
         action="append",
         default=[],
         metavar="TERM:SIZE:AXIS",
-        help="an effect hidden in the sensor; may be given several times",
+        help="an effect hidden in the sensor, like second-order:5:y; may be given several times",
     )
     made.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
-    made.add_argument("--rate", type=float, default=100.0, metavar="HZ")
     made.add_argument(
-        "--poses", metavar="NAME", help="6, 8 (tilted), 18 (default), 26 or 26+repeats"
+        "--rate", type=float, default=100.0, metavar="HZ", help="samples per second (default 100)"
+    )
+    made.add_argument(
+        "--poses",
+        metavar="NAME",
+        help="poses held: 6, 8 (tilted), 18 (default), 26, or 26+repeats (default of --mystery)",
     )
     made.add_argument(
         "--magnetometer",

@@ -16,6 +16,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
 )
 from imucal_wizard.commands.exercise import add_exercise, check_exercise
+from imucal_wizard.commands.places import file_to_write
 from imucal_wizard.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
 
@@ -27,26 +28,85 @@ def parser() -> Parser:
         description="Open the wizard: on the virtual IMU, on a port, or on a recording.",
     )
     source = made.add_argument_group("source")
-    source.add_argument("--port", metavar="PORT_OR_URL", help="/dev/ttyACM0, COM3, socket://H:P")
-    source.add_argument("--baud", type=int, default=115200, metavar="N", help="default 115200")
-    source.add_argument("--format", default="auto", metavar="NAME", help="the stream's format")
-    source.add_argument("--replay", nargs="+", type=Path, default=[], metavar="FILE")
-    source.add_argument("--resume", type=Path, metavar="SESSION", help="go on with a session")
-    source.add_argument("--speed", type=float, default=1.0, metavar="X", help="play X times faster")
+    source.add_argument(
+        "--port",
+        metavar="PORT_OR_URL",
+        help="read a device: /dev/ttyACM0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT",
+    )
+    source.add_argument(
+        "--baud", type=int, default=115200, metavar="N", help="speed of the port (default 115200)"
+    )
+    source.add_argument(
+        "--format",
+        default="auto",
+        metavar="NAME",
+        help="how the device prints, where it is not recognised by itself",
+    )
+    source.add_argument(
+        "--replay",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="play a recording or a session",
+    )
+    source.add_argument(
+        "--resume", type=Path, metavar="SESSION", help="go on with a session where it was left"
+    )
+    source.add_argument(
+        "--speed",
+        type=float,
+        default=1.0,
+        metavar="X",
+        help="let a recording, or the virtual IMU, run X times faster (default 1)",
+    )
     virtual = made.add_argument_group("virtual IMU")
-    virtual.add_argument("--auto", action="store_true", help="its hand performs everything")
-    virtual.add_argument("--quit", action="store_true", help="leave after the result")
-    virtual.add_argument("--hidden", action="append", default=[], metavar="TERM:SIZE:AXIS")
+    virtual.add_argument(
+        "--auto", action="store_true", help="let the virtual hand perform the whole procedure"
+    )
+    virtual.add_argument(
+        "--quit", action="store_true", help="leave by itself once the result is saved"
+    )
+    virtual.add_argument(
+        "--hidden",
+        action="append",
+        default=[],
+        metavar="TERM:SIZE:AXIS",
+        help="hide an effect in the sensor, like second-order:5:y; may be given several times",
+    )
     virtual.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
     add_exercise(virtual, "hide an effect by chance and seal the answer")
     way = made.add_argument_group("procedure")
-    way.add_argument("--rotations", type=int, default=6, metavar="N", help="per axis (default 6)")
-    way.add_argument("--count-faces", action="store_true", help="do not take the faces again")
     way.add_argument(
-        "--gyro-range", type=positive, metavar="DEG_S", help="the gyroscope's full scale"
+        "--rotations",
+        type=int,
+        default=6,
+        metavar="N",
+        help="turns asked for about each axis (default 6)",
     )
-    way.add_argument("--sessions", type=Path, metavar="DIR", help="where sessions are kept")
-    way.add_argument("--save", type=Path, metavar="FILE", help="where the calibration goes")
+    way.add_argument(
+        "--count-faces",
+        action="store_true",
+        help="count the faces of the up/down step among the 18 poses",
+    )
+    way.add_argument(
+        "--gyro-range",
+        type=positive,
+        metavar="DEG_S",
+        help="full scale of the gyroscope, °/s: turns that reach it are refused",
+    )
+    way.add_argument(
+        "--sessions",
+        type=Path,
+        metavar="DIR",
+        help="folder for the sessions (default: this program's place in your data folder)",
+    )
+    way.add_argument(
+        "--save",
+        type=file_to_write,
+        metavar="FILE",
+        help="save the calibration to this file (default: beside the session)",
+    )
     add_effects(way)
     way.add_argument("--mute", action="store_true", help="no sounds")
     add_recording_options(made)

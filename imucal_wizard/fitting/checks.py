@@ -106,14 +106,18 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
 
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
-    """How many rotations could not be used, and why: the same words as when they were made."""
+    """How many rotations could not be used, and why, without what would have been advised then."""
     reasons: dict[str, list[str]] = {}
     for rotation in rotations:
         if rotation.problem:
-            alike = re.sub(r"\d+(\.\d+)?", "#", rotation.problem)
-            reasons.setdefault(alike, []).append(rotation.problem)
+            reason = rotation.problem.partition(":")[0]
+            reasons.setdefault(re.sub(r"\d+(\.\d+)?", "#", reason), []).append(reason)
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))
-    each = "; ".join(f"{texts[0]} ({len(texts)})" for texts in reasons.values())
+    each = ", ".join(f"{texts[0]} ({_times(len(texts))})" for texts in reasons.values())
     return [f"{count} of {len(rotations)} rotations are not used: {each}"]
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -115,9 +115,11 @@ def test_what_a_method_leaves_out_is_not_blamed_on_the_data(
 def test_a_saved_calibration_reads_back_to_the_same_numbers(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    place = tmp_path / "new" / "calibration.json"
-    document = fit_json(capsys, str(recording), "--save", str(place))
-    sensors = document["sensors"]
+    place = tmp_path / "calibration.json"
+    assert cli.main(["fit", str(recording), "--json", "-", "--save", str(place)]) == 0
+    told = capsys.readouterr()
+    assert told.err.endswith(f"saved: {place}\n")
+    sensors = json.loads(told.out)["sensors"]
     assert isinstance(sensors, dict)
     saved = load(place)
     assert saved.sensors["accelerometer"].matrix == sensors["accelerometer"]["matrix"]

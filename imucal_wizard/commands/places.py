@@ -1,0 +1,24 @@
+"""Where a command may write: found out before its work, and not after it."""
+
+import argparse
+import os
+from pathlib import Path
+
+STANDARD_OUT = "-"
+
+
+def file_to_write(text: str) -> Path:
+    """A file that can be written, as an option's type; its folder is there already."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text} is a folder; give a file in it")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it first")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f"{text} cannot be written; choose another place")
+    return path
+
+
+def document_place(text: str) -> str:
+    """The same for a JSON document, or ``-`` for standard output."""
+    return text if text == STANDARD_OUT else str(file_to_write(text))

@@ -1,0 +1,56 @@
+"""What the commands say of themselves, and of where they may write."""
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard import cli
+
+
+@pytest.mark.parametrize("command", [name for name in cli.COMMANDS if name != "ports"])
+def test_every_option_says_what_it_does(command: str) -> None:
+    made = import_module(f"imucal_wizard.commands.{command}").parser()
+    assert isinstance(made, argparse.ArgumentParser)
+    silent = [action.dest for action in made._actions if not action.help]
+    assert silent == []
+    assert made.description
+
+
+def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert all(f"imucal-wizard {name} " in said for name in cli.COMMANDS)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["fit", "a.csv", "--save", "no/such/my.json"],
+        ["fit", "a.csv", "--json", "no/such/my.json"],
+        ["compare", "a.csv", "--json", "no/such/my.json"],
+        ["bench", "a.csv", "--json", "no/such/my.json"],
+        ["simulate", "no/such/a.csv"],
+        ["--auto", "--save", "no/such/my.json"],
+    ],
+)
+def test_a_folder_that_is_missing_is_no_place_to_write_and_is_not_made(
+    arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is said before the work, which may be ten minutes of holding a device."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(arguments) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_missing_folder_and_what_to_do_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["fit", "a.csv", "--save", str(tmp_path / "no" / "my.json")]) == 2
+    assert f"there is no folder {tmp_path / 'no'}; make it first" in capsys.readouterr().err
+
+
+def test_a_folder_is_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["fit", "a.csv", "--save", str(tmp_path)]) == 2
+    assert "is a folder; give a file in it" in capsys.readouterr().err
