@@ -7,7 +7,7 @@ import numpy as np
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment, exponential
-from imucal_wizard.solver.second_stage.heading import heading, heading_error
+from imucal_wizard.solver.second_stage.heading import Bearings, heading, heading_error
 from imucal_wizard.units import COUNT
 
 ROWS = ([0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2])
@@ -18,21 +18,6 @@ def up_in(fit: SensorFit, force: FloatArray) -> FloatArray:
     """Unit up in the body frame from readings of a calibrated accelerometer, both (n, 3)."""
     true = (force - fit.bias) @ fit.matrix.T
     return np.asarray(true / np.linalg.norm(true, axis=1)[:, None])
-
-
-@dataclass(frozen=True, eq=False)
-class Bearings:
-    """Tilt-compensated heading of the x axis for each pair of readings.
-
-    Attributes:
-        before: by the readings as they come, rad; NaN where x is upright.
-        after: by the calibration, rad.
-        error: standard deviation by what is not known of the calibration, rad.
-    """
-
-    before: FloatArray
-    after: FloatArray
-    error: FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -115,7 +115,7 @@ def _headings(report: FitReport, compass: Compass, places: list[int], series: Se
     _, readings = field_at(report.holds, series, None, places)
     force = np.array([report.holds[i].accelerometer for i in places])
     found = compass.bearings(force, readings)
-    return Headings(np.array(places), found.before, found.after, found.error)
+    return Headings(found.before, found.after, found.error, np.array(places))
 
 
 def _with_gyroscope(

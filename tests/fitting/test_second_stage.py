@@ -95,7 +95,7 @@ def test_headings_after_the_calibration_are_the_true_ones() -> None:
 
     stage = stage_of(reported(0))
     poses = SESSION.poses(np.random.default_rng(0))
-    middle = stage.headings.hold * (HOLD + TURN) + HOLD / 2.0
+    middle = stage.headings.hold.astype(float) * (HOLD + TURN) + HOLD / 2.0
     axes = attitude(poses, middle).apply([1.0, 0.0, 0.0])
     true = np.arctan2(axes[:, 0], axes[:, 1])
     seen = np.isfinite(stage.headings.after)

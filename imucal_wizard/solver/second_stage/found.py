@@ -2,26 +2,23 @@
 
 from dataclasses import dataclass
 
-from imucal_wizard.readings import FloatArray
+import numpy as np
+from numpy.typing import NDArray
+
 from imucal_wizard.solver.second_stage.clock import ClockOffset
 from imucal_wizard.solver.second_stage.dip import Alignment
+from imucal_wizard.solver.second_stage.heading import Bearings
 
 
 @dataclass(frozen=True, eq=False)
-class Headings:
+class Headings(Bearings):
     """Tilt-compensated heading of the x axis in each still position, before and after.
 
     Attributes:
         hold: which of the report's holds, shape (n,).
-        before: by the readings as they come, rad; NaN where x is upright.
-        after: by the calibration, rad.
-        error: standard deviation by what is not known of the calibration, rad.
     """
 
-    hold: FloatArray
-    before: FloatArray
-    after: FloatArray
-    error: FloatArray
+    hold: NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)

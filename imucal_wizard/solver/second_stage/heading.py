@@ -6,6 +6,7 @@ upright there is none.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +14,21 @@ from imucal_wizard.readings import FloatArray
 
 UPRIGHT = np.cos(np.radians(25.0))
 """The x axis nearer to the vertical than this has no heading worth a number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bearings:
+    """Tilt-compensated heading of the x axis for each pair of readings.
+
+    Attributes:
+        before: by the readings as they come, rad; NaN where x is upright.
+        after: by the calibration, rad.
+        error: standard deviation by what is not known of the calibration, rad.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    error: FloatArray
 
 
 def heading(up: FloatArray, field: FloatArray) -> FloatArray:

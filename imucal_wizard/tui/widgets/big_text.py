@@ -1,13 +1,11 @@
 """The instruction, as large as there is room for."""
 
-from textual import events
-
 from imucal_wizard.tui.text import Line, clean, line, wrapped
+from imucal_wizard.tui.widgets.drawn import Drawn
 from imucal_wizard.tui.widgets.font import dots, full_blocks, half_blocks
-from imucal_wizard.tui.widgets.lines import Lines
 
 
-class BigText(Lines):
+class BigText(Drawn):
     """Words in block letters; spaced capitals where block letters do not fit."""
 
     DEFAULT_CSS = "BigText { height: 4; }"
@@ -26,14 +24,10 @@ class BigText(Lines):
         """Show other words."""
         if (text, style) != (self._text, self._style_name):
             self._text, self._style_name = text, style
-            self._lay_out()
+            self.draw()
 
-    def on_resize(self, event: events.Resize) -> None:
-        """Another size may carry other letters."""
-        event.stop()
-        self._lay_out()
-
-    def _lay_out(self) -> None:
+    def draw(self) -> None:
+        """Show it in the room there is."""
         width, height = self.size
         if not width or not height:
             return

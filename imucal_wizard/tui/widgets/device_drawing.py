@@ -1,13 +1,11 @@
 """A drawing of the device: how it lies now, or how it is wanted."""
 
-from textual import events
-
 from imucal_wizard.tui.cube import Matrix, draw
 from imucal_wizard.tui.text import line
-from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.tui.widgets.drawn import Drawn
 
 
-class DeviceDrawing(Lines):
+class DeviceDrawing(Drawn):
     """A cube with named faces in a frame with a title."""
 
     DEFAULT_CSS = """
@@ -29,14 +27,10 @@ class DeviceDrawing(Lines):
             axis: a body axis to draw through it, or "".
         """
         self._attitude, self._axis = attitude, axis
-        self._draw()
+        self.draw()
 
-    def on_resize(self, event: events.Resize) -> None:
-        """Draw again for the new size."""
-        event.stop()
-        self._draw()
-
-    def _draw(self) -> None:
+    def draw(self) -> None:
+        """Show it in the room there is."""
         width, height = self.size
         if not width or not height:
             return

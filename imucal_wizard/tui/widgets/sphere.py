@@ -2,18 +2,17 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from textual import events
 
 from imucal_wizard.tui.hemispheres import FULL, GAP, HERE, THIN, half_rows
 from imucal_wizard.tui.text import Line, line, width_of
-from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.tui.widgets.drawn import Drawn
 
 _GAP = "  "
 SMALLEST = 10
 """Rows of a half with its names."""
 
 
-class Sphere(Lines):
+class Sphere(Drawn):
     """Front and back side by side, as large as there is room; drawn again only when it changes."""
 
     DEFAULT_CSS = "Sphere { width: 1fr; height: 1fr; }"
@@ -28,14 +27,10 @@ class Sphere(Lines):
         if here == self._here and np.array_equal(counts, self._counts):
             return
         self._counts, self._here = counts, here
-        self._draw()
+        self.draw()
 
-    def on_resize(self, event: events.Resize) -> None:
-        """Draw again for the new size."""
-        event.stop()
-        self._draw()
-
-    def _draw(self) -> None:
+    def draw(self) -> None:
+        """Show it in the room there is."""
         width, height = self.size
         if width and height and len(self._counts):
             self.show(sphere_rows(self._counts, self._here, width, height))

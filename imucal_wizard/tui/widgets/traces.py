@@ -1,11 +1,10 @@
 """Live traces of all channels in braille: fast, because only rows that changed are sent."""
 
 import numpy as np
-from textual import events
 
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.tui.text import Line, Span, known_as, number, unit_sign
-from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.tui.widgets.drawn import Drawn
 
 _UP = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille cell, top row first."""
@@ -55,7 +54,7 @@ def _per_column(values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]
     return np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
 
 
-class Traces(Lines):
+class Traces(Drawn):
     """Six channels side by side: accelerometer above, below it the gyroscope where there is one."""
 
     DEFAULT_CSS = "Traces { height: 2; }"
@@ -70,14 +69,10 @@ class Traces(Lines):
         if values is self._values and units == self._units:
             return
         self._values, self._units = values, units
-        self._draw()
+        self.draw()
 
-    def on_resize(self, event: events.Resize) -> None:
-        """Draw again for the new size."""
-        event.stop()
-        self._draw()
-
-    def _draw(self) -> None:
+    def draw(self) -> None:
+        """Show it in the room there is."""
         width, height = self.size
         if width >= 30 and height:
             self.show(trace_rows(self._values, self._units, width, height))
