@@ -6,13 +6,13 @@ from imucal_wizard.tui.text import Line, bar, line, number, signed, wrapped
 from imucal_wizard.tui.widgets.notice import event_rows, offer_rows
 
 _FIGURES = {
-    "gaps": ("gaps", "of the sphere that no sample is near"),
-    "variance": ("variance", "spread of the field's size"),
-    "wobble": ("wobble", "how far the middle is off"),
-    "fit_error": ("fit error", "what the model does not explain"),
+    "gaps": ("gaps", "not seen yet"),
+    "variance": ("variance", "size differs"),
+    "wobble": ("wobble", "off centre"),
+    "fit_error": ("fit error", "unexplained"),
 }
 """Each figure's name as users of MotionCal know it, and what it is."""
-EXPLAINED = 62
+EXPLAINED = 41
 """Columns from which the figures say what they are."""
 
 
@@ -57,22 +57,27 @@ def notice_rows(status: Status, problem: str, width: int, height: int) -> list[L
     """What matters most in the rows there are.
 
     A broken stream comes before a disturbed field, that before what keeps a calibration from
-    coming of it, and that before the way to the next face; ways out come next, then what happened
-    last, then how to do it.
+    coming of it; then the way to the next face. Ways out have their place; what happened last, and
+    how to do it, come where there is room.
     """
     field = status.field or FieldStatus()
-    rows = _first(field, status.guidance, problem, width - 2)
-    choices = offer_rows(status.offers, width - 2)
-    if status.last_event is not None and not problem:
-        rows += event_rows(status.last_event, width - 2)
-    rows += wrapped(f"   {status.detail}", width - 2, "quiet", indent="   ")
+    width -= 2
+    choices = offer_rows(status.offers, width)
+    if problem:
+        rows = wrapped(f" ▲ {problem}", width, "bad", indent="   ")
+        return (rows[: max(0, height - len(choices))] + choices)[:height]
+    wrong, way = field.disturbed or field.trouble, status.guidance or field.advice
+    rows = wrapped(f" ▲ {wrong}", width, "warn", indent="   ") if wrong else []
+    if status.guidance or not wrong:
+        room = max(1, height - len(choices) - 1)
+        rows = rows[:room] + wrapped(f" ▸ {way}", width, "accent", indent="   ")
+    event = status.last_event
+    if event is not None and not _same(event.text, wrong):
+        rows += event_rows(event, width)
+    rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ")
     return (rows[: max(0, height - len(choices))] + choices)[:height]
 
 
-def _first(field: FieldStatus, guidance: str, problem: str, width: int) -> list[Line]:
-    if problem:
-        return wrapped(f" ▲ {problem}", width, "bad", indent="   ")
-    if field.disturbed or field.trouble:
-        return wrapped(f" ▲ {field.disturbed or field.trouble}", width, "warn", indent="   ")
-    way = guidance or field.advice
-    return wrapped(f" ▸ {way}", width, "accent", indent="   ") if way else []
+def _same(text: str, said: str) -> bool:
+    """Whether an event says once more what is said already."""
+    return text.rstrip(".").casefold() == said.casefold()

@@ -54,6 +54,8 @@ async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[
             "4.4 % ▲ want 4", "0.80 % ✓ good", "48.2 µT", "1234 samples, 12 left out",
             "lay the −y face on the table", "the circle on −x is done", "s skip step", "? help",
         )  # fmt: skip
+        explained = ("not seen yet", "off centre") if size == LARGE else ()
+        await shows(pilot, *explained)
         assert text.count("◆") == 2  # where it is, and what the sign means
         assert app.screen.query_one(BigText).text == "TURN −Z DOWN"
 
@@ -84,6 +86,22 @@ async def test_the_way_to_the_next_face_comes_before_the_advice() -> None:
     async with app_with(source).run_test(size=USUAL) as pilot:
         text = await shows(pilot, f"▸ {way}", "the circle on −x is done", "flat on the table")
         assert "lay the −y face" not in text
+
+
+async def test_the_way_stays_in_sight_under_what_is_wrong() -> None:
+    way, wrong = "88° away: turn it about x, to the left", "it does not turn: turn it once round"
+    shown = replace(status(replace(field(), trouble=wrong)), guidance=way)
+    async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
+        await shows(pilot, f"▲ {wrong}", f"▸ {way}")
+
+
+async def test_a_disturbance_is_not_said_twice() -> None:
+    disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
+    event = Event(EventKind.WARNING, 430.0, f"{disturbed[:1].upper()}{disturbed[1:]}.")
+    shown = replace(status(replace(field(), disturbed=disturbed)), last_event=event)
+    async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, disturbed)
+        assert text.count("12 µT too much") == 1
 
 
 async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:

@@ -163,6 +163,23 @@ async def test_one_key_shows_the_heading_and_it_follows_the_device(
         assert "begins by itself" not in seen(pilot)
 
 
+async def test_readings_that_are_no_news_are_called_so(
+    turned: Readings, aligned: FitReport
+) -> None:
+    source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
+    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "magnetometer |m|")
+        await pilot.press("h")
+        await shows(pilot, "after calibration")
+        source.stream = replace(source.stream, problem="the port is lost: plug it in again")
+        source.say(RESULT)
+        await shows(pilot, "▲ the port is lost", "by the calibration")
+        source.finished = True
+        source.say(RESULT)
+        await shows(pilot, "The recording has ended: this is its last reading")
+
+
 async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned: FitReport) -> None:
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
     app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)

@@ -13,7 +13,7 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.heading_rows import Course, course, course_rows, large
 from imucal_wizard.tui.rose import rose
 from imucal_wizard.tui.screens.live_screen import LiveScreen
-from imucal_wizard.tui.text import line
+from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.key_footer import Keys
 from imucal_wizard.tui.widgets.lines import Lines
@@ -60,9 +60,9 @@ class HeadingScreen(LiveScreen):
         if readings != self._readings:
             self._readings = readings
             self._course = course(self._compass, stream)
-        self._show()
+        self._show(snapshot)
 
-    def _show(self) -> None:
+    def _show(self, snapshot: Snapshot) -> None:
         now = self._course
         values = (math.nan, math.nan) if now is None else (now.before, now.after)
         for name, value in zip(("before", "after"), values, strict=True):
@@ -73,8 +73,17 @@ class HeadingScreen(LiveScreen):
                 place.show([line(row) for row in rose(seen, width, height)])
             self.query_one(f"#heading-{name}", BigText).say(large(value))
         place = self.query_one("#course", Lines)
-        place.show(course_rows(now, self._report, (place.size.width or 78) - 2))
+        width = (place.size.width or 78) - 2
+        place.show([*_stale(snapshot, width), *course_rows(now, self._report, width)])
 
     def action_close(self) -> None:
         """Back to what is below."""
         self.end(self.step)
+
+
+def _stale(snapshot: Snapshot, width: int) -> list[Line]:
+    """Why the readings are no news any more; or nothing."""
+    if snapshot.finished:
+        return [line("The recording has ended: this is its last reading.", "quiet")]
+    problem = snapshot.stream.problem
+    return wrapped(f"▲ {problem}", width, "bad", indent="  ") if problem else []
