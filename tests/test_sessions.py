@@ -17,7 +17,7 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.state import Collected, Event, EventKind
 from imucal_wizard.recordings import session_file
-from imucal_wizard.sessions import Command, Session, list_sessions, new_path
+from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_path
 
 
 class Clock:
@@ -148,6 +148,17 @@ def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:
         Session.create(path, {})
 
 
+def test_a_name_that_no_file_can_have_is_refused_in_words(tmp_path: Path) -> None:
+    path = tmp_path / f"{'a' * 300}.imucal"
+    with pytest.raises(SessionError, match="cannot be written"):
+        Session.create(path, {})
+    with pytest.raises(SessionError, match="cannot be read"):
+        Session.open(path)
+    folder = tmp_path / ("a" * 300)
+    assert list_sessions(folder) == []
+    assert new_path(folder, dt.datetime.now(dt.UTC)).parent == folder
+
+
 def test_a_session_that_is_being_written_cannot_be_opened_twice(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     with Session.create(path, {}), pytest.raises(SessionError, match="another imucal-wizard"):
@@ -160,6 +171,9 @@ def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
         session.write_raw(0.0, b"one")
         session.commit()
         about, pieces = session_file.read_raw(path)
+        with KeptSession.look(path) as kept:
+            assert (kept.last_raw, kept.commands()) == (1, [])
+            assert list(kept.raw()) == [(1, 0.0, b"one")]
     assert (about["source"], pieces) == ("x", [(0.0, b"one")])
 
 

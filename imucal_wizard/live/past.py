@@ -12,7 +12,7 @@ from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.journal import SETUP
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.procedure.state import EventKind
-from imucal_wizard.sessions import Command, Session
+from imucal_wizard.sessions import Command, KeptSession
 
 Pieces = tuple[tuple[bytes, float], ...]
 """Bytes with their arrivals, s."""
@@ -41,7 +41,7 @@ class Past:
     """
 
     def __init__(
-        self, session: Session, known: Callable[[StreamSetup], StreamSetup] = _as_it_is
+        self, session: KeptSession, known: Callable[[StreamSetup], StreamSetup] = _as_it_is
     ) -> None:
         self.session = session
         self._known = known

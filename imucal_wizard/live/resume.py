@@ -52,22 +52,19 @@ class Resumed:
     Attributes:
         engine: in its first state; ``prepare`` brings it to where the session ended.
         past: what it has seen.
+        session: the file, open for writing.
         created: when it was begun, seconds since 1970.
     """
 
     engine: Engine
     past: Past
+    session: Session
     created: float
 
     @property
     def about(self) -> dict[str, Any]:
         """All settings of the session."""
         return self.past.about
-
-    @property
-    def session(self) -> Session:
-        """The file, open for writing."""
-        return self.past.session
 
     def prepare(
         self,
@@ -105,7 +102,7 @@ def resume(path: Path) -> Resumed:
     session = Session.open(path)
     try:
         past = Past(session)
-        return Resumed(past.engine(), past, _created(past))
+        return Resumed(past.engine(), past, session, _created(past))
     except SessionError:
         session.close()
         raise

@@ -1,6 +1,5 @@
 """A session gone through again from its file: what counts is what the operator let stand."""
 
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.procedure.state import Collected, StepKind
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.session import with_options
-from imucal_wizard.sessions import Session
+from imucal_wizard.sessions import KeptSession
 from imucal_wizard.solver.result import FitReport
 
 
@@ -46,7 +45,7 @@ def review(path: Path, options: RecordingOptions) -> Reviewed:
     Raises:
         SessionError: it cannot be read.
     """
-    with closing(Session.look(path)) as session:
+    with KeptSession.look(path) as session:
         past = Past(session, lambda setup: with_options(setup, options))
         engine = past.engine()
         past.replay(engine)

@@ -62,7 +62,13 @@ def connect(path: Path) -> sqlite3.Connection:
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
     """
-    if not path.exists():
+    try:
+        there = path.exists()
+    except OSError as error:  # a name that is too long, a folder that is closed to this user
+        raise SessionError(
+            f"{path} cannot be read ({error.strerror}); check the name and who owns its folder"
+        ) from error
+    if not there:
         raise SessionError(f"{path}: there is no such session; check the name")
     if not is_database(path):
         raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")

@@ -2,11 +2,13 @@
 
 from imucal_wizard.recordings.session_file import SUFFIX, Command
 from imucal_wizard.sessions.catalogue import SessionInfo, default_directory, list_sessions, new_path
+from imucal_wizard.sessions.kept import KeptSession
 from imucal_wizard.sessions.session import Session
 
 __all__ = [
     "SUFFIX",
     "Command",
+    "KeptSession",
     "Session",
     "SessionInfo",
     "default_directory",

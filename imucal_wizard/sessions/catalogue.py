@@ -50,14 +50,26 @@ def new_path(directory: Path, now: dt.datetime) -> Path:
     """A name for a session begun now that no file in the folder has."""
     stem = f"{now:%Y-%m-%d_%H%M%S}"
     path, number = directory / f"{stem}{SUFFIX}", 2
-    while path.exists():
+    while _taken(path):
         path, number = directory / f"{stem}-{number}{SUFFIX}", number + 1
     return path
 
 
+def _taken(path: Path) -> bool:
+    """Whether a file has this name; where that cannot be told, creating it says why."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
 def list_sessions(directory: Path) -> list[SessionInfo]:
     """The sessions in a folder, newest first; one that cannot be taken up again says why."""
-    found = [_info(path) for path in sorted(directory.glob(f"*{SUFFIX}"), reverse=True)]
+    try:
+        paths = sorted(directory.glob(f"*{SUFFIX}"), reverse=True)
+    except OSError:  # a folder that cannot be looked into; who writes a session there is told why
+        return []
+    found = [_info(path) for path in paths]
     return sorted(found, key=lambda info: info.created, reverse=True)
 
 

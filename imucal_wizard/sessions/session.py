@@ -7,23 +7,23 @@ written beside them as they are finished. A crash loses at most what came in the
 import json
 import sqlite3
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from imucal_wizard import __version__
 from imucal_wizard.errors import SessionError
 from imucal_wizard.procedure.state import Collected, Event
 from imucal_wizard.recordings import session_file
-from imucal_wizard.recordings.session_file import Command, explaining
 from imucal_wizard.sessions.findings import Findings
+from imucal_wizard.sessions.kept import KeptSession
 
 COMMIT_SECONDS = 0.5
 """How far the file on disk may lie behind what has arrived."""
 
 
-class Session:
+class Session(KeptSession):
     """A session file being written. Used by one thread at a time.
 
     Every method raises ``SessionError`` when the file can no longer be read or written.
@@ -35,12 +35,9 @@ class Session:
     def __init__(
         self, path: Path, connection: sqlite3.Connection, clock: Callable[[], float]
     ) -> None:
-        self.path = path
-        self._connection = connection
+        super().__init__(path, connection)
         self._clock = clock
         self._committed = clock()
-        self._last_raw = 0
-        self._last_arrival: float | None = None
         self._findings = Findings()
         self.commits = 0
 
@@ -58,9 +55,9 @@ class Session:
         Raises:
             SessionError: it exists already or cannot be written.
         """
-        if path.exists():
-            raise SessionError(f"{path} exists already; resume it, or give another name")
         try:
+            if path.exists():
+                raise SessionError(f"{path} exists already; resume it, or give another name")
             path.parent.mkdir(parents=True, exist_ok=True)
             connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
         except (OSError, sqlite3.Error) as error:
@@ -69,8 +66,10 @@ class Session:
                 " another folder with --sessions"
             ) from error
         session = cls(path, connection, clock)
-        with session._explaining():
+        with session._explaining(), ExitStack() as on_failure:
+            on_failure.callback(connection.close)
             session._set_up()
+            on_failure.pop_all()
         for key, value in {"program": __version__, "created": time.time(), **about}.items():
             session.set_meta(key, value)
         session.commit()
@@ -91,19 +90,6 @@ class Session:
             on_failure.pop_all()
         return session
 
-    @classmethod
-    def look(cls, path: Path) -> "Session":
-        """An existing file, only to be read.
-
-        Raises:
-            SessionError: it cannot be read.
-        """
-        session = cls(path, session_file.connect(path), time.monotonic)
-        with session._explaining():
-            session._connection.execute("PRAGMA query_only = 1")
-            session._seek()
-        return session
-
     def _set_up(self) -> None:
         self._connection.execute(f"PRAGMA application_id = {session_file.APPLICATION_ID}")
         self._connection.execute(f"PRAGMA user_version = {session_file.VERSION}")
@@ -116,26 +102,9 @@ class Session:
         self._connection.execute("BEGIN IMMEDIATE")
         self._seek()
 
-    def _seek(self) -> None:
-        last = self._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
-        self._last_raw, self._last_arrival = last[0] or 0, last[1]
-
     def _write_ahead(self) -> None:
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.execute("PRAGMA synchronous = NORMAL")
-
-    def _explaining(self) -> AbstractContextManager[None]:
-        return explaining(self.path)
-
-    @property
-    def last_raw(self) -> int:
-        """Number of the newest piece of bytes; 0 before the first."""
-        return self._last_raw
-
-    @property
-    def last_arrival(self) -> float | None:
-        """Arrival of the newest piece, s; None before the first."""
-        return self._last_arrival
 
     def write_raw(self, arrival: float, data: bytes) -> None:
         """Write down what has come, before anything is made of it.
@@ -145,11 +114,11 @@ class Session:
             data: the bytes.
         """
         with self._explaining():
-            self._last_raw += 1
+            self.last_raw += 1
             self._connection.execute(
-                "INSERT INTO raw VALUES (?, ?, ?)", (self._last_raw, arrival, data)
+                "INSERT INTO raw VALUES (?, ?, ?)", (self.last_raw, arrival, data)
             )
-        self._last_arrival = arrival
+        self.last_arrival = arrival
         self.commit_when_due()
 
     def write_command(self, sample_index: int, name: str, argument: str = "") -> None:
@@ -157,7 +126,7 @@ class Session:
         with self._explaining():
             self._connection.execute(
                 "INSERT INTO command VALUES (NULL, ?, ?, ?, ?)",
-                (self._last_raw, sample_index, name, argument),
+                (self.last_raw, sample_index, name, argument),
             )
         self.commit()
 
@@ -178,21 +147,6 @@ class Session:
             self._connection.execute(
                 "INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value))
             )
-
-    def meta(self) -> dict[str, Any]:
-        """All settings."""
-        with self._explaining():
-            return session_file.meta(self._connection)
-
-    def raw(self) -> Iterator[tuple[int, float, bytes]]:
-        """Number, arrival and bytes of each piece, in order."""
-        with self._explaining():
-            yield from session_file.raw(self._connection)
-
-    def commands(self) -> list[Command]:
-        """All commands, in order."""
-        with self._explaining():
-            return list(session_file.commands(self._connection))
 
     def commit_when_due(self) -> None:
         """Bring what was written to the disk when half a second has passed."""
@@ -224,9 +178,3 @@ class Session:
                     self._connection.execute("COMMIT")
         finally:
             self._connection.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()

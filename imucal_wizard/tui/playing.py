@@ -15,7 +15,7 @@ from imucal_wizard.readings import Readings
 from imucal_wizard.recordings import read
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.session import taken_back, with_options
-from imucal_wizard.sessions import Session
+from imucal_wizard.sessions import KeptSession
 
 
 def recording_player(
@@ -47,7 +47,7 @@ def session_player(path: Path, known: RecordingOptions, speed: float) -> tuple[P
     Raises:
         SessionError: it cannot be read.
     """
-    session = Session.look(path)
+    session = KeptSession.look(path)
     with ExitStack() as on_failure:
         on_failure.callback(session.close)
         past = Past(session, lambda setup: with_options(setup, known))
