@@ -14,12 +14,14 @@ ACCELERATION: dict[str, float] = {
     "m/s^2": 1.0,
     "g": STANDARD_GRAVITY,
     "mg": STANDARD_GRAVITY / 1000.0,
+    "cm/s^2": 0.01,
 }
 RATE: dict[str, float] = {
     "rad/s": 1.0,
     "mrad/s": 1e-3,
     "deg/s": math.pi / 180.0,
     "mdeg/s": math.pi / 180_000.0,
+    "rpm": math.pi / 30.0,
 }
 FIELD: dict[str, float] = {"uT": 1.0, "nT": 1e-3, "mT": 1e3, "G": 100.0, "mG": 0.1}
 TIME: dict[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -55,6 +57,7 @@ _SPELLINGS: dict[str, str] = {
         "metres/s2 meter/second2 meters/second2 meters/sec2",
         "g": "gee gees gs g0 gn",
         "mg": "milli-g millig mgee",
+        "cm/s^2": "cm/s2 cms-2 cm/s/s cm/sec2 cmps2 gal gals",
         "rad/s": "rads-1 rad/sec rad/second rads radps rads/s radian/s radians/s radians/sec "
         "radian/sec radians/second radianspersecond radpersec rps",
         "mrad/s": "mrads-1 mrad/sec mradps",
@@ -62,6 +65,7 @@ _SPELLINGS: dict[str, str] = {
         " deg/second degree/s degrees/s degree/sec degrees/sec degrees/second degs "
         "degreespersecond degpersec",
         "mdeg/s": "mdps mdegs-1 mdeg/sec m°/s mdegps",
+        "rpm": "r/min rev/min revs/min",
         "uT": "microtesla microteslas",
         "mT": "millitesla",
         "nT": "nanotesla",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard import units
+from imucal_wizard.devices.gravity import looks_like, usual_size, whole_numbers
 from imucal_wizard.readings import FloatArray
 
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
@@ -38,17 +39,19 @@ def accelerometer_unit(values: FloatArray) -> UnitGuess:
     Args:
         values: readings, shape (n, 3), most of them at rest.
     """
-    size = float(np.median(np.linalg.norm(values, axis=1)))
+    size = usual_size(values)
     if _offset_binary(values):
         why = "The accelerometer is centred at 32768: raw counts with an offset (offset binary)."
         return UnitGuess(units.COUNT, why)
-    for unit, gravity, tolerance in (("m/s^2", 9.80665, 0.2), ("g", 1.0, 0.2), ("mg", 1e3, 0.2)):
-        if abs(size / gravity - 1) < tolerance:
-            return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
+    unit = looks_like(size, whole_numbers(values))
+    if unit is not None and unit != units.COUNT:
+        return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
     for counts in _COUNTS_PER_G:
         if abs(size / counts - 1) < 0.15:
             why = f"Gravity reads {size:.0f}: raw counts, nominally {counts:.0f} per g."
             return UnitGuess(units.COUNT, why)
+    if unit == units.COUNT:
+        return UnitGuess(unit, f"Gravity reads {size:.0f}, in whole numbers: taken as raw counts.")
     if size < 0.5:
         return UnitGuess(
             "",
@@ -175,18 +178,17 @@ def _order(triples: list[FloatArray]) -> tuple[str, bool]:
 def _is_gravity(three: FloatArray, size: float) -> bool:
     """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
     steady = float(np.std(np.linalg.norm(three, axis=1))) < _STEADY * size
-    fine = size > _WHOLE or not bool(np.all(three == np.round(three)))
+    fine = size > _WHOLE or not whole_numbers(three)
     return steady and fine and any(abs(size / g - 1) < 0.15 for g in (9.80665, 1.0, 1000.0))
 
 
 def _is_counted_gravity(three: FloatArray, size: float) -> bool:
     """Whether these may be counts of an accelerometer."""
-    whole = bool(np.all(three == np.round(three)))
-    return whole and any(abs(size / counts - 1) < 0.15 for counts in _COUNTS_PER_G)
+    return whole_numbers(three) and any(abs(size / counts - 1) < 0.15 for counts in _COUNTS_PER_G)
 
 
 def _offset_binary(values: FloatArray) -> bool:
     """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
     middle = np.median(values, axis=0)
-    whole = bool(np.all(values == np.round(values)))
-    return whole and bool(np.all(np.abs(middle - 32768) < 12000)) and float(np.min(values)) >= 0
+    centred = bool(np.all(np.abs(middle - 32768) < 12000))
+    return whole_numbers(values) and centred and float(np.min(values)) >= 0

@@ -6,9 +6,9 @@ the same bias. The unit does not matter, so that counts are told as well.
 
 import numpy as np
 
+from imucal_wizard.devices.gravity import looks_like, usual_size
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray, Readings, Series
-from imucal_wizard.recordings.guess import looks_like, usual_size
 from imucal_wizard.recordings.header import SENSOR_CHANNELS
 from imucal_wizard.units import STANDARD_GRAVITY
 

@@ -1,36 +1,11 @@
-"""Units that the values themselves betray: an accelerometer measures one gravity most of the time.
-
-A gyroscope at rest betrays nothing, so its unit is never guessed.
-"""
+"""Units that the values themselves betray, and units that they contradict."""
 
 import numpy as np
 
+from imucal_wizard.devices.gravity import fits, looks_like, usual_size, whole_numbers
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.units import ACCELERATION, COUNT, STANDARD_GRAVITY
-
-_NEAR = 0.3
-"""Bias and scale of an uncalibrated sensor, and hand-held pauses, stay within this share of g."""
-_FEWEST_COUNTS = 100.0
-"""No sensor resolves gravity in fewer counts."""
-
-
-def usual_size(values: FloatArray) -> float:
-    """Median magnitude of readings, shape (n, 3); NaN rows do not count."""
-    return float(np.nanmedian(np.sqrt(np.einsum("ij,ij->i", values, values))))
-
-
-def looks_like(size: float, whole: bool) -> str | None:
-    """The acceleration unit in which gravity would have this size, or None.
-
-    Args:
-        size: usual magnitude of the readings.
-        whole: whether all readings are whole numbers, as counts are.
-    """
-    for unit in ("m/s^2", "g", "mg"):
-        if abs(size * ACCELERATION[unit] / STANDARD_GRAVITY - 1.0) < _NEAR and not whole:
-            return unit
-    return COUNT if whole and size >= _FEWEST_COUNTS else None
+from imucal_wizard.units import ACCELERATION, COUNT
 
 
 def acceleration_unit(values: FloatArray) -> tuple[str, str]:
@@ -43,8 +18,7 @@ def acceleration_unit(values: FloatArray) -> tuple[str, str]:
         RecordingError: the size of gravity fits no unit.
     """
     size = usual_size(values)
-    finite = values[np.isfinite(values)]
-    unit = looks_like(size, bool(np.all(finite == np.floor(finite))))
+    unit = looks_like(size, whole_numbers(values))
     if unit is None:
         raise RecordingError(
             f"the unit of the accelerations cannot be told: gravity measures {size:.4g}; give"
@@ -61,11 +35,7 @@ def doubt(values: FloatArray, unit: str) -> tuple[str, ...]:
         unit: the unit as it was given.
     """
     size = usual_size(values)
-    if unit == COUNT:
-        fits = size >= _FEWEST_COUNTS or not np.isfinite(size)
-    else:
-        fits = not abs(size * ACCELERATION[unit] / STANDARD_GRAVITY - 1.0) > _NEAR
-    if fits:
+    if fits(size, unit) or not np.isfinite(size):
         return ()
     other = looks_like(size, whole=False)
     advice = f"it looks like {other}, then give --accel-unit {other}" if other else "check the unit"

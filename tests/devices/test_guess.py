@@ -41,6 +41,14 @@ def test_the_size_of_gravity_tells_the_unit(size: float, unit: str) -> None:
     assert "ravity reads" in found.why
 
 
+@pytest.mark.parametrize(
+    ("size", "unit"), [(1000.0, "mg"), (256.0, "count"), (3000.0, "count"), (16384.0, "count")]
+)
+def test_whole_numbers_are_counts_unless_they_are_milli_g(size: float, unit: str) -> None:
+    """The same rule as for files: one stream, recorded, is not read in another unit."""
+    assert guess.accelerometer_unit(np.round(at(size))).unit == unit
+
+
 def test_counts_around_mid_scale_are_offset_binary() -> None:
     values = np.round(32768 + 415 * 9.8 * at(1.0))
     found = guess.accelerometer_unit(values)

@@ -135,7 +135,8 @@ def test_the_export_of_a_well_known_program_is_read_by_its_names(
 @pytest.mark.parametrize(
     ("unit", "size"),
     [("m s^-2", 1.0), ("m·s⁻²", 1.0), ("m/(s^2)", 1.0), ("m/sec²", 1.0), ("mps2", 1.0),
-     ("G", 1 / 9.80665), ("mG", 1000 / 9.80665), ("milli-g", 1000 / 9.80665)],
+     ("G", 1 / 9.80665), ("mG", 1000 / 9.80665), ("milli-g", 1000 / 9.80665),
+     ("cm/s²", 100.0), ("Gal", 100.0)],
 )  # fmt: skip
 def test_the_unit_of_acceleration_is_known_however_it_is_spelled(
     tmp_path: Path, unit: str, size: float
@@ -150,6 +151,16 @@ def test_the_unit_of_rate_is_known_however_it_is_spelled(tmp_path: Path, unit: s
     path = tmp_path / "a.csv"
     header = f"t[s],ax[g],ay[g],az[g],gx({unit}),gy({unit}),gz({unit})"
     path.write_text(table(header, T, A / 9.80665, np.degrees(G)), encoding="utf-8")
+    readings = read([path])
+    assert readings.gyroscope is not None
+    np.testing.assert_allclose(readings.gyroscope.values, G, atol=1e-8)
+
+
+@pytest.mark.parametrize("unit", ["rpm", "r/min", "rev/min"])
+def test_rates_in_turns_a_minute_are_read(tmp_path: Path, unit: str) -> None:
+    path = tmp_path / "a.csv"
+    header = f"t[s],ax[g],ay[g],az[g],gx[{unit}],gy[{unit}],gz[{unit}]"
+    path.write_text(table(header, T, A / 9.80665, G * 30.0 / np.pi))
     readings = read([path])
     assert readings.gyroscope is not None
     np.testing.assert_allclose(readings.gyroscope.values, G, atol=1e-8)

@@ -125,7 +125,9 @@ def test_common_names_are_understood(name: str, channel: str, unit: str) -> None
         (9.80665, False, "m/s^2", 9.80665),
         (1.0, False, "m/s^2", 9.80665),
         (1000.0, False, "m/s^2", 9.80665),
+        (1000.0, True, "m/s^2", 9.80665),
         (8192.0, True, "count", 8192.0),
+        (256.0, True, "count", 256.0),
     ],
 )
 def test_the_acceleration_unit_is_guessed_by_gravity_and_the_guess_is_told(
