@@ -141,7 +141,7 @@ def _vector(
         bench.still_floor,
         start,
         nominal_of(start, known),
-        0.5 * _noise(bench, start),
+        bench.noise(start),
     )
 
 
@@ -172,7 +172,7 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         held_out=None if vector.held_out is None else np.linalg.norm(vector.held_out, axis=1),
         covariance=vector.covariance,
         iterations=vector.iterations,
-        warnings=_not_carried(vector.dropped),
+        warnings=(*_not_carried(vector.dropped), *_weighing_less(bench, vector)),
         degrees_of_freedom=vector.degrees_of_freedom,
         suspects=() if suspect is None else (suspect.index,),
         not_held_out="" if vector.held_out is not None else ALL_NEEDED,
@@ -195,6 +195,17 @@ def _not_carried(dropped: Sequence[str]) -> tuple[str, ...]:
     return (f"the rotations do not carry {names}: left at the nominal value. {advice}",)
 
 
+def _weighing_less(bench: Bench, vector: VectorFit) -> tuple[str, ...]:
+    count = bench.unsteady(vector.matrix)
+    if not count:
+        return ()
+    says = (
+        f"{count} of {len(bench.usable)} rotations begin or end while the device was not steady: "
+        "they weigh less, and their closure shows the hand"
+    )
+    return (says,)
+
+
 def _before(bench: Bench, vector: VectorFit, unit: str) -> FloatArray:
     """Closure with the nominal conversion only; for counts, with one common scale and the bias."""
     if unit != COUNT:
@@ -206,19 +217,8 @@ def _before(bench: Bench, vector: VectorFit, unit: str) -> FloatArray:
 
 
 def _floor(bench: Bench, vector: VectorFit) -> float:
-    """Closure that noise alone would make, rad rms."""
-    return float(np.sqrt(_noise(bench, vector.matrix).mean()))
-
-
-def _noise(bench: Bench, matrix: FloatArray) -> FloatArray:
-    """Mean square of each closure by noise alone: angle random walk and both directions, (m,).
-
-    Two components of each are seen; the one about gravity is not.
-    """
-    steps = bench.turns.steps
-    durations = np.add.reduceat(steps.dt, steps.offsets[:-1])
-    per_second = float(((matrix**2) @ bench.density).mean())
-    return np.asarray(2.0 * per_second * durations + 4.0 * bench.direction_sigma**2)
+    """Closure that noise alone would make, rad rms, over its two components that are seen."""
+    return float(np.sqrt(2.0 * bench.noise(vector.matrix).mean()))
 
 
 def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:

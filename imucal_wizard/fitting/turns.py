@@ -10,12 +10,15 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.attitude import advancing, lay_out
+from imucal_wizard.solver.attitude import IntArray, advancing, lay_out
 from imucal_wizard.solver.closure import Turns
 from imucal_wizard.solver.gyroscope_start import Path
 from imucal_wizard.solver.noise import hold_noise
+from imucal_wizard.solver.rest import rest_of
 
 FEWEST_SAMPLES = 3
+UNSTEADY = 9.0
+"""Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,16 +30,42 @@ class Bench:
         usable: which of all rotations they are.
         stills: the gyroscope's mean in each hold, shape (n, 3).
         still_floor: standard deviation of such a mean by noise alone, shape (3,).
-        direction_sigma: standard deviation of a measured up direction, rad.
         density: variance × time of the gyroscope per axis, reading units² s, shape (3,).
+        holds: all holds.
+        before: which of them each rotation starts from, shape (m,).
+        after: which of them it ends in, shape (m,).
+        direction_variance: of the mean up direction in each hold, rad², shape (n,).
     """
 
     turns: Turns
     usable: tuple[int, ...]
     stills: FloatArray
     still_floor: FloatArray
-    direction_sigma: float
     density: FloatArray
+    holds: tuple[Hold, ...]
+    before: IntArray
+    after: IntArray
+    direction_variance: FloatArray
+
+    def noise(self, matrix: FloatArray) -> FloatArray:
+        """Variance of each component of each closure by noise alone, rad², shape (m,).
+
+        Angle random walk, and the directions at both ends: how well the mean of a hold is known,
+        and how far the device was from it when the turn began, where a hand did not rest.
+
+        Args:
+            matrix: M, rad/s per reading.
+        """
+        steps = self.turns.steps
+        durations = np.add.reduceat(steps.dt, steps.offsets[:-1])
+        per_second = float(((matrix**2) @ self.density).mean())
+        ends = self.direction_variance + rest_of(self.holds, matrix).end
+        return np.asarray(per_second * durations + ends[self.before] + ends[self.after])
+
+    def unsteady(self, matrix: FloatArray) -> int:
+        """How many rotations begin or end where the device was far from being at rest."""
+        noise = self.noise(matrix)
+        return int((noise > UNSTEADY * np.median(noise)).sum())
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
@@ -71,21 +100,27 @@ def make_bench(
     turned = [rotations[i] for i in usable]
     # a shift that all still means have in common weighs like so many independent ones of its size
     common = len(stills) * rate_shift(holds, turned)
+    before = np.array([places[id(rotation.before)] for rotation in turned])
+    after = np.array([places[id(rotation.after)] for rotation in turned])
     return Bench(
-        _turns(turned, places, accelerometer),
+        _turns(turned, before, after, accelerometer),
         usable,
         stills,
         np.sqrt(density / duration + common),
-        float(np.sqrt(accelerometer.direction_variance.mean())),
         density,
+        tuple(holds),
+        before,
+        after,
+        accelerometer.direction_variance,
     )
 
 
 def _turns(
-    rotations: Sequence[Rotation], places: dict[int, int], accelerometer: AccelerometerFit
+    rotations: Sequence[Rotation],
+    before: IntArray,
+    after: IntArray,
+    accelerometer: AccelerometerFit,
 ) -> Turns:
-    before = [places[id(rotation.before)] for rotation in rotations]
-    after = [places[id(rotation.after)] for rotation in rotations]
     up, doubt = accelerometer.up, accelerometer.up_doubt
     return Turns(
         lay_out([rotation.time for rotation in rotations], [r.rate for r in rotations]),

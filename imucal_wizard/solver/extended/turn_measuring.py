@@ -13,11 +13,11 @@ from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
-from imucal_wizard.solver.extended.rest import Rest, rest_of
 from imucal_wizard.solver.extended.samples import Samples, lay_samples
 from imucal_wizard.solver.extended.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.gains import nominal_of
+from imucal_wizard.solver.rest import Rest, rest_of
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.units import COUNT
 

@@ -38,6 +38,8 @@ class References:
         up_after: up at the hold after.
         field_before: field at the hold before.
         field_after: field at the hold after.
+        spread: standard deviation of each closure relative to that of most, shape (m,): larger
+            where the device was not steady at an end.
     """
 
     steps: Steps
@@ -45,6 +47,7 @@ class References:
     up_after: FloatArray
     field_before: FloatArray
     field_after: FloatArray
+    spread: FloatArray
 
     def __len__(self) -> int:
         return len(self.up_before)
@@ -140,7 +143,9 @@ def fit_attitude(
     tilt_variance = heading_variance = 1e-4
     for _ in range(MAX_ITERATIONS):
         at = closed(data, matrix, bias)
-        problem = _Problem(at, stills, still_sigma, bias, units, tilt_variance, heading_variance)
+        problem = _Problem(
+            at, data.spread, stills, still_sigma, bias, units, tilt_variance, heading_variance
+        )
         step = -np.linalg.solve(problem.normal, problem.slope)
         matrix = matrix + (units[MATRIX] * step[MATRIX]).reshape(3, 3)
         bias = bias + units[9:] * step[9:]
@@ -162,6 +167,7 @@ class _Problem:
     def __init__(
         self,
         at: Closed,
+        spread: FloatArray,
         stills: FloatArray,
         still_sigma: FloatArray,
         bias: FloatArray,
@@ -169,9 +175,9 @@ class _Problem:
         tilt_variance: float,
         heading_variance: float,
     ) -> None:
-        self.at = at
-        self.rows = np.concatenate([at.tilt_slope, at.heading_slope[:, None]], axis=1) * units
-        self.errors = np.concatenate([at.tilt, at.heading[:, None]], axis=1)
+        slopes = np.concatenate([at.tilt_slope, at.heading_slope[:, None]], axis=1)
+        self.rows = slopes * units / spread[:, None, None]
+        self.errors = np.concatenate([at.tilt, at.heading[:, None]], axis=1) / spread[:, None]
         self.weights = 1.0 / np.array([*3 * [tilt_variance], heading_variance])
         self.tilt_normal = np.einsum("mip,miq->pq", self.rows[:, :3], self.rows[:, :3])
         self.tilt_normal *= self.weights[0]
@@ -185,7 +191,7 @@ class _Problem:
             raise DataError(_BLIND)
 
     def variances(self) -> tuple[float, float]:
-        """Of a component of the tilt's closure, and of the heading's.
+        """Of a component of the tilt's closure, and of the heading's, where the spread is 1.
 
         Each kind of closure has lost as many degrees of freedom as it has decided parameters.
         """
@@ -193,8 +199,8 @@ class _Problem:
         count = len(self.errors)
         tilt_free = max(2.0 * count - float(np.trace(inverse @ self.tilt_normal)), 1.0)
         heading_free = max(count - float(np.trace(inverse @ self.heading_normal)), 1.0)
-        tilt = float((self.at.tilt**2).sum()) / tilt_free
-        heading = float((self.at.heading**2).sum()) / heading_free
+        tilt = float((self.errors[:, :3] ** 2).sum()) / tilt_free
+        heading = float((self.errors[:, 3] ** 2).sum()) / heading_free
         return max(tilt, SMALLEST**2), max(heading, SMALLEST**2)
 
 
@@ -208,7 +214,7 @@ def _fit(
     variances: tuple[float, float],
 ) -> AttitudeFit:
     at = closed(data, matrix, bias)
-    problem = _Problem(at, stills, still_sigma, bias, units, *variances)
+    problem = _Problem(at, data.spread, stills, still_sigma, bias, units, *variances)
     inverse = np.linalg.inv(problem.normal)
     freedom = 3 * len(data) - 9
     if freedom < FEWEST_SPARE or np.sqrt(np.diag(inverse)[MATRIX]).max() > NOT_CARRIED:
@@ -219,6 +225,7 @@ def _fit(
         weighted = row * root[:, None]
         left = np.eye(4) - weighted @ inverse @ weighted.T
         out[k] = np.linalg.lstsq(left, error * root, rcond=1e-6)[0] / root
+        out[k] *= data.spread[k]
     return AttitudeFit(
         matrix,
         bias,

@@ -1,0 +1,160 @@
+"""The gyroscope by gravity and field, once the magnetometer is aligned; and the clocks."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.errors import DataError
+from imucal_wizard.fitting.compass import up_in
+from imucal_wizard.fitting.passages import Crossing, field_at, passages
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.solver.attitude import lay_out
+from imucal_wizard.solver.parameters import full_parameters, with_errors
+from imucal_wizard.solver.rest import rest_of
+from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.second_stage.clock import clock_offset
+from imucal_wizard.solver.second_stage.found import Added, SecondStage
+from imucal_wizard.solver.second_stage.references import (
+    AttitudeFit,
+    References,
+    closed,
+    fit_attitude,
+)
+
+FEWEST_TURNS = 6
+WORSE = 1.1
+"""A closure that is larger by less than this says nothing: thirty turns know it to 13 %."""
+MEDIAN_OF_TWO = 1.386
+"""Median of the sum of two squared normal numbers of variance 1."""
+SMALLEST_CLOSURE = 1e-9
+
+
+def up_of(fit: SensorFit, holds: list[Hold]) -> FloatArray:
+    """Unit up in the body frame in each hold, shape (n, 3)."""
+    force = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    return up_in(fit, force)
+
+
+def unit_of(vectors: FloatArray) -> FloatArray:
+    """The vectors, shape (n, 3), at length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+def with_gyroscope(
+    report: FitReport,
+    stage: SecondStage,
+    turns: Sequence[Crossing],
+    series: Series,
+    aligned: SensorFit,
+) -> tuple[SecondStage, SensorFit]:
+    """Clock offset, and the gyroscope by both references.
+
+    Args:
+        report: of each sensor by itself.
+        stage: what is known so far.
+        turns: the gyroscope between the holds of the report.
+        series: all the magnetometer's readings.
+        aligned: the magnetometer in the accelerometer's frame.
+
+    Returns:
+        The stage with clock and gain, and the better of both fits.
+    """
+    fit = report.sensors["gyroscope"]
+    clock = clock_offset(passages(turns, fit, series, aligned))
+    stage = replace(stage, clock=clock)
+    offset = 0.0 if clock is None else clock.seconds
+    places, field = field_at(report.holds, series, None, clock=offset)
+    known = dict(zip(places, unit_of((field - aligned.bias) @ aligned.matrix.T), strict=True))
+    turns = [turn for turn in turns if turn.before in known and turn.after in known]
+    if len(turns) < FEWEST_TURNS:
+        note = f"{len(turns)} turns are too few to close the gyroscope by both references"
+        return replace(stage, notes=(*stage.notes, note)), fit
+    data = _references(report, turns, known)
+    data = replace(data, spread=_spread(report, turns, data))
+    means = np.array([h.gyroscope for h in report.holds if h.gyroscope is not None], float)
+    sigma = np.maximum(means.std(axis=0), 1e-9 / np.linalg.norm(fit.matrix))
+    try:
+        better = fit_attitude(data, means, sigma, fit.matrix, fit.bias)
+    except DataError as error:
+        return replace(stage, notes=(*stage.notes, str(error))), fit
+    added = _added(data, fit, better)
+    stage = replace(stage, added=added)
+    if added.heading_after > WORSE * added.heading_before:
+        note = "the gyroscope's fit to gravity alone foretells turns better and is kept"
+        return replace(stage, notes=(*stage.notes, note)), fit
+    return stage, _by_both(fit, better)
+
+
+def _references(
+    report: FitReport, turns: list[Crossing], known: dict[int, FloatArray]
+) -> References:
+    up = up_of(report.sensors["accelerometer"], list(report.holds))
+    return References(
+        lay_out([turn.time for turn in turns], [turn.rate for turn in turns]),
+        np.array([up[turn.before] for turn in turns]),
+        np.array([up[turn.after] for turn in turns]),
+        np.array([known[turn.before] for turn in turns]),
+        np.array([known[turn.after] for turn in turns]),
+        np.ones(len(turns)),
+    )
+
+
+def _spread(report: FitReport, turns: list[Crossing], data: References) -> FloatArray:
+    """How much less each turn is known whose ends were not steady, shape (m,)."""
+    fit = report.sensors["gyroscope"]
+    ends = rest_of(report.holds, fit.matrix).end
+    far = ends[[turn.before for turn in turns]] + ends[[turn.after for turn in turns]]
+    tilt = (closed(data, fit.matrix, fit.bias).tilt ** 2).sum(axis=1)
+    usual = max(float(np.median(tilt)) / MEDIAN_OF_TWO, SMALLEST_CLOSURE**2)
+    return np.asarray(np.sqrt(1.0 + far / usual))
+
+
+def _added(data: References, fit: SensorFit, better: AttitudeFit) -> Added:
+    first = closed(data, fit.matrix, fit.bias)
+    ratio = None
+    if fit.covariance is not None:
+        before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
+        seen = before > 0.0
+        ratio = float(np.sqrt(after[seen] / before[seen]).mean()) if seen.any() else None
+    return Added(
+        len(data),
+        fit.rms_held_out or _rms(np.linalg.norm(first.tilt, axis=1)),
+        _rms(better.tilt_held_out),
+        _rms(first.heading),
+        _rms(better.heading_held_out),
+        ratio,
+    )
+
+
+def _by_both(fit: SensorFit, better: AttitudeFit) -> SensorFit:
+    """The gyroscope's fit with the parameters of the second stage."""
+    units = {parameter.name: parameter.unit for parameter in fit.parameters}
+    parameters = with_errors(
+        lambda t: full_parameters(t[:9].reshape(3, 3), t[9:]),
+        np.concatenate([better.matrix.ravel(), better.bias]),
+        better.covariance,
+        lambda name: units.get(name, "rad"),
+        (),
+    )
+    return replace(
+        fit,
+        model=("bias", "scale", "non-orthogonality"),
+        method="vector + field",
+        matrix=better.matrix,
+        bias=better.bias,
+        parameters=parameters,
+        rms_fitted=_rms(better.tilt),
+        rms_held_out=_rms(better.tilt_held_out),
+        residuals=better.tilt,
+        held_out=better.tilt_held_out,
+        covariance=better.covariance,
+        degrees_of_freedom=better.degrees_of_freedom,
+        suspects=(),
+        not_held_out="",
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.asarray(values) ** 2)))
