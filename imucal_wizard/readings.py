@@ -1,5 +1,6 @@
 """Readings: the samples of one recording, or of one moment of a stream. SI or counts, frozen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +30,10 @@ class Series:
         """The samples with ``start <= time < end``."""
         first, last = np.searchsorted(self.time, (start, end))
         return Series(self.time[first:last], self.values[first:last], self.unit)
+
+    def part(self, first: int, past: int) -> "Series":
+        """The samples with indices from ``first`` to before ``past``."""
+        return Series(self.time[first:past], self.values[first:past], self.unit)
 
     @property
     def rate(self) -> float:
@@ -63,25 +68,26 @@ class Readings:
         return len(self.accelerometer)
 
 
+def joined(parts: Sequence[Series | None]) -> Series | None:
+    """Pieces of one sensor's samples, in order, as one; None where no piece has any."""
+    series = [part for part in parts if part is not None]
+    if len(series) < 2:
+        return series[0] if series else None
+    return Series(
+        np.concatenate([part.time for part in series]),
+        np.concatenate([part.values for part in series]),
+        series[0].unit,
+    )
+
+
 def join(parts: "list[Readings]") -> Readings:
     """Pieces of one stream, in order, as one recording."""
     first = parts[0]
-
-    def joined(name: str) -> Series | None:
-        series = [s for s in (getattr(part, name) for part in parts) if s is not None]
-        if not series:
-            return None
-        return Series(
-            np.concatenate([s.time for s in series]),
-            np.concatenate([s.values for s in series]),
-            series[0].unit,
-        )
-
     return Readings(
-        joined("accelerometer") or first.accelerometer,
-        joined("gyroscope"),
-        joined("magnetometer"),
-        joined("temperature"),
+        joined([part.accelerometer for part in parts]) or first.accelerometer,
+        joined([part.gyroscope for part in parts]),
+        joined([part.magnetometer for part in parts]),
+        joined([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
         joined("current"),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.procedure.alignment import aligned
-from imucal_wizard.readings import Readings, Series
+from imucal_wizard.readings import Readings
 
 
 class Tape(Protocol):
@@ -70,13 +70,13 @@ class ReadingsTape:
 
     def _part(self, first: int, past: int) -> Readings:
         own = self._readings
-        a, g, t = own.accelerometer, own.gyroscope, own.temperature
+        a, g, m, t = own.accelerometer, own.gyroscope, own.magnetometer, own.temperature
         begin = a.time[first] if first else -np.inf
         end = a.time[past] if past < len(a) else np.inf
         return Readings(
-            Series(a.time[first:past], a.values[first:past], a.unit),
-            None if g is None else Series(g.time[first:past], g.values[first:past], g.unit),
-            None,
+            a.part(first, past),
+            None if g is None else g.part(first, past),
+            None if m is None else m.between(begin, end),
             None if t is None else t.between(begin, end),
             own.warnings,
         )

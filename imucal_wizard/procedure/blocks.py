@@ -210,10 +210,6 @@ def _rows(readings: Readings, first: int, last: int) -> Readings:
     """Rows of accelerometer and gyroscope by index."""
     gyroscope = readings.gyroscope
     return Readings(
-        _cut(readings.accelerometer, first, last),
-        None if gyroscope is None else _cut(gyroscope, first, last),
+        readings.accelerometer.part(first, last),
+        None if gyroscope is None else gyroscope.part(first, last),
     )
-
-
-def _cut(series: Series, first: int, last: int) -> Series:
-    return Series(series.time[first:last], series.values[first:last], series.unit)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.asked import from_text
 from imucal_wizard.procedure.conductor import Conductor
-from imucal_wizard.procedure.ledger import KeptHold
+from imucal_wizard.procedure.ledger import Kept, KeptCircle, KeptHold
 from imucal_wizard.procedure.more_step import MoreStage
 from imucal_wizard.procedure.pose_step import PoseStage
 from imucal_wizard.procedure.route import MEASURING
@@ -15,6 +15,9 @@ from imucal_wizard.procedure.wording import TITLES, label, plural
 
 AFTERWARDS = (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which there is a result, so that the bench may ask for more."""
+
+
+_NOUNS = {StepKind.ROTATIONS: "rotation", StepKind.FIELD: "circle"}
 
 
 class Commands:
@@ -35,6 +38,7 @@ class Commands:
             "take": self._take,
             "remeasure": self._remeasure,
             "count-faces": self._count_faces,
+            "enough": self._enough,
             "validate": self._validate,
             "save": self._save,
         }
@@ -123,6 +127,14 @@ class Commands:
             self._typical_limits()
         route.go_on()
 
+    def _enough(self) -> None:
+        """Go on with the part of the sphere that could be reached."""
+        if self._route.step is not StepKind.FIELD:
+            self._say("Only the magnetometer's step can do with less.")
+            return
+        self._route.field.accept()
+        self._route.advance()
+
     def _typical_limits(self) -> None:
         """Without a measured noise: the limits it had before, or coarse ones."""
         scene = self._scene
@@ -158,7 +170,7 @@ class Commands:
             return
         since = route.more.since if kind is StepKind.MORE else -math.inf
         dropped = 0 if kind is StepKind.SETTLE else self._scene.ledger.clear(kind, since)
-        noun = "rotation" if kind is StepKind.ROTATIONS else "hold"
+        noun = _NOUNS.get(kind, "hold")
         self._holding.restart()
         route.enter(kind)
         lost = f": {plural(dropped, noun)} taken back" if dropped else ""
@@ -202,7 +214,9 @@ class Commands:
                 route.advance()
 
 
-def _named(last: object) -> str:
+def _named(last: Kept) -> str:
     if isinstance(last, KeptHold):
         return label(last.hold.pose) if last.hold.pose else "The last hold"
+    if isinstance(last, KeptCircle):
+        return f"What was turned on {label(last.face)}" if last.face else "What was turned"
     return "The last rotation"

@@ -1,14 +1,17 @@
 """Moment by moment: is the device still, and what follows from it."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from imucal_wizard.procedure.field.record import FieldRecord
 from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import Procedure
 from imucal_wizard.procedure.route import Route
 from imucal_wizard.procedure.scales import Scales, excess
 from imucal_wizard.procedure.scene import Scene
-from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.state import Collected, EventKind, StepKind
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.taking import Taking
 
@@ -24,6 +27,7 @@ class Conductor:
         holding: the still run under way.
         route: which step comes when.
         taking: what keeps the holds.
+        record: the magnetometer's samples.
         elapsed: seconds of samples so far.
     """
 
@@ -38,6 +42,7 @@ class Conductor:
         self.holding = Holding(self.scene)
         self.route = Route(self.scene, self.holding, noise)
         self.taking = Taking(self.scene, self.holding, self.route)
+        self.record = FieldRecord()
         self.elapsed = 0.0
         self._broke = ""
 
@@ -46,6 +51,9 @@ class Conductor:
         scene, was_still = self.scene, self.scene.still
         scene.time = moment.end
         scene.has_gyroscope = moment.rate is not None
+        if moment.field is not None and len(moment.field):
+            self.record.add(moment.field)
+            scene.has_magnetometer = True
         self.elapsed += moment.seconds
         self._learn(moment)
         scene.still = self._judge(moment)
@@ -59,10 +67,31 @@ class Conductor:
         if scene.still:
             self._rest(began=not was_still)
         scene.held = self.holding.counted
-        self.route.stage.follow(moment)
+        self._follow_step(moment)
         if scene.still:
             self.taking.consider()
         self._be_patient(moment)
+
+    def _follow_step(self, moment: Moment) -> None:
+        """The step at work sees the moment, and may have all it needs with it."""
+        stage = self.route.stage
+        before = stage.finished
+        stage.follow(moment)
+        if stage.finished and not before:
+            self.route.advance()
+
+    def collected(self) -> Collected:
+        """Everything that has been measured and not taken back or left out."""
+        collected, field = self.holding.collected(), self.route.field
+        series = self.record.series()
+        if series is None or StepKind.FIELD in self.route.skipped:
+            return replace(collected, magnetometer=series)
+        return replace(
+            collected,
+            magnetometer=series,
+            field_spans=field.gathered.survey.spans(),
+            field_left_out=field.left_out(),
+        )
 
     def _learn(self, moment: Moment) -> None:
         """Which way is up, and how fine the readings are."""

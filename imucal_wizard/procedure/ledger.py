@@ -1,7 +1,9 @@
 """What has been measured so far, to which step it belongs, and what undo takes back."""
 
+import itertools
 import math
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
@@ -75,14 +77,35 @@ class KeptRotation:
         )
 
 
+@dataclass(eq=False)
+class KeptCircle:
+    """What was turned with one face on the table, and on the way to the next.
+
+    Attributes:
+        number: its own, never used again.
+        face: the face that lay on the table (``-z``), or "" while none did.
+        complete: the circle is a whole one.
+    """
+
+    number: int
+    face: str
+    complete: bool = False
+    step: ClassVar[StepKind] = StepKind.FIELD
+
+
+Kept = KeptHold | KeptRotation | KeptCircle
+
+
 class Ledger:
-    """All holds and rotations in time order."""
+    """All holds, rotations and circles in time order."""
 
     def __init__(self) -> None:
         self.holds: list[KeptHold] = []
         self.rotations: list[KeptRotation] = []
         self.validation: list[KeptHold] = []
-        self._log: list[KeptHold | KeptRotation] = []
+        self.circles: list[KeptCircle] = []
+        self._circle_numbers = itertools.count()
+        self._log: list[Kept] = []
 
     def add_hold(self, kept: KeptHold) -> None:
         """Keep a hold; those of the validation apart from the rest."""
@@ -94,23 +117,33 @@ class Ledger:
         """Keep the motion between two holds."""
         self.rotations.append(kept)
 
+    def begin_circle(self, face: str) -> KeptCircle:
+        """A circle with this face on the table, or with none ("")."""
+        kept = KeptCircle(next(self._circle_numbers), face)
+        self.circles.append(kept)
+        self._log.append(kept)
+        return kept
+
     def count(self, kept: KeptRotation, axis: str) -> None:
         """One of the rotations asked for; undo can take it back."""
         kept.axis, kept.counts = axis, True
         self._log.append(kept)
 
-    def last(self) -> KeptHold | KeptRotation | None:
-        """What undo would take back: a rotation, or a hold that is not merely a rotation's end."""
+    def last(self) -> Kept | None:
+        """What undo would take back; a hold that only ends a rotation goes with that."""
         for kept in reversed(self._log):
-            if isinstance(kept, KeptRotation):
+            if not isinstance(kept, KeptHold):
                 return kept
             if not kept.between and (kept.ticks or kept.step is not StepKind.SETTLE):
                 return kept
         return None
 
-    def remove(self, kept: KeptHold | KeptRotation) -> None:
-        """Forget a hold and the motions that touch it, or a rotation."""
+    def remove(self, kept: Kept) -> None:
+        """Forget a hold and the motions that touch it, a rotation, or a circle."""
         self._log = [entry for entry in self._log if entry is not kept]
+        if isinstance(kept, KeptCircle):
+            self.circles = [entry for entry in self.circles if entry is not kept]
+            return
         if isinstance(kept, KeptRotation):
             self.rotations = [entry for entry in self.rotations if entry is not kept]
             return
@@ -122,12 +155,17 @@ class Ledger:
             self.remove(rotation)
 
     def clear(self, step: StepKind, since: float = -math.inf) -> int:
-        """Forget what was taken in one step; how many holds and asked-for rotations that was.
+        """Forget what was taken in one step; how many holds, rotations or circles that was.
 
         Args:
             step: which.
             since: only what began at this sample time, s, or later.
         """
+        if step is StepKind.FIELD:
+            circles = list(self.circles)
+            for circle in circles:
+                self.remove(circle)
+            return sum(circle.complete for circle in circles)
         every = (*self.holds, *self.validation)
         held = [kept for kept in every if kept.step is step and kept.hold.start >= since]
         turned = [

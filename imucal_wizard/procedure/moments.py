@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.procedure.blocks import BlockCutter, Blocks
 from imucal_wizard.procedure.stillness import WindowMaker, Windows
-from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.readings import FloatArray, Readings, Series, joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +20,8 @@ class Moment:
         acceleration: accelerometer readings, shape (n, 3).
         rate: gyroscope readings, shape (n, 3), or None without a gyroscope.
         seconds: nominal length of the block, s.
+        field: the magnetometer's samples since the block before, at times of their own; None as
+            long as there has been none.
     """
 
     block: Blocks
@@ -28,6 +30,7 @@ class Moment:
     acceleration: FloatArray
     rate: FloatArray | None
     seconds: float
+    field: Series | None = None
 
     @property
     def end(self) -> float:
@@ -53,12 +56,14 @@ class MomentMaker:
         self._windows = WindowMaker()
         self._seconds = self._cutter.size / rate
         self._rest: list[FloatArray] = []
+        self._field: Series | None = None
 
     def feed(self, readings: Readings) -> list[Moment]:
         """The moments that these readings complete."""
         if not len(readings):
             return []
         columns = self._columns(readings)
+        self._field = joined([self._field, readings.magnetometer])
         blocks = self._cutter.feed(readings)
         size, count = self._cutter.size, len(blocks)
         self._rest = [column[count * size :] for column in columns]
@@ -87,4 +92,14 @@ class MomentMaker:
             windows.full[row],
         )
         rate = pieces[2] if len(pieces) > 2 else None
-        return Moment(blocks.select(row), window, pieces[0], pieces[1], rate, self._seconds)
+        field = self._field_until(float(pieces[0][-1]))
+        return Moment(blocks.select(row), window, pieces[0], pieces[1], rate, self._seconds, field)
+
+    def _field_until(self, last: float) -> Series | None:
+        """The magnetometer's samples up to a block's last sample; what comes later waits."""
+        series = self._field
+        if series is None:
+            return None
+        count = int(np.searchsorted(series.time, last, side="right"))
+        self._field = series.part(count, len(series))
+        return series.part(0, count)

@@ -62,6 +62,8 @@ def offers(conductor: Conductor) -> tuple[Offer, ...]:
             open_now.append(Offer("remeasure", "n", "measure the noise again"))
     if step in (*MEASURING, StepKind.MORE) and conductor.route.stage.finished:
         open_now.append(Offer("skip", "g", "all taken: go on"))
+    if step is StepKind.FIELD:
+        open_now.extend(conductor.route.field.offers())
     if step is StepKind.POSES and _faces_wait(conductor):
         open_now.append(Offer("count-faces", "f", "count the faces of the up/down step"))
     if step is StepKind.RESULT:

@@ -1,5 +1,6 @@
 """Which step comes when; each is at work in a stage of its own."""
 
+from imucal_wizard.procedure.field.stage import FieldStage
 from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.more_step import MoreStage
 from imucal_wizard.procedure.plain_step import PlainStage
@@ -27,6 +28,7 @@ class Route:
 
     Attributes:
         settle: the settle stage, whose limits all others use.
+        field: the stage of the magnetometer's circles.
         more: the stage of what is asked for beyond the plan; not one of the procedure's steps.
         stages: the stage of each step.
         step: the step at work.
@@ -49,7 +51,9 @@ class Route:
         poses, turns = procedure.step(StepKind.POSES), procedure.step(StepKind.ROTATIONS)
         self.more = MoreStage(scene, poses, turns)
         self.stages[StepKind.MORE] = self.more
-        for kind in (StepKind.SOURCE, StepKind.FIELD, StepKind.RESULT, StepKind.SAVE):
+        self.field = FieldStage(scene)
+        self.stages[StepKind.FIELD] = self.field
+        for kind in (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE):
             self.stages[kind] = PlainStage(kind)
         self.step = procedure.kinds[0]
         self.skipped: dict[StepKind, str] = {}

@@ -238,7 +238,9 @@ class Collected:
         turns: indices into ``rotations`` of the rotations of the rotation step.
         validation: holds that the fit must not see.
         magnetometer: every sample of it in time order, or None without one.
-        field_spans: sample times (from, to) of the field step, s; what was taken back is not in.
+        field_spans: sample times (from, to) of the field step, s, without what was taken back or
+            disturbed.
+        field_left_out: what was disturbed in it: from, to, s, and the reason.
     """
 
     holds: tuple[Hold, ...]
@@ -249,3 +251,4 @@ class Collected:
     validation: tuple[Hold, ...] = ()
     magnetometer: Series | None = None
     field_spans: tuple[tuple[float, float], ...] = ()
+    field_left_out: tuple[tuple[float, float, str], ...] = ()

@@ -69,7 +69,8 @@ class Machine:
 
         Args:
             name: ``start``, ``skip``, ``undo``, ``repeat``, ``goto``, ``back``, ``loosen``,
-                ``take``, ``remeasure``, ``count-faces``, ``validate``, ``save`` or ``measure``.
+                ``take``, ``remeasure``, ``count-faces``, ``enough``, ``validate``, ``save`` or
+                ``measure``.
             argument: the step's name for ``goto``; for ``measure`` what ``asked.to_text`` made.
 
         Raises:
@@ -109,4 +110,4 @@ class Machine:
 
     def collected(self) -> Collected:
         """What has been measured; a hold that still grows is as long as it is by now."""
-        return self._conductor.holding.collected()
+        return self._conductor.collected()

@@ -7,12 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import bin_of
-from imucal_wizard.ellipsoid.orthogonal import orthogonal
-from imucal_wizard.ellipsoid.robust import robust_start, spread
-from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
-from imucal_wizard.errors import DataError, UsageError
-from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.magnetometer.checks import (
+from imucal_wizard.ellipsoid.checks import (
     check_field,
     check_readings,
     check_saturation,
@@ -20,6 +15,11 @@ from imucal_wizard.solver.magnetometer.checks import (
     no_shell,
     stuck_samples,
 )
+from imucal_wizard.ellipsoid.orthogonal import orthogonal
+from imucal_wizard.ellipsoid.robust import robust_start, spread
+from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
+from imucal_wizard.errors import DataError, UsageError
+from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.magnetometer.disturbances import BoolArray, LeftOut, find
 from imucal_wizard.solver.magnetometer.methods import METHODS, by_method, by_orthogonal
 from imucal_wizard.solver.magnetometer.model import WHOLE, FieldModel, decide

@@ -1,0 +1,1 @@
+"""The magnetometer's step: turned through circles by hand, judged while it turns."""

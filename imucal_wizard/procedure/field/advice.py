@@ -1,0 +1,94 @@
+"""Which motion fills the largest gap.
+
+A device turned once about the vertical carries the field round a circle about the direction that
+points down: its angle from there is what the dip leaves of a right angle. So every pose has its own
+circle on the sphere, and the best pose is the one whose circle crosses most of what is empty.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.ellipsoid.bins import centres
+from imucal_wizard.ellipsoid.quality import GAP
+from imucal_wizard.procedure.field.survey import Survey
+from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
+from imucal_wizard.readings import FloatArray
+
+SHARE = 0.7
+"""A nearer face is as good as one that fills up to so much more ..."""
+TIE_DEG = 15.0
+"""... and turns that differ by less than this are equally near."""
+HALF_WIDTH = 0.17
+"""About the half width of an area: a circle fills the areas whose middles lie so near."""
+
+
+def down_component(survey: Survey) -> float | None:
+    """Mean share of the field that points down (the sine of the dip); None before it is known."""
+    up = survey.log.up[: len(survey.disturbed)]
+    rows = np.isfinite(up).all(axis=1) & ~survey.disturbed
+    if survey.fit is None or not rows.any():
+        return None
+    seen = survey.fit.look(survey.log.reading[: len(up)][rows])[1]
+    return float(-np.einsum("in,ni->n", seen, up[rows]).mean())
+
+
+def gains(counts: NDArray[np.intp], down: float, poses: Iterable[str]) -> dict[str, float]:
+    """How many empty areas a circle with each face, edge or corner down would fill.
+
+    Args:
+        counts: samples in each area, shape (100,).
+        down: see ``down_component``.
+        poses: what points down, by the names of ``poses.DIRECTIONS``.
+    """
+    empty = np.zeros(len(counts))
+    few = counts < len(GAP)
+    empty[few] = GAP[counts[few]]
+    middles: FloatArray = centres()
+    return {
+        pose: float(empty[np.abs(middles @ DIRECTIONS[pose] - down) < HALF_WIDTH].sum())
+        for pose in poses
+    }
+
+
+def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> str | None:
+    """The missing face whose circle fills most, a near one before a far one.
+
+    Args:
+        survey: the samples.
+        missing: faces to choose from.
+        up: up direction in the body frame, or None.
+    """
+    if not missing or up is None:
+        return None
+    down = down_component(survey)
+    fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
+    enough = SHARE * max(fills.values())
+    near = [face for face in missing if fills[face] >= enough]
+    return min(near, key=lambda face: round(turn_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+
+
+def next_motion(survey: Survey) -> str | None:
+    """What to hold down, of all faces, edges and corners, to fill most; None where all is full."""
+    down = down_component(survey)
+    fills = {} if down is None else gains(survey.counts, down, DIRECTIONS)
+    best = max(fills, key=fills.__getitem__, default=None)
+    return best if best is not None and fills[best] > 0.0 else None
+
+
+def opposite(pose: str) -> str:
+    """The pose that points the other way: what is up when this is down."""
+    return pose.translate(str.maketrans("+-", "-+"))
+
+
+def sentence(pose: str) -> str:
+    """What to do, in plain words."""
+    faces = [pose[i : i + 2].upper().replace("-", "−") for i in range(0, len(pose), 2)]
+    if len(faces) == 1:
+        return f"put {faces[0]} on the table and turn it once round"
+    if len(faces) == 2:
+        where = f"the edge between {faces[0]} and {faces[1]}"
+    else:
+        where = f"the corner of {faces[0]}, {faces[1]} and {faces[2]}"
+    return f"hold it with {where} down and turn it once round"

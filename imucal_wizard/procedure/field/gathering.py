@@ -1,0 +1,110 @@
+"""From moments to the samples of circles: which are new, on which face, how far it has turned."""
+
+import numpy as np
+
+from imucal_wizard.procedure.field.faces import FaceWatch
+from imucal_wizard.procedure.field.log import Passed
+from imucal_wizard.procedure.field.survey import Survey
+from imucal_wizard.procedure.ledger import KeptCircle
+from imucal_wizard.procedure.moments import Moment
+from imucal_wizard.procedure.scene import Scene
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.units import COUNT
+
+
+class Gathering:
+    """Gathers the samples of the step.
+
+    Args:
+        scene: the present moment.
+
+    Attributes:
+        survey: what the samples say.
+        faces: which face lies on the table.
+        circle: the circle under way, or None.
+        unit: of the samples.
+        still: for how long the device has been at rest, s.
+        silent: for how long no sample has come, s.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.clear()
+
+    def clear(self) -> None:
+        """Nothing has been measured."""
+        self.survey = Survey()
+        self.faces = FaceWatch()
+        self.circle: KeptCircle | None = None
+        self.unit = COUNT
+        self.still = self.silent = 0.0
+        self._angle = 0.0
+        self._last: FloatArray | None = None
+
+    def look(self) -> None:
+        """Judge everything anew, without what has been taken back."""
+        circles = self._scene.ledger.circles
+        if self.circle is not None and self.circle not in circles:
+            self.circle = None
+        if len(self.survey.log):
+            self.survey.update([circle.number for circle in circles])
+
+    @property
+    def turned(self) -> float:
+        """How much of the circle under way has been turned, degrees."""
+        return 0.0 if self.circle is None else self.survey.turned(self.circle.number)
+
+    def follow(self, moment: Moment) -> None:
+        """Take the next moment."""
+        scene = self._scene
+        self.faces.follow(scene.up, moment.seconds)
+        self.still = self.still + moment.seconds if scene.still else 0.0
+        before, after = self._turn(moment)
+        values = self._new(moment)
+        if not len(values):
+            self.silent += moment.seconds
+            return
+        self.silent = 0.0
+        circle = self.circle = self._belongs_to()
+        down = circle.face != "" and circle.face == self.faces.face
+        start = float(moment.block.start[0])
+        up = np.full(3, np.nan) if scene.up is None else scene.up
+        self.survey.add(Passed(start, moment.end, values, circle.number, down, before, after, up))
+
+    def _new(self, moment: Moment) -> FloatArray:
+        """Readings that are not merely the last one written down again, shape (n, 3)."""
+        if moment.field is None or not len(moment.field):
+            return np.zeros((0, 3))
+        self.unit, values = moment.field.unit, moment.field.values
+        last = np.full((1, 3), np.nan) if self._last is None else self._last
+        changed = (np.diff(values, axis=0, prepend=last) != 0.0).any(axis=1)
+        self._last = values[-1:]
+        return np.asarray(values[changed])
+
+    def _turn(self, moment: Moment) -> tuple[float, float]:
+        """Angle about the vertical before and after, degrees; NaN without a gyroscope in rad/s."""
+        scene = self._scene
+        if moment.rate is None or not scene.units.gyroscope_known or scene.up is None:
+            return np.nan, np.nan
+        limits = scene.watch.limits
+        rest = 0.0 if limits is None or limits.gyroscope_mean is None else limits.gyroscope_mean
+        rate = float((moment.rate.mean(axis=0) - rest) @ scene.up)
+        before = self._angle
+        if np.isfinite(rate):
+            self._angle += float(np.degrees(rate)) * moment.seconds
+        return before, self._angle
+
+    def _belongs_to(self) -> KeptCircle:
+        """The circle that a sample is of now: a face that comes to lie there begins a new one."""
+        face, circle = self.faces.steady, self.circle
+        if circle is None:
+            return self._begin(face or "")
+        if face is None or face == circle.face:
+            return circle
+        if circle.face:
+            return self._begin(face)
+        circle.face = face
+        return circle
+
+    def _begin(self, face: str) -> KeptCircle:
+        return self._scene.ledger.begin_circle(face)

@@ -1,0 +1,209 @@
+"""The magnetometer's step at work: circles with each face on the table, or free tumbling."""
+
+from imucal_wizard.ellipsoid.quality import gaps
+from imucal_wizard.procedure.field import advice, trouble, words
+from imucal_wizard.procedure.field.gathering import Gathering
+from imucal_wizard.procedure.field.survey import TOLD
+from imucal_wizard.procedure.field.view import view
+from imucal_wizard.procedure.ledger import KeptCircle, KeptHold
+from imucal_wizard.procedure.moments import Moment
+from imucal_wizard.procedure.poses import FACES
+from imucal_wizard.procedure.scene import Scene
+from imucal_wizard.procedure.state import EventKind, Offer, Status
+from imucal_wizard.procedure.wording import label
+
+UPDATE = 0.2
+"""Seconds between two looks at everything."""
+FULL_DEG = 350.0
+"""From here on a circle is a whole one."""
+FEW_GAPS = 15.0
+"""Gaps, per cent, with which any motion has done as well as six circles."""
+LARGEST_ERROR = 5.0
+"""Fit error, per cent, up to which the readings are of one field."""
+CARRIED = 0.02
+"""Doubt anywhere on the sphere, as a share of the field, with which a calibration is carried."""
+PATIENCE = 20.0
+"""Seconds without progress, after which the way on is offered."""
+FEWEST = 60
+"""Samples with which a fit is tried at all."""
+ALMOST = 1e-6
+
+
+class FieldStage:
+    """Takes circles until coverage and fit suffice.
+
+    Args:
+        scene: the present moment.
+
+    Attributes:
+        gathered: the samples and what they say.
+        wanted: the face to be laid on the table, or None.
+        advice: which motion fills the largest gap.
+        trouble: why no calibration can come of it so far, or "".
+        disturbed: what disturbs the field at this moment, or "".
+        turned: how much of the circle under way has been turned, degrees.
+    """
+
+    seconds = 0.0
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.gathered = Gathering(scene)
+        self._accepted = False
+        self._circles = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self.wanted: str | None = None
+        self.advice = self.trouble = self.disturbed = ""
+        self.turned = self._lasting = self._unseen = 0.0
+        self._waiting = self._progress = 0.0
+
+    @property
+    def done(self) -> tuple[str, ...]:
+        """Faces with a whole circle."""
+        whole = {circle.face for circle in self._scene.ledger.circles if circle.complete}
+        return tuple(face for face in FACES if face in whole)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Faces without."""
+        done = self.done
+        return tuple(face for face in FACES if face not in done)
+
+    @property
+    def good(self) -> bool:
+        """Coverage and fit suffice."""
+        survey = self.gathered.survey
+        if self.trouble or survey.quality is None or survey.worst > CARRIED:
+            return False
+        fits = survey.quality.fit_error <= LARGEST_ERROR
+        return fits and (not self.missing or gaps(survey.counts) <= FEW_GAPS)
+
+    @property
+    def finished(self) -> bool:
+        """The same, or the operator has said so."""
+        return self._accepted or self.good
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Whole circles, and six."""
+        return float(len(self.done)), float(len(FACES))
+
+    def enter(self) -> None:
+        """Go on with what has not been taken back."""
+        circles = self._scene.ledger.circles
+        if not circles:
+            self.gathered.clear()
+        if len(circles) < self._circles:
+            self._accepted = False
+        self._circles = len(circles)
+        self._begin()
+        self._look()
+
+    def completed(self, kept: KeptHold) -> None:
+        """No hold is asked for."""
+
+    def accept(self) -> None:
+        """What there is has to do."""
+        self._look()
+        self._accepted = True
+
+    def follow(self, moment: Moment) -> None:
+        """Take the next moment; look at everything five times a second."""
+        self.gathered.follow(moment)
+        self._waiting += moment.seconds
+        self._unseen += moment.seconds
+        if self._unseen >= UPDATE - ALMOST:
+            seconds, self._unseen = self._unseen, 0.0
+            self._look()
+            self._complete()
+            self._be_disturbed(seconds)
+            self._be_patient(seconds)
+
+    def _look(self) -> None:
+        gathered = self.gathered
+        gathered.look()
+        self._circles = len(self._scene.ledger.circles)
+        self.turned = gathered.turned
+        flat = gathered.survey.worst < TOLD or self._waiting >= trouble.LASTING
+        self.trouble = (
+            trouble.silence(gathered.silent)
+            or trouble.fault(gathered.survey, gathered.unit, flat=flat and len(self.done) > 0)
+            or trouble.lasting(self._lasting)
+            or trouble.rest(gathered.still)
+        )
+        self._choose()
+
+    def _choose(self) -> None:
+        """The face to go to, or any motion once there is none; the asked-for stays until taken."""
+        survey, missing, faces = self.gathered.survey, self.missing, self.gathered.faces
+        if faces.steady in missing:
+            self.wanted = faces.steady
+        elif self.wanted not in missing:
+            self.wanted = advice.next_face(survey, missing, self._scene.up)
+        motion = self.wanted if missing else advice.next_motion(survey)
+        self.advice = advice.sentence(motion) if motion else ""
+
+    def _complete(self) -> None:
+        """A circle that has become a whole one, or one that was done before."""
+        circle = self.gathered.circle
+        if circle is None or not circle.face:
+            return
+        if not circle.complete and self.turned >= FULL_DEG:
+            again = circle.face in self.done
+            circle.complete = True
+            self._choose()
+            self._say_complete(circle, again=again)
+
+    def _say_complete(self, circle: KeptCircle, *, again: bool) -> None:
+        following = f" Next: {label(self.wanted)} down." if self.wanted else ""
+        if again:
+            kind, text = EventKind.ALREADY_DONE, "was done already; kept as a repeat."
+        else:
+            kind, text = EventKind.ROTATION_TAKEN, f"down: once round, {len(self.done)} of 6."
+        self._scene.emit(kind, f"{label(circle.face)} {text}{following}")
+
+    def _be_disturbed(self, seconds: float) -> None:
+        survey = self.gathered.survey
+        if not len(survey.disturbed) or not survey.disturbed[-1]:
+            self.disturbed, self._lasting = "", 0.0
+            return
+        magnitude = None if survey.fit is None else survey.fit.magnitude
+        text = words.disturbed(float(survey.off[-1]), magnitude, self.gathered.unit)
+        if not self.disturbed:
+            self._scene.emit(EventKind.WARNING, f"{text.capitalize()}.")
+        self.disturbed, self._lasting = text, self._lasting + seconds
+
+    def _be_patient(self, seconds: float) -> None:
+        """Offer the way on when nothing new has come for a while."""
+        progress = self.gathered.survey.covered + self.turned // 30.0 + 12.0 * len(self.done)
+        if progress > self._progress:
+            self._progress, self._waiting = progress, 0.0
+        elif self._waiting >= PATIENCE > self._waiting - seconds:
+            self._scene.emit(EventKind.STUCK, f"Nothing new for {PATIENCE:.0f} s. {self._why()}")
+
+    def _why(self) -> str:
+        reason = self.trouble or self.disturbed or self.advice
+        return f"{reason[:1].upper()}{reason[1:]}." if reason else ""
+
+    def offers(self) -> tuple[Offer, ...]:
+        """The way on, once nothing more comes."""
+        if self.finished or self._waiting < PATIENCE - ALMOST:
+            return ()
+        if self.gathered.survey.kept < FEWEST:
+            return (Offer("skip", "g", "leave it out: the magnetometer is not calibrated"),)
+        return (Offer("enough", "g", "go on with what there is: it may carry less"),)
+
+    def left_out(self) -> tuple[tuple[float, float, str], ...]:
+        """What was disturbed: from, to, s, and how."""
+        survey = self.gathered.survey
+        magnitude = None if survey.fit is None else survey.fit.magnitude
+        return tuple(
+            (start, end, f"the field was {words.how_far(off, magnitude, self.gathered.unit)}")
+            for start, end, off in survey.left()
+        )
+
+    def view(self) -> Status:
+        """What to do, what is covered, and how good it is."""
+        return view(self, self._scene.up)

@@ -1,0 +1,23 @@
+"""The words of the magnetometer's step."""
+
+from imucal_wizard.procedure.wording import label
+from imucal_wizard.units import COUNT
+
+
+def how_far(off: float, magnitude: float | None, unit: str) -> str:
+    """By how much the field is off: "12 µT too much", "8 % too little"."""
+    sense = "much" if off > 0.0 else "little"
+    if magnitude is None or unit == COUNT:
+        return f"{100.0 * abs(off):.0f} % too {sense}"
+    return f"{abs(off) * magnitude:.0f} µT too {sense}"
+
+
+def disturbed(off: float, magnitude: float | None, unit: str) -> str:
+    """What happens while the field is not the place's own."""
+    far = how_far(off, magnitude, unit)
+    return f"the field is disturbed: {far}; these samples are left out"
+
+
+def lay_down(face: str) -> str:
+    """The instruction to lay a face on the table: "LAY −Z DOWN"."""
+    return f"LAY {label(face)} DOWN"
