@@ -68,6 +68,9 @@ def parser() -> Parser:
         "--quit", action="store_true", help="leave by itself once the result is saved"
     )
     virtual.add_argument(
+        "--magnetometer", action="store_true", help="give it a magnetometer, and the step for it"
+    )
+    virtual.add_argument(
         "--hidden",
         action="append",
         default=[],
@@ -122,9 +125,11 @@ def run(argv: Sequence[str]) -> int:
     chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
     if len(chosen) > 1:
         raise UsageError(f"--{chosen[0]} and --{chosen[1]} are two sources: give one of them")
-    if chosen and (arguments.auto or arguments.hidden or arguments.mystery):
+    virtual = (arguments.auto, arguments.hidden, arguments.mystery, arguments.magnetometer)
+    if chosen and any(virtual):
         raise UsageError(
-            f"--auto, --hidden and --mystery belong to the virtual IMU, not to --{chosen[0]}"
+            "--auto, --hidden, --mystery and --magnetometer belong to the virtual IMU, not to "
+            f"--{chosen[0]}"
         )
     check_exercise(arguments)
     if not 0.0 < arguments.speed <= 1000.0:
@@ -144,6 +149,7 @@ def run(argv: Sequence[str]) -> int:
             auto=arguments.auto,
             quit=arguments.quit,
             hidden=tuple(arguments.hidden),
+            magnetometer=arguments.magnetometer,
             seed=arguments.seed or 0,
             gravity=arguments.gravity,
             gyroscope_range=arguments.gyro_range,

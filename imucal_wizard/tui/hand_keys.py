@@ -9,6 +9,8 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
 STEP_DEG = 15.0
 """One press turns the device by this much."""
+CIRCLE_DEG = 372.0
+"""Once round, and a little more."""
 
 _TURNS: dict[str, tuple[str, float]] = {
     "left": ("z", STEP_DEG),
@@ -36,16 +38,25 @@ class HandKeys:
         if key in _TURNS:
             self._hand.turn(*_TURNS[key])
         elif key == "space":
-            target = _asked_for(status)
-            if target:
-                self._hand.snap_to(target)
+            self._do(status)
         elif key in ("T", "upper_t"):
             self._hand.tremble(not self._hand.trembling)
+        elif key in ("S", "upper_s"):
+            self._hand.pass_steel()
         elif key in ("H", "upper_h"):
             self._hand.following = not self._hand.following
         else:
             return False
         return True
+
+    def _do(self, status: "Status | None") -> None:
+        """Bring the pose that is asked for, or turn the face that lies there once round."""
+        target = _asked_for(status)
+        field = None if status is None else status.field
+        if target:
+            self._hand.snap_to(target)
+        elif field is not None and field.face is not None:
+            self._hand.turn(field.face[1], CIRCLE_DEG)
 
 
 def _asked_for(status: "Status | None") -> str | None:

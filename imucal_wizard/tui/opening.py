@@ -75,8 +75,14 @@ class Opening:
         options = self._options
         if options.mystery is not None:
             return self._exercise(options.mystery)
-        imu = VirtualImu(seed=options.seed, speed=options.speed, hidden=options.hidden)
+        imu = VirtualImu(
+            seed=options.seed,
+            speed=options.speed,
+            hidden=options.hidden,
+            magnetometer=options.magnetometer,
+        )
         about = {"kind": "virtual", "seed": options.seed, "hidden": list(options.hidden)}
+        about["magnetometer"] = options.magnetometer
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))
         return VirtualReader(imu, engine, following=options.auto)
 
@@ -87,8 +93,9 @@ class Opening:
 
         options = self._options
         made = sitting(number, options.grade)
-        imu = virtual_imu(made, options.speed)
+        imu = virtual_imu(made, options.speed, magnetometer=options.magnetometer)
         about = {"kind": "virtual", "mystery": made.number, "grade": made.grade}
+        about["magnetometer"] = options.magnetometer
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))
         if self.session is not None:
             self.sealed = seal_beside(self.session, made, options.key)
@@ -141,8 +148,9 @@ class Opening:
             taken_up.session.close()
             raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
         if about.get("kind") == "virtual":
-            imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden)
-            imu = imu if made is None else virtual_imu(made, options.speed)
+            field = bool(about.get("magnetometer", False))
+            imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden, magnetometer=field)
+            imu = imu if made is None else virtual_imu(made, options.speed, magnetometer=field)
             return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
         port = options.port or str(about.get("port", ""))
         if not port:
@@ -179,11 +187,17 @@ class Opening:
         )
 
 
-def virtual_imu(made: "Sitting", speed: float) -> "VirtualImu":
+def virtual_imu(made: "Sitting", speed: float, *, magnetometer: bool = False) -> "VirtualImu":
     """The virtual IMU of an exercise."""
     from imucal_wizard.devices.virtual import VirtualImu
 
-    return VirtualImu(seed=made.hand, speed=speed, sensor=made.sensor, hidden=[made.truth])
+    return VirtualImu(
+        seed=made.hand,
+        speed=speed,
+        sensor=made.sensor,
+        hidden=[made.truth],
+        magnetometer=magnetometer,
+    )
 
 
 def stream_setup(options: WizardOptions) -> "StreamSetup":

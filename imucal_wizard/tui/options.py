@@ -22,6 +22,7 @@ class WizardOptions:
         auto: the virtual hand performs everything.
         quit: leave after the result is saved.
         hidden: effects hidden in the virtual sensor, ``TERM:SIZE:AXIS``.
+        magnetometer: the virtual sensor has a magnetometer.
         seed: which virtual sensor and hand.
         gravity: local gravity, m/s²; None for the standard one, or that of the session.
         gyroscope_range: full scale, deg/s, or None when not known.
@@ -51,6 +52,7 @@ class WizardOptions:
     auto: bool = False
     quit: bool = False
     hidden: tuple[str, ...] = ()
+    magnetometer: bool = False
     seed: int = 0
     gravity: float | None = None
     gyroscope_range: float | None = None

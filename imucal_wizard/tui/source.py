@@ -64,6 +64,9 @@ class Hand(Protocol):
     def tremble(self, on: bool) -> None:
         """Hold the device in the hand, or lay it down."""
 
+    def pass_steel(self) -> None:
+        """Let something of steel pass by: the field is disturbed for a moment."""
+
 
 class SourceKind(StrEnum):
     """Where samples can come from."""

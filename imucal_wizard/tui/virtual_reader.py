@@ -64,6 +64,10 @@ class KeyHand:
         """Hold the device in the hand, or lay it down."""
         self._hand.tremble(on)
 
+    def pass_steel(self) -> None:
+        """Let something of steel pass by: the field is disturbed for a moment."""
+        self._hand.pass_steel()
+
     def hear(self, status: Status, samples: int) -> None:
         """What the wizard says of so many samples; followed when the hand is to follow."""
         if self._following and self.first is not None:

@@ -65,7 +65,18 @@ class Shake:
     rms: float
 
 
-Action = Rest | Turn | Place | Tremble | Shake
+@dataclass(frozen=True)
+class PassSteel:
+    """From now on something of steel passes by, for as long as ``moves.STEEL_SECONDS``.
+
+    Attributes:
+        field: what it adds to the field at its nearest, µT: east, north, up.
+    """
+
+    field: tuple[float, float, float] = (9.0, 13.0, -11.0)
+
+
+Action = Rest | Turn | Place | Tremble | Shake | PassSteel
 
 
 def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArray:

@@ -31,6 +31,14 @@ class RotationLike(Protocol):
         """Rotations counted so far about that axis."""
 
 
+class FieldLike(Protocol):
+    """What is read of the magnetometer's step."""
+
+    @property
+    def face(self) -> str | None:
+        """The face to be laid on the table; None where any motion will do."""
+
+
 class StatusLike(Protocol):
     """What is read of ``procedure.state.Status``."""
 
@@ -57,6 +65,10 @@ class StatusLike(Protocol):
     @property
     def rotation(self) -> RotationLike | None:
         """The rotation asked for."""
+
+    @property
+    def field(self) -> FieldLike | None:
+        """The circle asked for."""
 
     @property
     def holds(self) -> int:

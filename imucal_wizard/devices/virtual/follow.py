@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.devices.virtual.actions import Action, Place, Shake, Turn, direction
+from imucal_wizard.devices.virtual.actions import AXES, Action, Place, Shake, Turn, direction
 from imucal_wizard.devices.virtual.asks import RotationLike, StatusLike, StillLike
 from imucal_wizard.devices.virtual.scripts import (
+    CIRCLE_SPEED_DEG,
     LARGEST_TILT_DEG,
     SPEEDS_DEG,
     VALIDATION,
@@ -21,6 +22,11 @@ TURN_PATIENCE = 4.0
 START_ERROR_DEG = 12.0
 """A turn begins with its axis level within this; else the hand goes to the start pose first."""
 
+
+FACE_SECONDS = 1.2
+"""A face lies on the table for so long before it is turned, s."""
+CIRCLE_DEG = 372.0
+"""A hand that turns a device once round turns a little more."""
 
 SHAKEN_EVERY = 3
 SHAKE_RMS = 0.5
@@ -51,6 +57,8 @@ class Follower:
         """
         if status.step in ("rotations", "more") and status.rotation is not None:
             return self._rotate(status.rotation, status.still, rested, up)
+        if status.step == "field" and status.field is not None:
+            return self._circle(status.field.face, rested, up)
         if status.step not in ("up-down", "poses", "validate", "more"):
             return ()
         target = _target(status)
@@ -70,6 +78,22 @@ class Follower:
             return ()
         shakes = step == "poses" and self._placed % SHAKEN_EVERY == 0
         return [Shake(SHAKE_RMS if shakes else 0.0)]
+
+    def _circle(self, face: str | None, rested: float, up: FloatArray) -> Sequence[Action]:
+        """Once round with a face on the table; about one axis after the other without one."""
+        request = ("field", face)
+        if face is None:
+            self._turns += 1
+            return [Turn(AXES[self._turns % 3], CIRCLE_DEG, CIRCLE_SPEED_DEG)]
+        down = direction(face)
+        tilted = np.degrees(np.arccos(np.clip(-down @ up, -1.0, 1.0)))
+        if tilted > START_ERROR_DEG:
+            self._request = None
+            return [Place((-down[0], -down[1], -down[2]), error=0.7)]
+        if rested < (FACE_SECONDS if request != self._request else TURN_PATIENCE):
+            return ()
+        self._request = request
+        return [Turn(face[1], CIRCLE_DEG, CIRCLE_SPEED_DEG, error=2.0)]
 
     def _rotate(
         self, rotation: RotationLike, still: StillLike, rested: float, up: FloatArray

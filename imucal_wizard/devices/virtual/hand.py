@@ -8,10 +8,19 @@ whoever makes the samples calls ``advance``.
 import threading
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import fields
 
 import numpy as np
 
-from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Tremble, Turn, check
+from imucal_wizard.devices.virtual.actions import (
+    Action,
+    PassSteel,
+    Place,
+    Rest,
+    Tremble,
+    Turn,
+    check,
+)
 from imucal_wizard.devices.virtual.asks import StatusLike
 from imucal_wizard.devices.virtual.follow import Follower
 from imucal_wizard.devices.virtual.motion import Motion
@@ -113,6 +122,11 @@ class VirtualHand:
     def tremble(self, on: bool) -> None:
         """Hold the device in the hand, or lay it down."""
         self.perform([Tremble(on)])
+
+    def pass_steel(self) -> None:
+        """Let something of steel pass by, at once and whatever it is doing."""
+        with self._lock:
+            self._mover.begin(PassSteel())
 
     def rest(self, seconds: float) -> None:
         """Do nothing for a while before the next command."""
@@ -216,6 +230,7 @@ class VirtualHand:
 def _joined(parts: list[Motion]) -> Motion:
     if len(parts) == 1:
         return parts[0]
-    names = ("time", "specific_force", "rate", "attitude", "acceleration", "previous")
-    empty = Motion(*(np.zeros(shape) for shape in (0, (0, 3), (0, 3), (0, 4), (0, 3), (0, 3))))
+    names = [field.name for field in fields(Motion)]
+    shapes = (0, (0, 3), (0, 3), (0, 4), (0, 3), (0, 3), (0, 3))
+    empty = Motion(*(np.zeros(shape) for shape in shapes))
     return Motion(*(np.concatenate([getattr(p, name) for p in [empty, *parts]]) for name in names))

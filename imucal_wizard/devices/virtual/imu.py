@@ -13,6 +13,7 @@ from imucal_wizard.devices.virtual.endpoint import Endpoint, open_endpoint
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
+from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import LinkError, UsageError
@@ -39,6 +40,7 @@ class VirtualImu:
         speed: device seconds per second of the wall clock; ``inf`` for as fast as it is read.
         sensor: the sensor; drawn from the seed when not given.
         hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
+        magnetometer: it has a magnetometer, drawn from the seed.
         loopback: use the socket even where there are pseudo-terminals.
         patience: how long a wizard that the hand follows is waited for, s of the wall clock.
 
@@ -60,6 +62,7 @@ class VirtualImu:
         hidden: Iterable[Hidden | str] = (),
         loopback: bool = False,
         patience: float = DEAF,
+        magnetometer: bool = False,
     ) -> None:
         if not speed > 0.0:
             raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
@@ -67,8 +70,11 @@ class VirtualImu:
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
         self.hand = VirtualHand(rate, seed, shaken=needs_shaking(effects))
-        self._stream = VirtualStream(self.hand, self.sensor, effects, rate=rate, seed=seed)
-        self._printer = LinePrinter(self.sensor)
+        field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
+        self._stream = VirtualStream(
+            self.hand, self.sensor, effects, rate=rate, seed=seed, magnetometer=field
+        )
+        self._printer = LinePrinter(self.sensor, field=magnetometer)
         self._rate = rate
         self._loopback = loopback
         self._patience = patience

@@ -58,19 +58,19 @@ class FieldModel:
             rng.uniform(-3.0, 3.0, 3) * DEGREE,
         )
 
-    def seen(self, q: FloatArray) -> FloatArray:
-        """The field in the magnetometer's own axes at attitudes (n, 4), µT, shape (n, 3)."""
-        own = attitude.multiply(q, attitude.exp(self.misalignment))
-        return attitude.to_body(own, np.broadcast_to(self.world, (len(q), 3)))
+    def seen(self, motion: Motion) -> FloatArray:
+        """The field in the magnetometer's own axes, µT, shape (n, 3)."""
+        own = attitude.multiply(motion.attitude, attitude.exp(self.misalignment))
+        return attitude.to_body(own, self.world + motion.disturbance)
 
-    def reading(self, q: FloatArray, error: FloatArray | float = 0.0) -> FloatArray:
-        """Readings without noise at attitudes (n, 4), µT, shape (n, 3).
+    def reading(self, motion: Motion, error: FloatArray | float = 0.0) -> FloatArray:
+        """Readings without noise at the motion's samples, µT, shape (n, 3).
 
         Args:
-            q: body to world.
+            motion: what happens.
             error: ``ε`` of the hidden effects, µT, shape (n, 3).
         """
-        felt = self.seen(q) + error
+        felt = self.seen(motion) + error
         exact = (felt[:, None, :] * self.gain).sum(-1) + self.hard_iron
         return np.asarray(exact, np.float64)
 
@@ -100,6 +100,7 @@ class VirtualMagnetometer:
         self._next = float(count[-1]) + 1.0 if len(count) else self._next
         out = np.full((len(motion.time), 3), np.nan)
         noise = NOISE * self._noise.standard_normal((int(new.sum()), 3))
-        own = 0.0 if error is None else error[new]
-        out[new] = np.round((self.model.reading(motion.attitude[new], own) + noise) / STEP) * STEP
+        own = 0.0 if error is None else error
+        exact = self.model.reading(motion, own)[new]
+        out[new] = np.round((exact + noise) / STEP) * STEP
         return out

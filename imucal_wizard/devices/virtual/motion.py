@@ -27,6 +27,7 @@ class Motion:
         attitude: quaternion body to world, shape (n, 4).
         acceleration: of the device in the world, m/s², shape (n, 3).
         previous: up direction of the pose before this one, body frame, shape (n, 3).
+        disturbance: what is added to the place's magnetic field, world, µT, shape (n, 3).
     """
 
     time: FloatArray
@@ -35,6 +36,7 @@ class Motion:
     attitude: FloatArray
     acceleration: FloatArray
     previous: FloatArray
+    disturbance: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +115,8 @@ class Stretch:
         if self.shake:
             acceleration = acceleration + self.shake * unrest.support.at(time)[0]
         force = attitude.to_body(q, acceleration + STANDARD_GRAVITY * attitude.WORLD_UP)
-        return Motion(time, force, w, q, acceleration, np.broadcast_to(self.previous, (n, 3)))
+        previous = np.broadcast_to(self.previous, (n, 3))
+        return Motion(time, force, w, q, acceleration, previous, np.zeros((n, 3)))
 
     def _moved(
         self, whole: FloatArray, s: FloatArray, duration: float

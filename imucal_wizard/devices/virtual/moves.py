@@ -1,11 +1,14 @@
 """How a hand carries out one command: which stretch of motion it makes of it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from imucal_wizard.devices.virtual import attitude
 from imucal_wizard.devices.virtual.actions import (
     AXES,
     Action,
+    PassSteel,
     Place,
     Rest,
     Shake,
@@ -15,7 +18,7 @@ from imucal_wizard.devices.virtual.actions import (
 )
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.motion import Motion, Stretch, Unrest
-from imucal_wizard.devices.virtual.profile import PEAK_OF_MIN_JERK, Wobble
+from imucal_wizard.devices.virtual.profile import PEAK_OF_MIN_JERK, Wobble, bump
 from imucal_wizard.readings import FloatArray
 
 LEISURELY_DEG = 130.0
@@ -24,6 +27,8 @@ SHORTEST_MOVE = 0.35
 """A hand does not move and stop in less, s."""
 TREMBLE_RAMP = 0.5
 """How long it takes to pick the device up or to lay it down, s."""
+STEEL_SECONDS = 1.6
+"""How long steel takes to pass by."""
 POSE_AFTER = 1.0
 """A rest this long, s, counts as a pose that the sensor may remember."""
 
@@ -47,6 +52,7 @@ class Mover:
         self._rng = generator(seed, Chance.HAND)
         self._unrest = Unrest.drawn(generator(seed, Chance.TREMOR))
         self._shake = 0.0
+        self._steel: tuple[int, FloatArray] | None = None
         self.sample = 0
         self.rest_since = 0
         self.trembling = False
@@ -80,7 +86,12 @@ class Mover:
         self.sample += count
         if self._stretch.turn is not None:
             self.rest_since = self.sample
-        return self._stretch.at(samples, self._rate, self._unrest)
+        motion = self._stretch.at(samples, self._rate, self._unrest)
+        if self._steel is None:
+            return motion
+        first, field = self._steel
+        share = np.clip((samples - first) / (STEEL_SECONDS * self._rate), 0.0, 1.0)
+        return replace(motion, disturbance=bump(share)[0][:, None] * field)
 
     def _stretch_of(self, action: Action) -> Stretch | None:
         match action:
@@ -89,6 +100,9 @@ class Mover:
                 return self._lying(count) if count > 0 else None
             case Shake(rms):
                 self._shake = rms
+                return None
+            case PassSteel(field):
+                self._steel = self.sample, np.array(field)
                 return None
             case Tremble(on):
                 return self._ramp(on) if on != self.trembling else None

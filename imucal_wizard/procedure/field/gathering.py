@@ -25,6 +25,7 @@ class Gathering:
         unit: of the samples.
         still: for how long the device has been at rest, s.
         silent: for how long no sample has come, s.
+        constant: for how long no new one has come while the device turned, s.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -37,7 +38,7 @@ class Gathering:
         self.faces = FaceWatch()
         self.circle: KeptCircle | None = None
         self.unit = COUNT
-        self.still = self.silent = 0.0
+        self.still = self.silent = self.constant = 0.0
         self._angle = 0.0
         self._last: FloatArray | None = None
 
@@ -60,11 +61,13 @@ class Gathering:
         self.faces.follow(scene.up, moment.seconds)
         self.still = self.still + moment.seconds if scene.still else 0.0
         before, after = self._turn(moment)
+        spoke = moment.field is not None and len(moment.field) > 0
+        self.silent = 0.0 if spoke else self.silent + moment.seconds
         values = self._new(moment)
         if not len(values):
-            self.silent += moment.seconds
+            self.constant += 0.0 if scene.still else moment.seconds
             return
-        self.silent = 0.0
+        self.constant = 0.0
         circle = self.circle = self._belongs_to()
         down = circle.face != "" and circle.face == self.faces.face
         start = float(moment.block.start[0])

@@ -3,7 +3,6 @@
 from imucal_wizard.ellipsoid.quality import gaps
 from imucal_wizard.procedure.field import advice, trouble, words
 from imucal_wizard.procedure.field.gathering import Gathering
-from imucal_wizard.procedure.field.survey import TOLD
 from imucal_wizard.procedure.field.view import view
 from imucal_wizard.procedure.ledger import KeptCircle, KeptHold
 from imucal_wizard.procedure.moments import Moment
@@ -126,11 +125,13 @@ class FieldStage:
         gathered.look()
         self._circles = len(self._scene.ledger.circles)
         self.turned = gathered.turned
-        flat = gathered.survey.worst < TOLD or self._waiting >= trouble.LASTING
+        circles = len(self.done)
+        flat = circles > 1 or (circles > 0 and self._waiting >= trouble.LASTING)
         self.trouble = (
             trouble.silence(gathered.silent)
-            or trouble.fault(gathered.survey, gathered.unit, flat=flat and len(self.done) > 0)
+            or trouble.constant(gathered.constant)
             or trouble.lasting(self._lasting)
+            or trouble.fault(gathered.survey, gathered.unit, flat=flat)
             or trouble.rest(gathered.still)
         )
         self._choose()

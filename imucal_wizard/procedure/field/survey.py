@@ -37,6 +37,8 @@ class Survey:
         fit: the ellipsoid by now, or None.
         worst: how badly it is known anywhere, as a share of the field.
         quality: the four figures, or None as long as they would say nothing.
+        samples: those that are looked at, shape (n, 3).
+        clean: which of them are not disturbed, shape (n,).
         counts: samples in each area, shape (100,).
         off: how far each moment is off, as a share of the field, shape (n,); NaN unknown.
         disturbed: which moments are left out, shape (n,).
@@ -54,6 +56,8 @@ class Survey:
         self.fit: Provisional | None = None
         self.worst = np.inf
         self.quality: Quality | None = None
+        self.samples: FloatArray = self._samples.values
+        self.clean: BoolArray = np.ones(len(self.samples), bool)
         self.counts: NDArray[np.intp] = np.zeros(BINS, np.intp)
         self.off: FloatArray = np.full(len(self.log), np.nan)
         self.disturbed: BoolArray = np.zeros(len(self.log), bool)
@@ -63,11 +67,6 @@ class Survey:
         self._samples.add(passed.values, len(self.log))
         self.log.add(passed)
         self._last = passed.values[-1]
-
-    @property
-    def samples(self) -> FloatArray:
-        """The samples that are still looked at, shape (n, 3)."""
-        return self._samples.values
 
     @property
     def kept(self) -> int:
@@ -109,7 +108,7 @@ class Survey:
         self.disturbed = self._judged(fit) & self._alive
         distance, seen = fit.look(self._samples.values)
         areas = bin_of(seen)
-        good = ~self.disturbed[self._samples.moment]
+        self.clean = good = ~self.disturbed[self._samples.moment]
         self.counts = np.bincount(areas[good], minlength=BINS)
         if self.worst < TOLD:
             self.quality = quality(seen[:, good] * (1.0 + distance[good]), areas[good])

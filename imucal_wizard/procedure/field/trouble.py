@@ -1,12 +1,11 @@
 """Why no calibration can come of what the magnetometer says so far, in words; or nothing."""
 
-import numpy as np
-
 from imucal_wizard.ellipsoid.checks import (
     check_field,
     check_readings,
     check_saturation,
     check_scatter,
+    no_shell,
     stuck_samples,
 )
 from imucal_wizard.errors import DataError
@@ -27,6 +26,16 @@ def silence(seconds: float) -> str:
     if seconds < SILENT:
         return ""
     return f"the magnetometer has sent nothing for {seconds:.0f} s: look at its wiring"
+
+
+def constant(seconds: float) -> str:
+    """About a sensor that has sent one value for so long while it was turned."""
+    if seconds < SILENT:
+        return ""
+    return (
+        "the magnetometer sends one and the same value: it is not there, or asleep. Look at its "
+        "wiring, address and sketch"
+    )
 
 
 def rest(seconds: float) -> str:
@@ -66,13 +75,10 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
         DataError: something is wrong.
     """
     readings, fit = survey.samples, survey.fit
-    if len(readings) and not np.ptp(readings, axis=0).max() > 0.0:
-        raise DataError(
-            "the magnetometer sends one and the same value: it is not there, or asleep. Look at "
-            "its wiring, address and sketch"
-        )
     if flat:
         check_readings(readings)
+        if fit is None:
+            raise no_shell(readings) or DataError("the magnetometer's readings are of no field")
     if fit is None or survey.worst > TOLD:
         return
     distance = fit.look(readings)[0]
@@ -80,5 +86,5 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
     if stuck:
         check_saturation(stuck, distance)
     if survey.worst <= KNOWN:
-        check_scatter(float(distance.std()), 1.0, readings)
+        check_scatter(float(distance[survey.clean].std()), 1.0, readings)
         check_field(fit.magnitude, unit, None)

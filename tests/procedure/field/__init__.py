@@ -1,0 +1,1 @@
+"""The magnetometer's step."""

@@ -1,0 +1,168 @@
+"""What goes wrong in the magnetometer's step is said in words, and nothing is made of it."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.devices.virtual.actions import PassSteel, Place, Rest, Turn
+from imucal_wizard.errors import DataError
+from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
+from tests.procedure.field.compass import Session, circle, circles, field_of, turned, with_field
+
+STEEL = (
+    *circles(("+x", "-x", "+y")),
+    Place("+z"),
+    Rest(1.3),
+    Turn("z", 120.0, 60.0),
+    PassSteel(),
+    Turn("z", 260.0, 60.0),
+    *circles(("-y", "+z", "-z")),
+)
+"""Something of steel passes in the middle of the fourth circle."""
+
+
+def steel_passes(readings: Readings) -> tuple[float, float]:
+    """When it does: where the field differs from the same hand's without it."""
+    plain = turned(tuple(action for action in STEEL if not isinstance(action, PassSteel)))
+    series = readings.magnetometer
+    assert series is not None
+    differs = np.flatnonzero((np.abs(series.values - field_of(plain)) > 1.0).any(axis=1))
+    return float(series.time[differs[0]]), float(series.time[differs[-1]])
+
+
+def test_steel_that_passes_is_said_in_words_while_it_passes() -> None:
+    readings = turned(STEEL)
+    start, end = steel_passes(readings)
+    session = Session(readings).play(until=0.5 * (start + end) + 0.3)
+    assert "the field is disturbed" in session.field.disturbed
+    assert "µT" in session.field.disturbed
+    assert any("disturbed" in text for text in session.texts(EventKind.WARNING))
+    session.play(until=end + 1.0)
+    assert session.field.disturbed == ""
+
+
+def test_samples_with_steel_near_are_left_out_with_the_reason() -> None:
+    """All samples that are off by as much as noise never is, and hardly any others."""
+    readings = turned(STEEL)
+    start, end = steel_passes(readings)
+    session = Session(readings).play()
+    collected = session.machine.collected()
+    assert session.step == StepKind.RESULT
+    assert len(collected.field_spans) == 2
+    ((since, until, reason),) = collected.field_left_out
+    assert "the field was" in reason
+    assert "µT too" in reason
+    assert start - 0.5 < since < start + 0.6
+    assert end - 0.6 < until < end + 0.5
+    for first, last in collected.field_spans:
+        assert last <= since + 1e-6 or first >= until - 1e-6
+
+
+def test_a_circle_is_not_whole_where_it_was_disturbed() -> None:
+    """What was turned while steel passed has to be turned again."""
+    known = circles(("+x", "-x", "+y"))
+    laid, turn = (Place("+z"), Rest(1.3)), Turn("z", 372.0, 180.0)
+    without = Session(turned((*known, *laid, turn))).play()
+    with_steel = Session(turned((*known, *laid, PassSteel(), turn))).play()
+    assert "-z" in without.field.done
+    assert "-z" not in with_steel.field.done
+    assert 250.0 < with_steel.field.turned < 340.0
+
+
+def test_a_magnet_that_stays_is_not_waited_for() -> None:
+    """From the fourth circle on the field is another one: words say what to do about it."""
+    readings = turned(circles())
+    values = field_of(readings).copy()
+    values[len(values) // 2 :] += (60.0, -35.0, 20.0)
+    session = Session(with_field(readings, values)).play()
+    assert session.step == StepKind.FIELD
+    assert any("begin the step again" in seen.trouble for seen in session.seen)
+    assert not session.field.good
+
+
+def test_half_a_circle_only_does_not_end_the_step() -> None:
+    """The way on is offered after a while, and what was measured is refused by the fit."""
+    session = Session(turned((*circle("-z", degrees=180.0), Rest(25.0)))).play()
+    assert session.step == StepKind.FIELD
+    assert session.texts(EventKind.STUCK)
+    (offer,) = [one for one in session.machine.status().offers if one.key == "g"]
+    assert offer.command == "enough"
+    session.machine.command("enough")
+    assert session.step == StepKind.RESULT
+    collected = session.machine.collected()
+    assert collected.magnetometer is not None
+    ((start, end),) = collected.field_spans
+    with pytest.raises(DataError, match="Turn the device"):
+        fit_magnetometer(collected.magnetometer.between(start, end))
+
+
+def test_one_face_alone_is_called_a_plane() -> None:
+    """A second circle on the same face adds nothing; one circle is a beginning and no trouble."""
+    session = Session(turned((*circle("-z"), *circle("-z"), Rest(15.0)))).play()
+    assert "plane" in session.field.trouble
+    first_circle = [seen for seen in session.seen if seen.turned < 340.0 and not seen.done]
+    assert not any("plane" in seen.trouble for seen in first_circle)
+
+
+def test_a_device_that_lies_still_is_told_to_turn() -> None:
+    session = Session(turned((Rest(12.0),))).play()
+    assert "does not turn" in session.field.trouble
+    assert session.field.counts.sum() == 0
+
+
+def test_with_nothing_measured_only_leaving_it_out_is_offered() -> None:
+    readings = turned((*circle("-z"), Rest(25.0)))
+    session = Session(with_field(readings, np.full_like(field_of(readings), 3.0))).play()
+    assert any("one and the same value" in seen.trouble for seen in session.seen)
+    (offer,) = [one for one in session.machine.status().offers if one.key == "g"]
+    assert offer.command == "skip"
+    session.machine.command("skip")
+    assert StepKind.FIELD in dict(session.machine.status().skipped)
+
+
+def test_a_sensor_that_falls_silent_is_missed() -> None:
+    readings = turned(circles())
+    series = readings.magnetometer
+    assert series is not None
+    cut = Readings(readings.accelerometer, readings.gyroscope, series.between(0.0, 8.0))
+    session = Session(cut).play(until=12.0)
+    assert "has sent nothing" in session.field.trouble
+
+
+def _not_the_earths(values: FloatArray) -> FloatArray:
+    return 4.0 * values
+
+
+def _saturated(values: FloatArray) -> FloatArray:
+    low, high = np.percentile(values[:, 0], (2.0, 80.0))
+    return np.column_stack([np.clip(values[:, 0], low, high), values[:, 1:]])
+
+
+def _dead_axis(values: FloatArray) -> FloatArray:
+    return np.column_stack([np.full(len(values), 7.0), values[:, 1:]])
+
+
+def _noise_alone(values: FloatArray) -> FloatArray:
+    return np.random.default_rng(0).normal(0.0, 5.0, values.shape)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "word"),
+    [
+        (_not_the_earths, "not the Earth's"),
+        (_saturated, "saturated"),
+        (_dead_axis, "dead"),
+        (_noise_alone, "does not turn"),
+    ],
+)
+def test_readings_of_which_nothing_can_come_are_called_by_their_name(
+    spoil: object, word: str
+) -> None:
+    """After six whole circles the step is not done, and says why."""
+    assert callable(spoil)
+    readings = turned(circles(), after=2.0)
+    session = Session(with_field(readings, spoil(field_of(readings)))).play()
+    assert session.step == StepKind.FIELD
+    assert not session.field.good
+    assert word in session.field.trouble
