@@ -64,6 +64,10 @@ class FakeHand:
         """Held, or laid down."""
         self.trembling = on
 
+    def pass_steel(self) -> None:
+        """Steel."""
+        self.told.append(("steel", ""))
+
 
 class FakeSource:
     """Shows the snapshots it is given; notes the commands it gets."""

@@ -155,3 +155,13 @@ async def test_the_header_names_the_step_only_where_there_is_a_magnetometer() ->
         await shows(pilot, "▸18 POSES", "Rotations  Field", "Save", "04:12")
         source.say(status())
         await shows(pilot, "✓18 poses ✓Rotations ▸FIELD", "Save", "07:11")
+
+
+async def test_the_virtual_hand_turns_the_face_that_lies_there_and_lets_steel_pass() -> None:
+    source = source_of(replace(field(), face="-y", face_down="-y"))
+    source.hand = hand = fakes.FakeHand()  # type: ignore[attr-defined]  # only some sources have one
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "S steel passes")
+        await pilot.press("space", "S")
+        await until(pilot, lambda: len(hand.told) == 2)
+        assert hand.told == [("y", 372.0), ("steel", "")]

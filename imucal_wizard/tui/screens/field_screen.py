@@ -39,6 +39,14 @@ class FieldScreen(KeyedScreen):
         ("m", "sound"),
         ("q", "quit"),
     )
+    hand_keys: ClassVar[Keys] = (
+        ("space", "lay it down, then turn it round"),
+        ("S", "steel passes"),
+        ("H", "hand does it"),
+        ("←→", "turn about z"),
+        ("↑↓", "about y"),
+        ("a d", "about x"),
+    )
 
     def body(self) -> ComposeResult:
         """Words to the left, the sphere to the right, the device below the words if it is tall."""

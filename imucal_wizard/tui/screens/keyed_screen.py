@@ -44,10 +44,11 @@ class KeyedScreen(LiveScreen):
         ("m", "sound"),
         ("q", "quit"),
     )
+    hand_keys: ClassVar[Keys] = HAND_KEYS
 
     def footer(self) -> None:
         """The keys, and those of the virtual hand where there is one."""
-        self.query_one(KeyFooter).offer(self.keys, HAND_KEYS if self.wizard.hand_keys else ())
+        self.query_one(KeyFooter).offer(self.keys, self.hand_keys if self.wizard.hand_keys else ())
 
     def action_order(self, name: str, argument: str = "") -> None:
         """Hand a command to the machine."""
