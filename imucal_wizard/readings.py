@@ -89,5 +89,5 @@ def join(parts: "list[Readings]") -> Readings:
         joined([part.magnetometer for part in parts]),
         joined([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
-        joined("current"),
+        joined([part.current for part in parts]),
     )

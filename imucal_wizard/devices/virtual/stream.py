@@ -109,7 +109,7 @@ class VirtualStream:
         force, rate = motion.specific_force / STANDARD_GRAVITY, motion.rate / DEGREE
         sensed = force if sensor == "accelerometer" else rate
         if sensor == "magnetometer" and self._magnetometer is not None:
-            sensed = self._magnetometer.model.seen(motion.attitude)
+            sensed = self._magnetometer.model.seen(motion)
         return Circumstances(
             force,
             rate,
