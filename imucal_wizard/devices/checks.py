@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard import units
+from imucal_wizard.devices.gravity import GUESSED, unit_of_gravity
 from imucal_wizard.readings import FloatArray
 
 _AXES = "xyz"
@@ -94,18 +95,16 @@ def _feels_gravity(rate: FloatArray | None, unit: str) -> bool:
     sizes = np.linalg.norm(rate, axis=1)
     size = float(np.median(sizes))
     printed = [size / factor for factor in units.RATE.values()]
-    near = any(abs(p / g - 1) < 0.15 for p in printed for g in (units.STANDARD_GRAVITY, 1.0, 1e3))
+    near = any(unit_of_gravity(one, 0.15) for one in printed)
     return near and float(np.std(sizes)) < 0.05 * size
 
 
 def _unit_for(size: float) -> str:
     """What was printed in another unit than it was taken for, by the size of gravity."""
-    readings = {"m/s^2": size, "g": size / units.STANDARD_GRAVITY, "mg": size * 1e3 / 9.80665}
-    sizes = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0}
-    for taken, printed in readings.items():
-        for unit, expected in sizes.items():
-            if unit != taken and abs(printed / expected - 1) < 0.1:
-                return f"{unit} taken for {taken}"
+    for taken in GUESSED:
+        unit = unit_of_gravity(size / units.ACCELERATION[taken], 0.1)
+        if unit not in (None, taken):
+            return f"{unit} taken for {taken}"
     return ""
 
 

@@ -27,11 +27,16 @@ def whole_numbers(values: FloatArray) -> bool:
     return bool(np.all(finite == np.floor(finite)))
 
 
-def fits(size: float, unit: str) -> bool:
-    """Whether gravity may have this size in a unit."""
+def fits(size: float, unit: str, within: float = NEAR) -> bool:
+    """Whether gravity may have this size in a unit, to so large a share of it."""
     if unit == COUNT:
         return size >= FEWEST_COUNTS
-    return abs(size * ACCELERATION[unit] / STANDARD_GRAVITY - 1.0) < NEAR
+    return abs(size * ACCELERATION[unit] / STANDARD_GRAVITY - 1.0) < within
+
+
+def unit_of_gravity(size: float, within: float = NEAR) -> str | None:
+    """The unit in which one gravity has this size, to so large a share of it; None for counts."""
+    return next((unit for unit in GUESSED if fits(size, unit, within)), None)
 
 
 def looks_like(size: float, whole: bool) -> str | None:
@@ -41,6 +46,7 @@ def looks_like(size: float, whole: bool) -> str | None:
         size: usual magnitude of the readings.
         whole: whether all readings are whole numbers.
     """
-    guessed = ("mg",) if whole else GUESSED  # the only one of them that is printed in whole numbers
-    found = next((unit for unit in guessed if fits(size, unit)), None)
-    return COUNT if found is None and whole and fits(size, COUNT) else found
+    found = unit_of_gravity(size)
+    if not whole or found == "mg":  # the only one of them that is printed in whole numbers
+        return found
+    return COUNT if fits(size, COUNT) else None

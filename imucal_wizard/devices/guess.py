@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard import units
-from imucal_wizard.devices.gravity import looks_like, usual_size, whole_numbers
+from imucal_wizard.devices.gravity import looks_like, unit_of_gravity, usual_size, whole_numbers
 from imucal_wizard.readings import FloatArray
 
+_PLAINLY = 0.15
+"""Gravity is so near its size where nobody is asked whether it is an accelerometer at all."""
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
 _DEGREES = (12.0, 70.0)
 _WARMS = 2.0
@@ -47,7 +49,7 @@ def accelerometer_unit(values: FloatArray) -> UnitGuess:
     if unit is not None and unit != units.COUNT:
         return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
     for counts in _COUNTS_PER_G:
-        if abs(size / counts - 1) < 0.15:
+        if abs(size / counts - 1) < _PLAINLY:
             why = f"Gravity reads {size:.0f}: raw counts, nominally {counts:.0f} per g."
             return UnitGuess(units.COUNT, why)
     if unit == units.COUNT:
@@ -179,12 +181,14 @@ def _is_gravity(three: FloatArray, size: float) -> bool:
     """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
     steady = float(np.std(np.linalg.norm(three, axis=1))) < _STEADY * size
     fine = size > _WHOLE or not whole_numbers(three)
-    return steady and fine and any(abs(size / g - 1) < 0.15 for g in (9.80665, 1.0, 1000.0))
+    return steady and fine and unit_of_gravity(size, _PLAINLY) is not None
 
 
 def _is_counted_gravity(three: FloatArray, size: float) -> bool:
     """Whether these may be counts of an accelerometer."""
-    return whole_numbers(three) and any(abs(size / counts - 1) < 0.15 for counts in _COUNTS_PER_G)
+    return whole_numbers(three) and any(
+        abs(size / counts - 1) < _PLAINLY for counts in _COUNTS_PER_G
+    )
 
 
 def _offset_binary(values: FloatArray) -> bool:

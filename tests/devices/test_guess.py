@@ -1,9 +1,12 @@
 """Gravity tells the accelerometer's unit; the host's clock tells the time's; the rest is asked."""
 
+import math
+
 import numpy as np
 import pytest
 
 from imucal_wizard.devices import guess
+from imucal_wizard.devices.gravity import unit_of_gravity
 from imucal_wizard.readings import FloatArray
 
 
@@ -47,6 +50,18 @@ def test_the_size_of_gravity_tells_the_unit(size: float, unit: str) -> None:
 def test_whole_numbers_are_counts_unless_they_are_milli_g(size: float, unit: str) -> None:
     """The same rule as for files: one stream, recorded, is not read in another unit."""
     assert guess.accelerometer_unit(np.round(at(size))).unit == unit
+
+
+@pytest.mark.parametrize(
+    ("size", "unit"),
+    [
+        (9.81, "m/s^2"), (8.4, "m/s^2"), (1.1, "g"), (880.0, "mg"),
+        (8.2, None), (1.2, None), (0.0, None), (16384.0, None), (math.nan, None),
+    ],
+)  # fmt: skip
+def test_one_gravity_has_its_size_in_one_unit_or_in_none(size: float, unit: str | None) -> None:
+    """To 15 %, with bias and scale."""
+    assert unit_of_gravity(size, 0.15) == unit
 
 
 def test_counts_around_mid_scale_are_offset_binary() -> None:
