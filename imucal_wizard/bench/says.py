@@ -29,7 +29,7 @@ def says(said: Statement) -> str:
     if said.waiting:
         parts = [_waits(said), *parts]
     if said.bench is not None:
-        parts += _repeatability(said.bench) + _regretted(said.bench)
+        parts += _repeatability(said, said.bench) + _regretted(said.bench)
     return " ".join(parts)
 
 
@@ -109,16 +109,28 @@ def _waits(said: Statement) -> str:
     )
 
 
-def _repeatability(bench: Bench) -> list[str]:
+def _repeatability(said: Statement, bench: Bench) -> list[str]:
+    """That a pose does not read the same again, where nothing that is missing can be the cause.
+
+    No pose is held again exactly alike: an effect that is not in the model spoils the repeats, too.
+    """
     floors = bench.ladder[-1].floors
-    if floors.repeatable is not False:
+    if floors.repeatable is not False or said.verdict not in _BY_ITSELF:
         return []
-    return [
-        (
-            f"The same pose does not repeat: {shown(floors.unit, floors.repeats)} from hold to "
-            f"hold, {shown(floors.unit, floors.within)} within them."
-        )
-    ]
+    repeats, within = (shown(floors.unit, size) for size in (floors.repeats, floors.within))
+    if said.verdict is Verdict.COMPLETE:
+        return [
+            (
+                f"A pose held again differs by {repeats}, noise within a hold makes {within}: what "
+                "is slower than a hold (noise that wanders, warmth, the seat) is counted as noise "
+                "here."
+            )
+        ]
+    return [f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."]
+
+
+_BY_ITSELF = (Verdict.COMPLETE, Verdict.UNEXPLAINED)
+"""Verdicts in which no known effect is left that would spoil the repeats."""
 
 
 def _regretted(bench: Bench) -> list[str]:

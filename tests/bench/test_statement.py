@@ -45,6 +45,29 @@ def test_a_complete_model_says_what_would_have_been_seen() -> None:
     assert said.advice.poses == ()
 
 
+def test_poses_that_do_not_repeat_are_no_alarm_where_the_model_is_complete() -> None:
+    """A quarter milli-g from hold to hold, as a bias that wanders makes."""
+    rng = np.random.default_rng(1)
+    report, _ = fitted(poses="26+repeats", seed=5)
+    restless = moved(report, lambda _, hold: along(hold, rng.normal(0.0, 0.25 * MG)))
+    said = survey(Benches(replace(restless, rates={"accelerometer": 100.0})), {}, automatic=True)[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert said.bench is not None
+    assert said.bench.ladder[-1].floors.repeatable is False
+    assert "is counted as noise here" in says(said)
+
+
+def test_what_a_missing_effect_spoils_is_not_blamed_on_the_seat() -> None:
+    """Poses are held again within some degrees only: a bent characteristic reads another value."""
+    report, readings = fitted("second-order:5:y", poses="26+repeats", seed=5)
+    report = replace(report, rates={"accelerometer": 100.0})
+    said = survey(Benches(report, readings), {}, automatic=False)[0]
+    assert said.verdict is Verdict.MISSING
+    assert said.bench is not None
+    assert said.bench.ladder[-1].floors.repeatable is False
+    assert "repeat" not in says(said)
+
+
 def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
     report, _ = fitted(poses="26+repeats", seed=5)
