@@ -1,5 +1,6 @@
 """The JSON of ``fit --json``, as those who script the program read it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ def _magnetic(found: MagnetometerFit) -> dict[str, Any]:
     }
 
 
-def failure_document(reason: str, warnings: tuple[str, ...] = ()) -> dict[str, Any]:
+def failure_document(reason: str, warnings: Sequence[str]) -> dict[str, Any]:
     """What ``--json`` says when the data do not carry a fit."""
     return {
         "schema": SCHEMA,

@@ -27,9 +27,9 @@ def bench_document(statements: Sequence[Statement], warnings: Sequence[str] = ()
     }
 
 
-def failure_document(reason: str) -> dict[str, Any]:
+def failure_document(reason: str, warnings: Sequence[str]) -> dict[str, Any]:
     """What ``--json`` says when the data cannot show a term that was asked for."""
-    return {"schema": SCHEMA, "error": reason, "warnings": [reason], "sensors": {}}
+    return {"schema": SCHEMA, "error": reason, "warnings": [*warnings, reason], "sensors": {}}
 
 
 def _sensor(said: Statement) -> dict[str, Any]:

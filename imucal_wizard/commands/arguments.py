@@ -2,13 +2,12 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
 from imucal_wizard.commands.places import STANDARD_OUT, document_place
 from imucal_wizard.errors import UsageError
-from imucal_wizard.output import note
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.units import COUNT, FACTORS, STANDARD_GRAVITY
 
@@ -172,14 +171,6 @@ def write_json(document: object, place: str) -> None:
         Path(place).write_bytes(data)
     except OSError as error:
         raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
-
-
-def write_failure(document: object, warnings: Sequence[str], place: str | None) -> None:
-    """Say why nothing was fitted: as JSON where it was asked for, and what was noticed before."""
-    if place:
-        write_json(document, place)
-    for warning in warnings:
-        note(f"warning: {warning}")
 
 
 def positive(text: str) -> float:

@@ -11,7 +11,6 @@ from imucal_wizard.commands.arguments import (
     add_field,
     fitting_parser,
     recording_options,
-    write_failure,
     write_json,
 )
 from imucal_wizard.commands.places import STANDARD_OUT
@@ -81,9 +80,10 @@ def run(argv: Sequence[str]) -> int:
     try:
         statements = survey(benches, added, arguments.auto)
     except DataError as error:
-        from imucal_wizard.bench.document import failure_document
+        if arguments.json:
+            from imucal_wizard.bench.document import failure_document
 
-        write_failure(failure_document(str(error)), material.warnings, arguments.json)
+            write_json(failure_document(str(error), material.warnings), arguments.json)
         raise
     return told(statements, material, arguments, benches.report.warnings)
 

@@ -7,11 +7,9 @@ from imucal_wizard.commands.arguments import (
     add_field,
     fitting_parser,
     recording_options,
-    write_failure,
     write_json,
 )
 from imucal_wizard.commands.places import STANDARD_OUT
-from imucal_wizard.errors import DataError
 from imucal_wizard.output import note, say
 
 
@@ -29,30 +27,20 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Compare; the exit status is 1 when the data carry nothing."""
     arguments = parser().parse_args(argv)
-    from imucal_wizard.commands.material import Material
+    from imucal_wizard.commands.material import Material, fitted
     from imucal_wizard.fitting import FitOptions
     from imucal_wizard.fitting.methods import method_rows
+    from imucal_wizard.method_table import failure_document, method_table, methods_document
 
     material = Material(
         arguments.files, recording_options(arguments), all_samples=arguments.all_samples
     )
     options = FitOptions(material.gravity(arguments.gravity), field=arguments.field)
-    try:
-        report = material.fit(options)
-    except DataError as error:
-        from imucal_wizard.method_table import failure_document
-
-        found = failure_document(str(error), material.warnings)
-        write_failure(found, material.warnings, arguments.json)
-        raise
+    report = fitted(material, options, arguments.json, failure_document)
     rows = method_rows(report, material.gyroscope_unit, material.field, arguments.field)
     if arguments.json:
-        from imucal_wizard.method_table import methods_document
-
         write_json(methods_document(report, rows), arguments.json)
     if arguments.json != STANDARD_OUT:
-        from imucal_wizard.method_table import method_table
-
         say(method_table(rows))
     for warning in report.warnings:
         note(f"warning: {warning}")

@@ -9,11 +9,9 @@ from imucal_wizard.commands.arguments import (
     add_methods,
     fitting_parser,
     recording_options,
-    write_failure,
     write_json,
 )
 from imucal_wizard.commands.places import STANDARD_OUT, file_to_write
-from imucal_wizard.errors import DataError
 from imucal_wizard.output import note, say
 
 
@@ -35,7 +33,8 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Fit and report; the exit status is 1 when the data do not carry it."""
     arguments = parser().parse_args(argv)
-    from imucal_wizard.commands.material import Material
+    from imucal_wizard.commands.material import Material, fitted
+    from imucal_wizard.document import failure_document, fit_document
     from imucal_wizard.fitting import FitOptions
 
     material = Material(
@@ -48,14 +47,7 @@ def run(argv: Sequence[str]) -> int:
         arguments.mag_method,
         arguments.field,
     )
-    try:
-        report = material.fit(options)
-    except DataError as error:
-        from imucal_wizard.document import failure_document
-
-        found = failure_document(str(error), material.warnings)
-        write_failure(found, material.warnings, arguments.json)
-        raise
+    report = fitted(material, options, arguments.json, failure_document)
     if arguments.save:
         from imucal_wizard.calibration import from_report, save
 
@@ -63,8 +55,6 @@ def run(argv: Sequence[str]) -> int:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
         save(from_report(report, source, now), arguments.save)
     if arguments.json:
-        from imucal_wizard.document import fit_document
-
         write_json(fit_document(report), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:

@@ -1,14 +1,16 @@
 """What the files of a command give to be fitted: a recording's samples, or what a session kept."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from imucal_wizard.commands.arguments import write_json
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting import FitOptions, fit_readings
 from imucal_wizard.fitting.magnetometer import samples_during
+from imucal_wizard.output import note
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read
 from imucal_wizard.recordings.options import RecordingOptions
@@ -135,6 +137,33 @@ class Material:
         if self._session is None or belongs(self.readings, report.holds):
             return self.readings
         return None
+
+
+def fitted(
+    material: Material,
+    options: FitOptions,
+    place: str | None,
+    failure: Callable[[str, Sequence[str]], object],
+) -> FitReport:
+    """The fit of a command; where the data do not carry it, the reason is written first.
+
+    Args:
+        material: what is fitted.
+        options: gravity and methods.
+        place: where JSON was asked for, or None.
+        failure: makes the document of a reason and of what was noticed before.
+
+    Raises:
+        DataError: the data do not carry a calibration.
+    """
+    try:
+        return material.fit(options)
+    except DataError as error:
+        if place:
+            write_json(failure(str(error), material.warnings), place)
+        for warning in material.warnings:
+            note(f"warning: {warning}")
+        raise
 
 
 def _fallen_back(error: DataError) -> tuple[str, ...]:

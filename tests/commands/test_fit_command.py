@@ -9,6 +9,7 @@ import pytest
 from imucal_wizard import cli
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import simulate_recording, truth
+from tests.commands.documents import fit_json
 from tests.commands.flat import flat_recording
 from tests.shared_data import shared_data
 
@@ -19,14 +20,6 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("simulated") / "recording.csv"
     simulate_recording(path, seed=11)
     return path
-
-
-def fit_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
-    """What ``fit --json -`` writes, having checked that it is one document and exit status 0."""
-    assert cli.main(["fit", *arguments, "--json", "-"]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert isinstance(document, dict)
-    return document
 
 
 def test_a_simulated_recording_gives_back_the_true_calibration(

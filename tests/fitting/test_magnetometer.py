@@ -10,6 +10,7 @@ from imucal_wizard import cli
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.readings import FloatArray
+from tests.commands.documents import fit_json
 from tests.solver.field_truth import (
     MAGNITUDE,
     OFFSET,
@@ -38,14 +39,6 @@ def write(path: Path, values: FloatArray, unit: str) -> Path:
     rows = np.column_stack([values[:, 0], values[:, 1:] * FACTORS[unit]])
     np.savetxt(path, rows, fmt="%.7g", delimiter=",", header=header, comments="")
     return path
-
-
-def fit_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
-    """What ``fit --json -`` writes."""
-    assert cli.main(["fit", *arguments, "--json", "-"]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert isinstance(document, dict)
-    return document
 
 
 @pytest.mark.parametrize("unit", FACTORS)
