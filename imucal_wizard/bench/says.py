@@ -69,6 +69,16 @@ def _unexplained(said: Statement) -> list[str]:
     left = [term for term in bench.whole if term not in bench.fit.base]
     if left:
         return [f"More than noise is left: {stands(bench)}. Put back {' and '.join(left)} first."]
+    rival = _rival(said, bench)
+    if rival is not None:
+        other, known = rival
+        return [
+            (
+                f"More than noise is left: {stands(bench)}. {capital(other)} explains it, an "
+                f"effect of the same kind as {known}: perhaps that was the wrong one. Take "
+                f"{known} out and look again."
+            )
+        ]
     known = ", ".join(term.name for term in bench.fit.terms)
     none = (
         f"No effect known here explains what {known} leaves, so nothing more is named."
@@ -82,6 +92,17 @@ def _unexplained(said: Statement) -> list[str]:
             "another one there."
         )
     return [f"More than noise is left: {stands(bench)}. {none} {advice}"]
+
+
+def _rival(said: Statement, bench: Bench) -> tuple[str, str] | None:
+    """The effect that explains what one of its family in the model leaves, and that one."""
+    likeliest = [] if said.findings is None else said.findings.opinion.explanations[:1]
+    family = {one.name: one.family for one in bench.catalogue if one.family is not None}
+    added = {family[term.name]: term.name for term in bench.fit.terms if term.name in family}
+    for members in likeliest:
+        if len(members) == 1 and family.get(members[0]) in added:
+            return members[0], added[family[members[0]]]
+    return None
 
 
 def _disturbed(said: Statement) -> list[str]:

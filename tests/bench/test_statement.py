@@ -68,6 +68,19 @@ def test_what_a_missing_effect_spoils_is_not_blamed_on_the_seat() -> None:
     assert "repeat" not in says(said)
 
 
+def test_a_wrong_member_of_the_right_family_is_told_from_a_riddle() -> None:
+    """The student has added asymmetry; what it leaves is the rest of a second-order term."""
+    report, readings = fitted("second-order:5:y", poses="26+repeats", seed=5)
+    report = replace(report, rates={"accelerometer": 100.0})
+    wrong = Benches(report, readings)
+    said = survey(wrong, {"accelerometer": ["asymmetry"]}, automatic=False)[0]
+    assert said.verdict is Verdict.UNEXPLAINED
+    text = says(said)
+    assert "Second-order explains it" in text
+    assert "Take asymmetry out and look again" in text
+    assert "No effect known here" not in text
+
+
 def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
     report, _ = fitted(poses="26+repeats", seed=5)
