@@ -143,6 +143,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     ),
     "save": (
         "The calibration is on disk. The place is shown; q leaves.",
+        "t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
     ),
 }

@@ -189,6 +189,19 @@ async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> No
         assert "counter-clockwise" not in seen(pilot)
 
 
+@pytest.mark.parametrize("step", [StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE])
+async def test_help_names_no_key_that_does_nothing_on_its_screen(step: StepKind) -> None:
+    source = fakes.FakeSource(Status(step=step))
+    async with app_with(source).run_test(size=LARGE) as pilot:
+        await shows(pilot, f"▸{step.upper()}")
+        await pilot.press("question_mark")
+        text = await shows(pilot, f"help: {step}", "q       leaves")
+        assert "skips the step" not in text
+        assert "takes back" not in text
+        assert "turn the virtual device" not in text
+        assert ("b       goes back" in text) is (step is not StepKind.SOURCE)
+
+
 async def test_quitting_asks_nothing_and_stops_the_source() -> None:
     source = fakes.FakeSource(fakes.poses_status())
     app = app_with(source)

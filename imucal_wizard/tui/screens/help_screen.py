@@ -11,14 +11,17 @@ from imucal_wizard.tui.help_words import WORDS
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
-_ALWAYS = (
+_LEAVE = (("q", "leaves; everything is written down and the session can be taken up again"),)
+_BACK = (("b", "goes back one step"), ("m", "sounds off or on"), *_LEAVE)
+_MEASURING = (
     ("u", "takes back the last hold or rotation; nothing else is lost"),
     ("s", "skips the step; what that costs is said"),
     ("r", "does the step again from its beginning"),
-    ("b", "goes back one step"),
-    ("m", "sounds off or on"),
-    ("q", "leaves; everything is written down and the session can be taken up again"),
+    *_BACK,
 )
+_FITTED = ("result", "save")
+_STILL = ("source", "columns", "heading", "methods", "parameters")
+"""Pages on which nothing is measured: the keys of a measuring step do nothing there."""
 _HAND = (
     ("← →", "turn the virtual device about its z axis by 15°: to the left, to the right"),
     ("↑ ↓", "about its y axis: to the left, to the right"),
@@ -67,7 +70,9 @@ class HelpScreen(ModalScreen[None]):
         rows: list[Line] = []
         for text in WORDS.get(self._step, ()):
             rows += [*wrapped(text, width), line("")]
-        rows += self._keys(_ALWAYS, width)
+        if self._step in (*_FITTED, *_STILL):
+            return rows + self._keys(_BACK if self._step in _FITTED else _LEAVE, width)
+        rows += self._keys(_MEASURING, width)
         if self._hand:
             rows += [line(""), line("The virtual hand:", "strong"), *self._keys(_HAND, width)]
         return [*rows, line(""), *wrapped(_SOUNDS, width)]
