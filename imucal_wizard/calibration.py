@@ -190,6 +190,17 @@ def save(calibration: Calibration, path: Path) -> Path:
     return path
 
 
+def says_the_same(path: Path, calibration: Calibration) -> bool:
+    """Whether a file holds this calibration, whenever it was made."""
+    try:
+        found = load(path)
+    except RecordingError:
+        return False
+    return encode(msgspec.structs.replace(found, created=calibration.created)) == encode(
+        calibration
+    )
+
+
 def load(path: Path) -> Calibration:
     """Read a calibration back.
 

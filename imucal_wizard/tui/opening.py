@@ -139,6 +139,7 @@ class Opening:
         self.session = path
         self.gravity = options.gravity or taken_up.engine.settings.gravity
         about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
+        self.title = engine.source or self.title
         try:
             seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
             baud = int(about.get("baud", options.baud))

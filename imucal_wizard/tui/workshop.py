@@ -1,5 +1,7 @@
 """The services of the app on the real house: sources, the fit, saving, lists."""
 
+import itertools
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +12,7 @@ from imucal_wizard.tui.source import Saved, Services, SourceChoice, SourceKind
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.bench.benches import Benches
+    from imucal_wizard.calibration import Calibration
     from imucal_wizard.fitting.methods import MethodRow
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
@@ -86,32 +89,42 @@ class Workshop(Opening):
         Raises:
             UsageError: the place cannot be written.
         """
-        from imucal_wizard.calibration import from_report, save
+        from imucal_wizard.calibration import from_report
         from imucal_wizard.summary import summary
 
         now = datetime.now().astimezone()
         models = {} if benches is None else benches.models()
         made = from_report(report, self.title, now.isoformat(timespec="seconds"), models)
-        path = save(made, self._place())
+        path = self._written(made)
         found = [
             f"{name}: with {', '.join(term.name for term in model.terms)} from the bench"
             for name, (model, _) in models.items()
         ]
         return Saved(path, (summary(report), *found, f"saved: {path}"))
 
-    def _place(self) -> Path:
-        """Where the calibration goes; a name that is free unless one was given."""
+    def _written(self, made: "Calibration") -> Path:
+        """Write it, under a name that is free unless one was given; what is there stays."""
+        from imucal_wizard.calibration import save, says_the_same
+
         if self._options.save is not None:
-            return self._options.save
+            return save(made, self._options.save)
+        for path in self._names():
+            if not path.exists():
+                break
+            if says_the_same(path, made):
+                return path
+        return save(made, path)
+
+    def _names(self) -> Iterator[Path]:
+        """Names for the calibration, the plainest first, without an end."""
         if self.session is not None:
             first = self.session.with_suffix(".json")
         else:
             names = "+".join(path.stem for path in self._options.replay) or "recording"
             first = Path.cwd() / f"{names}.calibration.json"
-        path, number = first, 2
-        while path.exists():
-            path, number = first.with_name(f"{first.stem}-{number}{first.suffix}"), number + 1
-        return path
+        yield first
+        for number in itertools.count(2):
+            yield first.with_name(f"{first.stem}-{number}{first.suffix}")
 
     def ports(self) -> list[SourceChoice]:
         """What is plugged in."""

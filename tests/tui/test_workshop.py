@@ -86,6 +86,7 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
     assert "at Up/down" in offered[0].title
     assert re.fullmatch(r"[34] holds in 00:\d\d, virtual IMU", offered[0].detail)
     again = workshop.open_source(offered[0])
+    assert workshop.title == "virtual IMU", "what was calibrated, and not how it was gone on with"
     with running(again):
         after = wait_for(again, lambda s: s.stream.samples >= before.stream.samples)
         assert after.status.step in ("up-down", "poses")
@@ -130,8 +131,12 @@ async def test_a_file_that_is_no_recording_ends_the_app_with_the_reason(tmp_path
 def test_a_calibration_never_replaces_another_unless_its_name_was_given(tmp_path: Path) -> None:
     workshop = Workshop(WizardOptions())
     workshop.session = tmp_path / "s.imucal"
-    names = [workshop.save(fakes.report()).path.name for _ in range(3)]
+    reports = [fakes.report(), fakes.report(True), replace(fakes.report(), gravity=9.81)]
+    names = [workshop.save(report).path.name for report in reports]
     assert names == ["s.json", "s-2.json", "s-3.json"]
+    again = [workshop.save(report).path.name for report in reports]
+    assert again == names, "a session taken up again after its end says nothing new"
+    assert len(list(tmp_path.iterdir())) == 3
     given = tmp_path / "mine.json"
     workshop = Workshop(WizardOptions(save=given))
     assert {workshop.save(fakes.report()).path for _ in range(2)} == {given}
