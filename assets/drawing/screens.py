@@ -49,6 +49,20 @@ def steps(folder: Path) -> Iterator[tuple[str, Terminal]]:
         yield "result", terminal
 
 
+def circles(folder: Path) -> Iterator[tuple[str, Terminal]]:
+    """The magnetometer's circles, and the heading they make."""
+    with wizard(folder, "--magnetometer", "--speed", "10") as terminal:
+        terminal.wait_for("▸FIELD", timeout=240.0)
+        terminal.wait_for(_amid_a_circle, timeout=120.0)
+        yield "field", terminal
+        terminal.wait_for("▸RESULT", timeout=120.0)
+        terminal.wait_for("h north", timeout=120.0)
+        terminal.press("h")
+        terminal.wait_for("when calibrated ✓")
+        terminal.pump(0.5)
+        yield "heading", terminal
+
+
 def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
     """The README's exercise: what is left, who is suspected, and the ladder once it is added."""
     recording = str(folder / "exercise.csv")
@@ -80,8 +94,15 @@ def _amid_a_turn(text: str) -> bool:
     return done is not None and angle is not None and int(angle[1]) > 30
 
 
+def _amid_a_circle(text: str) -> bool:
+    """Some circles are done, and one has come far."""
+    done, angle = re.search(r" ([34]) of 6", text), re.search(r"turned (\d+)°", text)
+    return done is not None and angle is not None and 150 < int(angle[1]) < 300
+
+
 SCENES: dict[str, Callable[[Path], Iterator[tuple[str, Terminal]]]] = {
     "steps": steps,
+    "circles": circles,
     "bench": bench,
 }
 

@@ -1,8 +1,9 @@
 """Drives the installed program in a real terminal at 80×24: ``python -m tests.terminal.drive BIN``.
 
-Five sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
-same session taken up again; a hand that trembles; a student who finds a hidden effect. Each screen
-that passes is read; what is saved is held against the virtual sensor's truth.
+Six sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
+same session taken up again; a hand that trembles; a student who finds a hidden effect; a
+magnetometer that becomes a compass. Each screen that passes is read; what is saved is held against
+the virtual sensor's truth.
 """
 
 import sys
@@ -14,6 +15,7 @@ import numpy as np
 
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual.simulate import truth
+from tests.terminal.compass import a_compass
 from tests.terminal.student import a_student
 from tests.terminal.terminal import Terminal
 from tests.terminal.trouble import a_trembling_hand
@@ -122,6 +124,7 @@ def main() -> None:
         taken_up_again(binary, session)
         a_trembling_hand(binary, folder)
         a_student(binary, folder)
+        a_compass(binary, folder)
 
 
 if __name__ == "__main__":
