@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import bin_of, centres
+from imucal_wizard.ellipsoid.quality import GAP as PARTLY
 from imucal_wizard.tui.text import Line, Span
 
-FEW = 3
+FEW = len(PARTLY)
 """An area with fewer samples is thinly covered."""
 GAP, THIN, FULL = "·", "▒", "█"
 HERE = "◆"

@@ -9,11 +9,13 @@ from hypothesis import strategies as st
 
 from imucal_wizard.digits import measured
 from imucal_wizard.live.snapshot import StreamStatus
-from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.field.words import TURN_ABOUT, TURN_ROUND, lay_down
+from imucal_wizard.procedure.poses import DIRECTIONS, FACES
 from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
 from imucal_wizard.procedure.wording import turn_up
 from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
 from imucal_wizard.tui.residual_plot import dot_plot
+from imucal_wizard.tui.screens.field_screen import DISTURBED
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
@@ -196,7 +198,8 @@ def test_help_and_quit_stay_in_the_footer_when_there_is_no_room_for_all_keys() -
 def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
     """Also the longest, the corners of the validation: they are read from two metres."""
     others = ("HOLD STILL", "PUT IT DOWN", "ROTATE ABOUT Z", "TILT IT ANEW", "NOT CONNECTED")
-    for words in (*map(turn_up, DIRECTIONS), *others):
+    field = (*map(lay_down, FACES), TURN_ROUND, TURN_ABOUT, DISTURBED)
+    for words in (*map(turn_up, DIRECTIONS), *others, *field):
         rows = enlarged(words, 78, 4)
         assert len(rows) == 4
         assert max(map(len, rows)) <= 78

@@ -4,6 +4,7 @@ from imucal_wizard.ellipsoid.quality import gaps
 from imucal_wizard.procedure.field import advice, trouble, words
 from imucal_wizard.procedure.field.gathering import Gathering
 from imucal_wizard.procedure.field.view import view
+from imucal_wizard.procedure.field_status import GOOD
 from imucal_wizard.procedure.ledger import KeptCircle, KeptHold
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.poses import FACES
@@ -15,10 +16,6 @@ UPDATE = 0.2
 """Seconds between two looks at everything."""
 FULL_DEG = 350.0
 """From here on a circle is a whole one."""
-FEW_GAPS = 15.0
-"""Gaps, per cent, with which any motion has done as well as six circles."""
-LARGEST_ERROR = 5.0
-"""Fit error, per cent, up to which the readings are of one field."""
 CARRIED = 0.02
 """Doubt anywhere on the sphere, as a share of the field, with which a calibration is carried."""
 PATIENCE = 20.0
@@ -76,8 +73,8 @@ class FieldStage:
         survey = self.gathered.survey
         if self.trouble or survey.quality is None or survey.worst > CARRIED:
             return False
-        fits = survey.quality.fit_error <= LARGEST_ERROR
-        return fits and (not self.missing or gaps(survey.counts) <= FEW_GAPS)
+        fits = survey.quality.fit_error <= GOOD["fit_error"]
+        return fits and (not self.missing or gaps(survey.counts) <= GOOD["gaps"])
 
     @property
     def finished(self) -> bool:
@@ -132,9 +129,14 @@ class FieldStage:
             or trouble.constant(gathered.constant)
             or trouble.lasting(self._lasting)
             or trouble.fault(gathered.survey, gathered.unit, flat=flat)
-            or trouble.rest(gathered.still)
+            or ("" if self._elsewhere else trouble.rest(gathered.still))
         )
         self._choose()
+
+    @property
+    def _elsewhere(self) -> bool:
+        """Another face than the one asked for is down: it need not turn there."""
+        return self.wanted is not None and self.wanted != self.gathered.faces.face
 
     def _choose(self) -> None:
         """The face to go to, or any motion once there is none; the asked-for stays until taken."""
@@ -173,7 +175,7 @@ class FieldStage:
         magnitude = None if survey.fit is None else survey.fit.magnitude
         text = words.disturbed(float(survey.off[-1]), magnitude, self.gathered.unit)
         if not self.disturbed:
-            self._scene.emit(EventKind.WARNING, f"{text.capitalize()}.")
+            self._scene.emit(EventKind.WARNING, words.sentence(text))
         self.disturbed, self._lasting = text, self._lasting + seconds
 
     def _be_patient(self, seconds: float) -> None:
@@ -182,11 +184,8 @@ class FieldStage:
         if progress > self._progress:
             self._progress, self._waiting = progress, 0.0
         elif self._waiting >= PATIENCE > self._waiting - seconds:
-            self._scene.emit(EventKind.STUCK, f"Nothing new for {PATIENCE:.0f} s. {self._why()}")
-
-    def _why(self) -> str:
-        reason = self.trouble or self.disturbed or self.advice
-        return f"{reason[:1].upper()}{reason[1:]}." if reason else ""
+            why = words.sentence(self.trouble or self.disturbed or self.advice)
+            self._scene.emit(EventKind.STUCK, f"Nothing new for {PATIENCE:.0f} s. {why}".rstrip())
 
     def offers(self) -> tuple[Offer, ...]:
         """The way on, once nothing more comes."""

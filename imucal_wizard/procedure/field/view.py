@@ -59,8 +59,8 @@ def view(stage: FieldStageLike, up: FloatArray | None) -> Status:
 
 def _instruction(face: str | None, down: str | None) -> str:
     if face is None:
-        return "TURN IT ABOUT"
-    return "TURN IT ONCE ROUND" if face == down else words.lay_down(face)
+        return words.TURN_ABOUT
+    return words.TURN_ROUND if face == down else words.lay_down(face)
 
 
 def _detail(face: str | None) -> str:

@@ -3,6 +3,9 @@
 from imucal_wizard.procedure.wording import label
 from imucal_wizard.units import COUNT
 
+TURN_ROUND, TURN_ABOUT = "TURN IT ROUND", "TURN IT ABOUT"
+"""Instructions: a circle on the face that is down; any motion. They are read from two metres."""
+
 
 def how_far(off: float, magnitude: float | None, unit: str) -> str:
     """By how much the field is off: "12 µT too much", "8 % too little"."""
@@ -21,3 +24,8 @@ def disturbed(off: float, magnitude: float | None, unit: str) -> str:
 def lay_down(face: str) -> str:
     """The instruction to lay a face on the table: "LAY −Z DOWN"."""
     return f"LAY {label(face)} DOWN"
+
+
+def sentence(text: str) -> str:
+    """Words as a sentence of their own; µT and names of axes stay as they are."""
+    return f"{text[:1].upper()}{text[1:]}." if text else ""

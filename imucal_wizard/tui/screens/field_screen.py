@@ -22,6 +22,8 @@ from imucal_wizard.tui.widgets.pose_list import PoseList
 from imucal_wizard.tui.widgets.sphere import Sphere
 from imucal_wizard.tui.widgets.stream_line import StreamLine
 
+DISTURBED = "DISTURBED"
+"""What is read from two metres while the field is not the place's own."""
 _ROUND_SECONDS = 6.0
 """One turn of the drawing that shows what to do."""
 
@@ -89,7 +91,7 @@ class FieldScreen(KeyedScreen):
     def headline(self, status: Status) -> tuple[str, str]:
         """The instruction, unless what is measured at this moment does not count."""
         if status.field is not None and status.field.disturbed:
-            return "DISTURBED", "warn"
+            return DISTURBED, "warn"
         return super().headline(status)
 
     def _draw(self, snapshot: Snapshot, field: FieldStatus) -> None:

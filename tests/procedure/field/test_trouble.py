@@ -37,7 +37,7 @@ def test_steel_that_passes_is_said_in_words_while_it_passes() -> None:
     session = Session(readings).play(until=0.5 * (start + end) + 0.3)
     assert "the field is disturbed" in session.field.disturbed
     assert "µT" in session.field.disturbed
-    assert any("disturbed" in text for text in session.texts(EventKind.WARNING))
+    assert any("disturbed" in text and "µT" in text for text in session.texts(EventKind.WARNING))
     session.play(until=end + 1.0)
     assert session.field.disturbed == ""
 
@@ -109,6 +109,15 @@ def test_a_device_that_lies_still_is_told_to_turn() -> None:
     session = Session(turned((Rest(12.0),))).play()
     assert "does not turn" in session.field.trouble
     assert session.field.counts.sum() == 0
+
+
+def test_on_a_face_that_is_done_it_is_not_told_to_turn() -> None:
+    """It is told the way to the next face, and that a plane is too little."""
+    session = Session(turned((*circle("-z"), Rest(12.0)))).play()
+    assert session.field.done == ("-z",)
+    assert session.field.face_down == "-z"
+    assert session.field.face != "-z"
+    assert "does not turn" not in session.field.trouble
 
 
 def test_with_nothing_measured_only_leaving_it_out_is_offered() -> None:
