@@ -109,7 +109,7 @@ def _held(
     Raises:
         DataError: the holds do not carry a calibration.
     """
-    steps = steps_in(collected.rotations)
+    steps = steps_in(collected)
     return fit_holds(
         with_rounding(collected.holds, steps),
         collected.rotations,

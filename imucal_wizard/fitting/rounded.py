@@ -8,6 +8,7 @@ import numpy as np
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.rounding import noise_before, rounding_variance, steps_of
+from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
@@ -15,8 +16,14 @@ Steps = tuple[FloatArray, FloatArray | None]
 """Smallest step of each accelerometer and gyroscope axis."""
 
 
-def steps_in(rotations: Sequence[Rotation]) -> Steps:
-    """The steps of the readings where only those of the rotations were kept."""
+def steps_in(collected: Collected) -> Steps:
+    """The steps of the readings where only those of the rotations were kept, if any.
+
+    Without rotations the smallest ones that were ever seen, which one odd sample may make smaller.
+    """
+    rotations = collected.rotations
+    if not rotations and collected.steps is not None:
+        return collected.steps
     forces = [one.accelerometer for one in rotations if one.accelerometer is not None]
     rates = [one.rate for one in rotations]
     return (

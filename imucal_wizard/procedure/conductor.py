@@ -82,8 +82,8 @@ class Conductor:
 
     def collected(self) -> Collected:
         """Everything that has been measured and not taken back or left out."""
-        collected, field = self.holding.collected(), self.route.field
-        series = self.record.series()
+        field, series = self.route.field, self.record.series()
+        collected = replace(self.holding.collected(), steps=self.scene.resolution.steps)
         if series is None or StepKind.FIELD in self.route.skipped:
             return replace(collected, magnetometer=series)
         return replace(

@@ -10,7 +10,7 @@ from enum import StrEnum
 from imucal_wizard.procedure.field_status import FieldStatus
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.readings import Series
+from imucal_wizard.readings import FloatArray, Series
 
 
 class StepKind(StrEnum):
@@ -241,6 +241,8 @@ class Collected:
         field_spans: sample times (from, to) of the field step, s, without what was taken back or
             disturbed.
         field_left_out: what was disturbed in it: from, to, s, and the reason.
+        steps: smallest step of each accelerometer and of each gyroscope axis in all samples, shape
+            (3,) each, 0 where none was seen; None when nobody has looked.
     """
 
     holds: tuple[Hold, ...]
@@ -252,3 +254,4 @@ class Collected:
     magnetometer: Series | None = None
     field_spans: tuple[tuple[float, float], ...] = ()
     field_left_out: tuple[tuple[float, float, str], ...] = ()
+    steps: tuple[FloatArray, FloatArray] | None = None

@@ -22,15 +22,21 @@ def session(
     hand = VirtualHand(RATE, seed)
     chance = np.random.default_rng([seed, 5])
     hand.perform(recording_script(poses, chance, hold=hold, rotations=rotations))
-    stream = VirtualStream(hand, _model(seed, counts), rate=RATE, seed=seed)
+    return recorded(hand, _model(seed, counts), RATE, seed)
+
+
+def recorded(hand: VirtualHand, model: SensorModel, rate: float, seed: int = 0) -> Readings:
+    """All that a hand does, as this sensor puts it out."""
+    stream = VirtualStream(hand, model, rate=rate, seed=seed)
     parts = []
-    while count := hand.remaining(4096):
+    while count := hand.remaining(8192):
         parts.append(stream.take(count))
     time = np.concatenate([part.time for part in parts])
-    unit = ("count", "count") if counts else ("m/s^2", "rad/s")
     return Readings(
-        Series(time, np.concatenate([part.accelerometer for part in parts]), unit[0]),
-        Series(time, np.concatenate([part.gyroscope for part in parts]), unit[1]),
+        Series(
+            time, np.concatenate([part.accelerometer for part in parts]), model.accelerometer.unit
+        ),
+        Series(time, np.concatenate([part.gyroscope for part in parts]), model.gyroscope.unit),
     )
 
 

@@ -9,12 +9,12 @@ import pytest
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.actions import Tremble
 from imucal_wizard.devices.virtual.simulate import recording_script
-from imucal_wizard.devices.virtual.stream import VirtualStream
-from imucal_wizard.fitting import fit_readings
+from imucal_wizard.fitting import fit_collected, fit_readings
+from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import FloatArray, Readings, Series
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import STANDARD_GRAVITY
-from tests.fitting.sessions import session, with_accelerometer
+from tests.fitting.sessions import recorded, session, with_accelerometer
 
 MILLI_G = STANDARD_GRAVITY / 1000.0
 DEGREE = np.pi / 180.0
@@ -34,15 +34,7 @@ def _exact(rate: float, density: float, trembling: bool) -> Readings:
         accelerometer=replace(drawn.accelerometer, step=0.0, density=density * MILLI_G),
         gyroscope=replace(drawn.gyroscope, step=0.0),
     )
-    stream = VirtualStream(hand, model, rate=rate, seed=0)
-    parts = []
-    while count := hand.remaining(8192):
-        parts.append(stream.take(count))
-    time = np.concatenate([part.time for part in parts])
-    return Readings(
-        Series(time, np.concatenate([part.accelerometer for part in parts]), "m/s^2"),
-        Series(time, np.concatenate([part.gyroscope for part in parts]), "rad/s"),
-    )
+    return recorded(hand, model, rate)
 
 
 def _in_steps(readings: Readings, step_a: float, step_g: float) -> Readings:
@@ -158,3 +150,20 @@ def test_the_standard_error_of_a_rate_bias_counts_a_shift_that_all_rests_share(
         assert found.standard_error is not None
         assert abs(found.value - true) < 3.5 * found.standard_error
         assert found.standard_error < step / 10.0
+
+
+def test_a_device_without_a_gyroscope_counts_rounding_live_too() -> None:
+    """No rotation keeps samples then; the procedure itself has seen the steps of all of them."""
+    step = 0.01 * STANDARD_GRAVITY
+    readings = replace(_in_steps(_exact(100.0, 0.03, False), step, 0.0), gyroscope=None)
+    machine = Machine(rate=100.0)
+    machine.command("start")
+    machine.feed(readings)
+    seen = machine.collected()
+    assert seen.rotations == ()
+    assert seen.steps is not None
+    assert seen.steps[0] == pytest.approx(np.full(3, step))
+    report = fit_collected(seen, {"accelerometer": "m/s^2"}, 100.0)
+    # without noise to speak of, averages lie anywhere within a step
+    assert report.sensors["accelerometer"].floor == pytest.approx(step / np.sqrt(12.0), rel=0.1)
+    assert any("larger than their noise" in text for text in report.warnings)

@@ -9,14 +9,13 @@ import pytest
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Turn
 from imucal_wizard.devices.virtual.scripts import EDGES, FACES, START_POSE, next_angle
-from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.fitting import FitOptions, fit_readings
 from imucal_wizard.procedure.blocks import BoolArray
 from imucal_wizard.readings import FloatArray, Readings, Series
 from imucal_wizard.solver.gauge import triangular
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
-from tests.fitting.sessions import session, true
+from tests.fitting.sessions import recorded, session, true
 
 DEGREE = np.pi / 180.0
 
@@ -101,18 +100,10 @@ def _recording(
         accelerometer=replace(drawn.accelerometer, floor=0.0, step=0.0),
         gyroscope=replace(drawn.gyroscope, floor=0.0, step=0.0),
     )
-    stream = VirtualStream(hand, model, rate=rate, seed=0)
-    parts = []
-    while count := hand.remaining(8192):
-        parts.append(stream.take(count))
-    time = np.concatenate([part.time for part in parts])
-    return Readings(
-        Series(time, np.concatenate([part.accelerometer for part in parts]), "m/s^2"),
-        Series(time, np.concatenate([part.gyroscope for part in parts]), "rad/s"),
-    )
+    return recorded(hand, model, rate)
 
 
-def _right(report: FitReport) -> None:
+def _assert_right(report: FitReport) -> None:
     """Matrices right to a thousandth or two, biases within four standard errors."""
     truth = true()
     for name, matrix, bias, most in (
@@ -142,7 +133,9 @@ def test_rates_speeds_and_few_directions(
     rate: float, directions: int, turns: int, fastest: float | None
 ) -> None:
     """25 Hz to 1 kHz, 15 to 500 °/s; the rotations' starts make nine directions enough."""
-    _right(fit_readings(_recording(rate=rate, directions=directions, turns=turns, fastest=fastest)))
+    _assert_right(
+        fit_readings(_recording(rate=rate, directions=directions, turns=turns, fastest=fastest))
+    )
 
 
 def test_gravity_is_what_the_user_says() -> None:
@@ -151,7 +144,7 @@ def test_gravity_is_what_the_user_says() -> None:
     series = readings.accelerometer
     smaller = (series.values - truth.accelerometer_bias) * 9.78 / STANDARD_GRAVITY
     changed = replace(series, values=smaller + truth.accelerometer_bias)
-    _right(fit_readings(replace(readings, accelerometer=changed), FitOptions(gravity=9.78)))
+    _assert_right(fit_readings(replace(readings, accelerometer=changed), FitOptions(gravity=9.78)))
 
 
 def _stamped(readings: Readings, time: FloatArray, keep: BoolArray) -> Readings:
@@ -168,7 +161,7 @@ def test_stamps_that_jitter_by_four_tenths_of_an_interval() -> None:
     readings = _recording()
     time = readings.accelerometer.time
     jitter = np.random.default_rng(0).uniform(-0.4, 0.4, len(time)) * (time[1] - time[0])
-    _right(fit_readings(_stamped(readings, time + jitter, np.ones(len(time), bool))))
+    _assert_right(fit_readings(_stamped(readings, time + jitter, np.ones(len(time), bool))))
 
 
 def test_gaps_cost_the_rotations_they_lie_in_and_nothing_else() -> None:
@@ -178,6 +171,6 @@ def test_gaps_cost_the_rotations_they_lie_in_and_nothing_else() -> None:
     holes = np.random.default_rng(0).uniform(0.0, time[-1], 12)
     keep = np.asarray((np.abs(time[:, None] - holes) > 0.15).all(axis=1))
     report = fit_readings(_stamped(readings, time, keep))
-    _right(report)
+    _assert_right(report)
     (said,) = (text for text in report.warnings if "rotations are not used" in text)
     assert re.search(r"used: a gap of 0\.3\d s \(\d times\)$", said)
