@@ -95,7 +95,7 @@ def carry(ends: FloatArray, before: FloatArray) -> FloatArray:
 
 
 def between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Rotation vector from each unit vector a to b, rad, shape (m, 3).
+    """Rotation vector from the direction of each a to that of b, rad, shape (m, 3).
 
     Between opposite vectors, where every axis across serves, one of them.
     """
@@ -141,14 +141,10 @@ def frame_shift(turns: Turns, at: Linearised) -> FloatArray | None:
     shifts = np.empty_like(turns.before_doubt)
     for k in range(shifts.shape[2]):
         before, after = turns.before_doubt[:, :, k], turns.after_doubt[:, :, k]
-        above = between(_unit(carry(at.ends, turns.before + before)), _unit(turns.after + after))
-        below = between(_unit(carry(at.ends, turns.before - before)), _unit(turns.after - after))
+        above = between(carry(at.ends, turns.before + before), turns.after + after)
+        below = between(carry(at.ends, turns.before - before), turns.after - after)
         shifts[:, :, k] = 0.5 * (above - below)
     return shifts
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
 def averaged(first: FloatArray, last: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.solver.single_axis import (
@@ -141,3 +142,55 @@ def test_an_axis_that_says_nothing_is_not_divided_by() -> None:
     dead = [AxisTurn(1.0, 0.1 * t, t, 0.1) for t in (1.0, 2.0, 3.0)]
     assert static_approach(dead) is None
     assert dynamic_approach(dead) is None
+
+
+@pytest.mark.parametrize("scale", [0.98, 1.0 / 3206.91])
+def test_the_dynamic_errors_are_those_of_moved_angles(scale: float) -> None:
+    """Against a shift of each angle in turn, with a bias that rest does not show."""
+    turns = [
+        AxisTurn(t.angle, t.integral + 0.3 / scale * t.duration, t.duration, t.bias)
+        for t in _turns(scale, 0.05 / scale, 0.0, noise=0.01)
+    ]
+    found = dynamic_approach(turns)
+    assert found is not None
+    columns = []
+    for place, turn in enumerate(turns):
+        ends = []
+        for shift in (1e-5, -1e-5):
+            moved = AxisTurn(turn.angle + shift, turn.integral, turn.duration, turn.bias)
+            fit = dynamic_approach([*turns[:place], moved, *turns[place + 1 :]])
+            assert fit is not None
+            ends.append((fit.scale, fit.bias))
+        columns.append((np.array(ends[0]) - ends[1]) / 2e-5)
+    left = [t.angle - found.scale * (t.integral - found.bias * t.duration) for t in turns]
+    sigma = np.sqrt(np.sum(np.square(left)) / (len(turns) - 2))
+    expected = sigma * np.linalg.norm(columns, axis=0)
+    assert found.scale_error == pytest.approx(expected[0], rel=1e-6)
+    assert found.bias_error == pytest.approx(expected[1], rel=1e-4)
+
+
+def test_the_static_errors_are_those_of_a_mean() -> None:
+    """The standard error of the mean of single scales, and of single biases; of one turn none."""
+    rng = np.random.default_rng(7)
+    turns = [
+        AxisTurn(t.angle, t.integral, t.duration, t.bias + 0.01 * rng.standard_normal())
+        for t in _turns(0.98, 0.05, 0.0, noise=0.01)
+    ]
+    found = static_approach(turns)
+    assert found is not None
+    scales = [t.angle / (t.integral - t.bias * t.duration) for t in turns]
+    assert found.scale_error == pytest.approx(stats.sem(scales))
+    assert found.bias_error == pytest.approx(stats.sem([t.bias for t in turns]))
+    alone = static_approach(turns[:1])
+    assert alone is not None
+    assert (alone.scale_error, alone.bias_error) == (None, None)
+    pair = static_approach(turns[:2])
+    assert pair is not None
+    assert pair.scale_error is not None
+
+
+def test_three_rotations_are_enough_and_two_are_not() -> None:
+    """Two unknowns, and one rotation to contradict them."""
+    turns = _turns(0.98, 0.05, 0.0)
+    assert dynamic_approach(turns[4:7]) is not None
+    assert dynamic_approach(turns[4:6]) is None

@@ -132,12 +132,52 @@ def test_a_disturbed_hold_stands_out() -> None:
     assert found.ratio > 5.0
 
 
+@pytest.mark.parametrize("size", [10.0, 14.0])
+def test_the_suspects_probability_is_that_of_a_studentised_residual(size: float) -> None:
+    """Against a refit without the hold: its error there over the spread of the others, by t."""
+    rng = np.random.default_rng(4)
+    columns = rng.standard_normal((26, 9))
+    noise = rng.standard_normal(26)
+    noise[5] += size
+    errors = noise - columns @ np.linalg.pinv(columns) @ noise
+    found = suspect_hold(errors, columns)
+    assert found is not None
+    others = np.delete(np.arange(26), 5)
+    inverse = np.linalg.inv(columns[others].T @ columns[others])
+    refit = inverse @ columns[others].T @ noise[others]
+    left = noise[others] - columns[others] @ refit
+    spread = left @ left / (25 - 9)
+    ratio = (noise[5] - columns[5] @ refit) / np.sqrt(
+        spread * (1.0 + columns[5] @ inverse @ columns[5])
+    )
+    assert found.ratio == pytest.approx(abs(ratio))
+    assert found.probability == pytest.approx(26.0 * 2.0 * stats.t.sf(abs(ratio), 16), rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [9.0, 15.0])
+def test_the_probability_of_a_suspect_rotation_is_fishers(size: float) -> None:
+    """Two components against the spread of all others: F with 2 and ν − 2 degrees of freedom."""
+    rng = np.random.default_rng(5)
+    closure = np.column_stack([rng.standard_normal((18, 2)), np.zeros(18)])
+    closure[7, 0] = size
+    drops = (closure**2).sum(axis=1)  # nothing was fitted, so that each takes but its own away
+    found = suspect_rotation(closure, drops, 36)
+    assert found is not None
+    assert found.index == 7
+    spread = np.delete(drops, 7).sum() / 34.0
+    expected = 18.0 * stats.f.sf(0.5 * drops[7] / spread, 2, 34)
+    assert found.probability == pytest.approx(expected, rel=1e-9)
+    assert found.ratio == pytest.approx(np.sqrt(0.5 * drops[7] / spread))
+
+
 def test_too_little_is_left_to_suspect_anything() -> None:
     """With two degrees of freedom one outlier cannot be told from another; zero errors neither."""
     columns = np.eye(9, 7)
     assert suspect_hold(np.array([0, 0, 0, 0, 0, 0, 0, 5.0, 1.0]), columns) is None
     assert suspect_hold(np.zeros(9), np.eye(9, 3)) is None
     assert suspect_rotation(np.zeros((6, 3)), np.zeros(6), 9) is None
+    closure = np.diag([1e3, 1.0, 1.0])
+    assert suspect_rotation(closure, (closure**2).sum(axis=1), 4) is None
 
 
 def test_what_is_near_is_near_whoever_leads_it() -> None:
