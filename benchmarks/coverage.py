@@ -1,8 +1,10 @@
 """How often standard errors hold the truth: ``python -m benchmarks.coverage [repetitions]``.
 
 Simulated experiments with known truth; for each the share of parameters within the 95 % interval by
-Student's t, within ±1.96 standard errors, and the rms of error over standard error (1 is honest).
-The simulator is the tests' own and shares no formula with the solver.
+Student's t, the same of the biases alone, within ±1.96 standard errors, and the rms of error over
+standard error (1 is honest). Sessions "under" a noise have it from the first rest to the last, in
+the holds and in the turns: white, or with a bias that wanders by as much as a consumer sensor's or
+by four times that. The simulator is the tests' own and shares no formula with the solver.
 """
 
 import sys
@@ -29,6 +31,7 @@ from tests.solver.truth import (
     turn,
     typical_gyroscope,
 )
+from tests.solver.wandering import wandering
 
 GRAVITY = 9.80665
 SIGMA = 3e-3
@@ -67,9 +70,22 @@ def gyroscope(count: int, force_sigma: float, rate_sigma: float, rng: np.random.
     return fit, full_parameters(gyro.matrix, gyro.bias)
 
 
-def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float, int]:
-    """Share within t, share within ±1.96, rms error in standard errors, degrees of freedom."""
-    off, reach, freedom = [], [], 0
+def under_noise(sensor: str, turns: int, instability: float, rng: np.random.Generator) -> Trial:
+    """One session of a consumer sensor, or of one whose bias wanders more or not at all."""
+    session = wandering(turns, instability, rng)
+    found = fit_accelerometer(session.holds, GRAVITY, "m/s^2")
+    if sensor == "accelerometer":
+        truth = session.accelerometer
+        return found.fit, triangular_parameters(truth.matrix, truth.bias)
+    fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
+    if fit is None:
+        raise SystemExit("a simulated gyroscope was not fitted")
+    return fit, full_parameters(session.gyroscope.matrix, session.gyroscope.bias)
+
+
+def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float, float, int]:
+    """Share within t, of biases, within ±1.96; rms error in standard errors; freedom."""
+    off, reach, bias, freedom = [], [], [], 0
     for fit, truth in trials:
         freedom = fit.repeat_degrees_of_freedom if repeats else fit.degrees_of_freedom
         for parameter in fit.parameters:
@@ -77,9 +93,11 @@ def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float,
             if error:
                 off.append(abs(parameter.value - truth[parameter.name]) / error)
                 reach.append(quantile(0.95, freedom))
+                bias.append(parameter.name.startswith("bias"))
     away = np.array(off)
-    inside = float((away < np.array(reach)).mean())
-    return inside, float((away < 1.96).mean()), float(np.sqrt((away**2).mean())), freedom
+    held = away < np.array(reach)
+    rms = float(np.sqrt((away**2).mean()))
+    return float(held.mean()), float(held[bias].mean()), float((away < 1.96).mean()), rms, freedom
 
 
 def main(repetitions: int = 400) -> None:
@@ -89,7 +107,7 @@ def main(repetitions: int = 400) -> None:
         f"{repetitions} repetitions each; 95 % by t has a binomial spread of "
         f"{100 * np.sqrt(0.95 * 0.05 / repetitions):.1f} % per parameter"
     )
-    print(f"{'experiment':46}{'dof':>5}{'by t':>8}{'±1.96':>8}{'rms':>7}")
+    print(f"{'experiment':46}{'dof':>5}{'by t':>8}{'biases':>8}{'±1.96':>8}{'rms':>7}")
     designs = {
         "18 poses": EIGHTEEN,
         "26 poses": TWENTY_SIX,
@@ -108,9 +126,14 @@ def main(repetitions: int = 400) -> None:
         rows[f"gyroscope, {count} turns per axis"] = some, False
     poor = partial(gyroscope, 6, 2.0 * SIGMA, 1e-4, rng)
     rows["gyroscope, 6 turns, poor accelerometer"] = poor, False
+    for noise, instability in {"white": 0.0, "flicker": 1.0, "strong flicker": 4.0}.items():
+        for sensor, turns in (("accelerometer", 0), ("accelerometer", 6), ("gyroscope", 6)):
+            session = partial(under_noise, sensor, turns, instability, rng)
+            rows[f"{sensor}, {turns} turns, under {noise}"] = session, False
     for name, (trial, repeats) in rows.items():
-        inside, normal, rms, freedom = shares((trial() for _ in range(repetitions)), repeats)
-        print(f"{name:46}{freedom:5}{100 * inside:7.1f}%{100 * normal:7.1f}%{rms:7.2f}")
+        inside, bias, normal, rms, freedom = shares((trial() for _ in range(repetitions)), repeats)
+        shown = "".join(f"{100.0 * share:7.1f}%" for share in (inside, bias, normal))
+        print(f"{name:46}{freedom:5}{shown}{rms:7.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -93,10 +93,3 @@ class Misfit:
         """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
         rotations = self.kind == RowKind.ROTATION
         return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)
-
-
-def complement(base: FloatArray) -> FloatArray:
-    """Orthonormal basis of what the base parameters cannot absorb, shape (n, n − rank)."""
-    left, values, _ = np.linalg.svd(base, full_matrices=True)
-    rank = int((values > 1e-9 * values[0]).sum()) if len(values) else 0
-    return np.asarray(left[:, rank:])

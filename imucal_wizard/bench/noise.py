@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.bench.misfit import Misfit, RowKind, complement
+from imucal_wizard.bench.misfit import Misfit, RowKind
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.slow_noise import complement
 
 SIGMAS = np.exp(np.linspace(np.log(0.65), np.log(12.0), 15))
 """Noise in units of that within the holds."""

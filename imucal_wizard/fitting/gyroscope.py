@@ -19,7 +19,7 @@ from imucal_wizard.solver.gyroscope import VectorFit, fit_vector
 from imucal_wizard.solver.gyroscope_offset import fit_offset
 from imucal_wizard.solver.gyroscope_start import start_matrix
 from imucal_wizard.solver.outliers import Suspect, suspect_rotation
-from imucal_wizard.solver.parameters import full_parameters, with_errors
+from imucal_wizard.solver.parameters import full_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import AxisComparison, SensorFit
 from imucal_wizard.units import COUNT
 
@@ -142,6 +142,7 @@ def _vector(
         start,
         nominal_of(start, known),
         bench.noise(start),
+        bench.slow,
     )
 
 
@@ -150,7 +151,7 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         lambda t: full_parameters(vector.nominal.ordered(t[:9].reshape(3, 3)), t[9:]),
         np.concatenate([vector.matrix.ravel(), vector.bias]),
         vector.covariance if vector.degrees_of_freedom > 0 else None,
-        lambda name: _unit_of(name, unit),
+        lambda name: unit_of(name, unit, "rad/s"),
         vector.dropped,
     )
     suspect = _stands_out(vector)
@@ -177,14 +178,6 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         suspects=() if suspect is None else (suspect.index,),
         not_held_out="" if vector.held_out is not None else ALL_NEEDED,
     )
-
-
-def _unit_of(name: str, unit: str) -> str:
-    if name.startswith("bias"):
-        return unit
-    if name.startswith("sensitivity"):
-        return f"{unit}/(rad/s)" if unit == COUNT else "1"
-    return "rad"
 
 
 def _not_carried(dropped: Sequence[str]) -> tuple[str, ...]:

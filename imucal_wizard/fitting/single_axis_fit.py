@@ -26,7 +26,8 @@ def by_single_axis(
         fit: the nine-parameter result.
         single: the rotations about each axis.
         method: ``static`` or ``dynamic``.
-        vector: the nine-parameter fit, for which sensor axis feels which body axis.
+        vector: the nine-parameter fit, for which sensor axis feels which body axis and for what
+            slow noise does.
 
     Raises:
         DataError: an axis has too few rotations.
@@ -49,7 +50,7 @@ def by_single_axis(
         method=method,
         matrix=matrix,
         bias=bias,
-        parameters=tuple(_parameter(one, rows, channels) for one in fit.parameters),
+        parameters=tuple(_parameter(one, rows, vector) for one in fit.parameters),
         rms_fitted=_rms(closure),
         rms_held_out=None if out is None else _rms(out),
         not_held_out="" if out is not None else _needed(single, method),
@@ -108,9 +109,7 @@ def _correction(
     return matrix, bias
 
 
-def _parameter(
-    parameter: Parameter, rows: list[ScaleAndBias], channels: tuple[int, ...]
-) -> Parameter:
+def _parameter(parameter: Parameter, rows: list[ScaleAndBias], vector: VectorFit) -> Parameter:
     """One parameter of the nine-parameter fit as this approach has it."""
     if parameter.name.startswith("cross"):
         return replace(parameter, value=0.0, standard_error=None, carried=False)
@@ -119,8 +118,11 @@ def _parameter(
         row = rows[axis]
         error = None if row.scale_error is None else row.scale_error / row.scale**2
         return replace(parameter, value=1.0 / row.scale, standard_error=error, carried=True)
-    row = rows[channels.index(axis)]
-    return replace(parameter, value=row.bias, standard_error=row.bias_error, carried=True)
+    row = rows[vector.nominal.channels.index(axis)]
+    error = row.bias_error
+    # slow noise shifts the rests of all turns alike, so that their scatter does not show it
+    error = None if error is None else float(np.hypot(error, np.sqrt(vector.slow[axis])))
+    return replace(parameter, value=row.bias, standard_error=error, carried=True)
 
 
 def _rms(vectors: FloatArray) -> float:

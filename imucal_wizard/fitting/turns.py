@@ -13,8 +13,9 @@ from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.attitude import IntArray, advancing, lay_out
 from imucal_wizard.solver.closure import Turns
 from imucal_wizard.solver.gyroscope_start import Path
-from imucal_wizard.solver.noise import hold_noise
+from imucal_wizard.solver.noise import has_rate, hold_noise
 from imucal_wizard.solver.rest import rest_of
+from imucal_wizard.solver.slow_noise import slow_rate
 
 FEWEST_SAMPLES = 3
 UNSTEADY = 9.0
@@ -35,6 +36,7 @@ class Bench:
         before: which of them each rotation starts from, shape (m,).
         after: which of them it ends in, shape (m,).
         direction_variance: of the mean up direction in each hold, rad², shape (n,).
+        slow: variance by which slow noise shifts the mean of all stills, shape (3,).
     """
 
     turns: Turns
@@ -46,6 +48,7 @@ class Bench:
     before: IntArray
     after: IntArray
     direction_variance: FloatArray
+    slow: FloatArray
 
     def noise(self, matrix: FloatArray) -> FloatArray:
         """Variance of each component of each closure by noise alone, rad², shape (m,).
@@ -90,8 +93,8 @@ def make_bench(
     """The usable ones of examined rotations; None without any, or without a still mean."""
     places = {id(hold): index for index, hold in enumerate(holds)}
     usable = tuple(i for i, rotation in enumerate(rotations) if rotation.problem is None)
-    means = [hold.gyroscope for hold in holds if hold.gyroscope is not None]
-    stills = np.array([mean for mean in means if (np.abs(mean) < 1e100).all()])
+    resting = [hold for hold in holds if has_rate(hold)]
+    stills = np.array([hold.gyroscope for hold in resting])
     if not usable or not len(stills):
         return None
     density = hold_noise(holds).gyroscope_density
@@ -112,6 +115,7 @@ def make_bench(
         before,
         after,
         accelerometer.direction_variance,
+        slow_rate(resting),
     )
 
 

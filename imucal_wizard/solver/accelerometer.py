@@ -12,21 +12,21 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS
 from imucal_wizard.solver.least_squares import Solution
-from imucal_wizard.solver.magnitude import Problem, jacobian, residuals, triangle
+from imucal_wizard.solver.magnitude import jacobian, residuals, triangle
 from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.outliers import Suspect, suspect_hold
-from imucal_wizard.solver.parameters import triangular_parameters, with_errors
+from imucal_wizard.solver.parameters import triangular_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import SensorFit
-from imucal_wizard.solver.start import six_position, sphere
+from imucal_wizard.solver.slow_noise import spans_of
+from imucal_wizard.solver.start import errors_before, six_position
 from imucal_wizard.solver.task import Task, face_rows, make_task, up_directions
 from imucal_wizard.solver.uncertainty import (
-    Uncertainty,
     held_out,
     uncertainty,
     uncertainty_of_six,
     up_doubt,
+    with_slow_noise,
 )
-from imucal_wizard.units import COUNT
 
 METHODS = ("least_squares", "newton", "six-position", *ELLIPSOID_METHODS)
 SIX = "six-position"
@@ -137,15 +137,15 @@ def _gain(task: Task, theta: FloatArray) -> float:
 
 def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) -> AccelerometerFit:
     problem, theta, gravity = task.problem, solution.theta, task.problem.magnitude
-    known = uncertainty_of_six(task, theta) if task.method == SIX else uncertainty(task, theta)
+    six = task.method == SIX
+    known = uncertainty_of_six(task, theta) if six else uncertainty(task, theta)
+    errors, noise = residuals(theta, problem.points), _noise(task, holds, theta)
+    known = with_slow_noise(known, task, theta, spans_of(holds), noise)
     if task.method == "two-step":
         # what its first step errs is no noise, and nothing here says how much it is
         known = replace(known, covariance=None)
-    out, why = (None, "") if task.method == SIX else held_out(task, theta)
-    errors = residuals(theta, problem.points)
-    noise = _noise(task, holds, theta)
+    out, why = (None, NEEDS_ALL_SIX) if six else held_out(task, theta)
     matrix, bias = problem.matrix_and_bias(theta)
-    six = task.method == SIX
     suspect = None if six else _suspect(task, theta)
     fit = SensorFit(
         sensor="accelerometer",
@@ -158,10 +158,10 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         parameters=with_errors(
             lambda t: triangular_parameters(*problem.matrix_and_bias(t)),
             theta,
-            known.covariance,
-            lambda name: unit_of(name, unit),
+            known.whole,
+            lambda name: unit_of(name, unit, "m/s^2"),
             ANGLES if six else task.carried.dropped,
-            _repeat_ratio(known),
+            known.by_repeats,
         ),
         unit="m/s^2",
         rms_before=_rms(errors_before(problem, unit)),
@@ -170,7 +170,7 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         floor=_rms(np.sqrt(noise)) * gravity,
         residuals=errors * gravity,
         held_out=None if out is None else out * gravity,
-        covariance=in_reading_units(problem, known.covariance),
+        covariance=problem.covariance(known.whole),
         iterations=solution.iterations,
         warnings=_notes(task),
         degrees_of_freedom=known.freedom,
@@ -178,14 +178,14 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         repeat_degrees_of_freedom=known.repeat_freedom,
         suspects=() if suspect is None else (suspect.index,),
         unused=_unused(task) if six else (),
-        not_held_out=NEEDS_ALL_SIX if six else why,
+        not_held_out=why,
     )
     return AccelerometerFit(
         fit,
         up_directions(theta, problem.points),
         task.labels,
         hold_noise(holds).across * _gain(task, theta) ** 2 + (known.variance or 0.0),
-        up_doubt(task, theta, known.covariance),
+        up_doubt(task, theta, known.whole),
         suspect,
     )
 
@@ -202,43 +202,10 @@ def _notes(task: Task) -> tuple[str, ...]:
     return (task.carried.reason,) if task.carried.reason else ()
 
 
-def _repeat_ratio(known: Uncertainty) -> float | None:
-    """Standard errors from the repeats over those from the residual."""
-    if known.repeat_variance is None or not known.variance:
-        return None
-    return float(np.sqrt(known.repeat_variance / known.variance))
-
-
 def _suspect(task: Task, theta: FloatArray) -> Suspect | None:
     columns = task.weights[:, None] * jacobian(theta, task.problem.points) @ task.carried.basis
     errors = task.weights * residuals(theta, task.problem.points)
     return suspect_hold(errors, columns)
-
-
-def in_reading_units(problem: Problem, covariance: FloatArray | None) -> FloatArray | None:
-    """Covariance of (b, M's six entries) in reading units and SI per reading."""
-    if covariance is None:
-        return None
-    scale = np.full(9, problem.magnitude / problem.span)
-    scale[:3] = problem.span
-    return np.asarray(covariance * np.outer(scale, scale))
-
-
-def errors_before(problem: Problem, unit: str) -> FloatArray:
-    """Errors with the nominal conversion only; for counts, of the best sphere."""
-    if unit == COUNT:
-        return residuals(sphere(problem), problem.points) * problem.magnitude
-    readings = problem.centre + problem.span * problem.points
-    return np.asarray(np.linalg.norm(readings, axis=1)) - problem.magnitude
-
-
-def unit_of(name: str, unit: str) -> str:
-    """Unit of a parameter of the base model by its name, for readings in ``unit``."""
-    if name.startswith("bias"):
-        return unit
-    if name.startswith("sensitivity"):
-        return f"{unit}/(m/s^2)" if unit == COUNT else "1"
-    return "rad"
 
 
 def _rms(errors: FloatArray) -> float:

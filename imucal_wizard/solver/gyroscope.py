@@ -10,12 +10,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.closure import (
-    MATRIX,
-    SIZE,
-    Turns,
-    errors,
-)
+from imucal_wizard.solver.closure import BIAS, MATRIX, SIZE, Turns, errors
 from imucal_wizard.solver.gains import CROSS_PRIOR, SCALE_PRIOR, Nominal, not_carried
 from imucal_wizard.solver.gyroscope_uncertainty import (
     covariance_of,
@@ -54,6 +49,7 @@ class VectorFit:
         matrix: M, rad/s per reading, shape (3, 3).
         bias: b, reading units, shape (3,).
         covariance: of the nine entries of M by rows and the biases, shape (12, 12).
+        slow: variance of the biases by slow noise, which is part of it, shape (3,).
         closure: closure error of each rotation, rad, shape (m, 3).
         held_out: the same with each rotation left out in turn, or None.
         weighted: closure errors over the standard deviation of each, shape (m, 3).
@@ -67,6 +63,7 @@ class VectorFit:
     matrix: FloatArray
     bias: FloatArray
     covariance: FloatArray
+    slow: FloatArray
     closure: FloatArray
     held_out: FloatArray | None
     weighted: FloatArray
@@ -84,6 +81,7 @@ def fit_vector(
     start: FloatArray,
     nominal: Nominal,
     noise: FloatArray | None = None,
+    slow: FloatArray | None = None,
 ) -> VectorFit:
     """Fit M and b to rotations and still means.
 
@@ -95,6 +93,8 @@ def fit_vector(
         nominal: what a gain is that the rotations do not carry.
         noise: variance of each component of each rotation's closure that noise alone makes, rad²,
             shape (m,); None when not known.
+        slow: variance by which slow noise shifts the mean of all stills, shape (3,). The rates of
+            the rotations are shifted with it, so that the gains do not feel it.
 
     Raises:
         DataError: the rotations do not carry the scales, or the fit does not converge.
@@ -113,11 +113,14 @@ def fit_vector(
         free = _carried(data, point, nominal)
         if free == point.free:
             break
-    covariance, _ = covariance_of(data, point)
+    covariance = covariance_of(data, point)[0] + frame_covariance(data, point)
+    slow = np.zeros(3) if slow is None else slow
+    covariance[BIAS, BIAS] += np.diag(slow)
     return VectorFit(
         point.matrix,
         point.bias,
-        covariance + frame_covariance(data, point),
+        covariance,
+        slow,
         point.at.errors,
         held_out(data, point),
         point.errors(data),

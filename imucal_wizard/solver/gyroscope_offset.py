@@ -1,7 +1,8 @@
 """The gyroscope's offset from several still positions, and nothing else of it (N, VIII).
 
 Every position counts once, however long it was held: what differs between positions (temperature,
-the pull of gravity) is more than the noise within one. Scale and axes stay nominal.
+the pull of gravity) is more than the noise within one. Scale and axes stay nominal. How well it is
+known says the scatter between positions, and what slow noise does to all of them alike.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.units import COUNT
 
 FEWEST = 2
@@ -48,7 +50,9 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
     spread = left.std(axis=0) * np.sqrt(count / (count - 1.0))
     lengths = np.linalg.norm(left, axis=1)
     rms = float(np.sqrt(np.mean(lengths**2)))
-    errors = spread / np.sqrt(count)
+    shares = np.array([1.0 / count / np.sum(labels[known] == label) for label in labels[known]])
+    slow = slow_rate([holds[i] for i in known], shares)
+    errors = np.sqrt(spread**2 / count + slow)
     return SensorFit(
         sensor="gyroscope",
         model=("bias",),

@@ -37,9 +37,16 @@ class Problem:
 
     def matrix_and_bias(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``M`` (SI per reading, shape (3, 3)) and ``b`` (reading, shape (3,))."""
-        matrix = np.zeros((3, 3))
-        matrix[tuple(zip(*TRIANGLE, strict=True))] = theta[3:]
-        return matrix * self.magnitude / self.span, self.centre + self.span * theta[:3]
+        matrix = triangle(theta) * self.magnitude / self.span
+        return matrix, self.centre + self.span * theta[:3]
+
+    def covariance(self, of_theta: FloatArray | None) -> FloatArray | None:
+        """Of (b, M's six entries) in reading units and SI per reading, shape (9, 9)."""
+        if of_theta is None:
+            return None
+        scale = np.full(9, self.magnitude / self.span)
+        scale[:3] = self.span
+        return np.asarray(of_theta * np.outer(scale, scale))
 
 
 def make_problem(means: FloatArray, magnitude: float) -> Problem:

@@ -32,6 +32,11 @@ class HoldNoise:
     gyroscope_density: FloatArray | None
 
 
+def has_rate(hold: Hold) -> bool:
+    """Whether a hold has a mean of the gyroscope that is a number."""
+    return hold.gyroscope is not None and bool((np.abs(hold.gyroscope) < 1e100).all())
+
+
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """Pooled noise of the holds, by duration.
 

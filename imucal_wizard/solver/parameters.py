@@ -16,6 +16,7 @@ import numpy as np
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import Parameter
+from imucal_wizard.units import COUNT
 
 AXES = "xyz"
 
@@ -53,13 +54,22 @@ def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
     return values
 
 
+def unit_of(name: str, unit: str, of: str) -> str:
+    """Unit of a parameter by its name, for readings in ``unit`` of an input in ``of``."""
+    if name.startswith("bias"):
+        return unit
+    if name.startswith("sensitivity"):
+        return f"{unit}/({of})" if unit == COUNT else "1"
+    return "rad"
+
+
 def with_errors(
     convert: Callable[[FloatArray], dict[str, float]],
     theta: FloatArray,
     covariance: FloatArray | None,
     units: Callable[[str], str],
     dropped: tuple[str, ...],
-    repeat_ratio: float | None = None,
+    repeats: FloatArray | None = None,
 ) -> tuple[Parameter, ...]:
     """Parameters with standard errors carried over from the covariance of ``theta``.
 
@@ -72,22 +82,30 @@ def with_errors(
         covariance: of ``theta``, or None when nothing is left over to judge it by.
         units: unit of a parameter by name.
         dropped: names of parameters the data do not carry.
-        repeat_ratio: standard errors from the repeats over those from the residual, or None.
+        repeats: covariance of ``theta`` from the repeats instead of the residual, or None.
     """
     values = convert(theta)
     errors: dict[str, float | None] = dict.fromkeys(values)
+    by_repeats = errors
     if covariance is not None:
         slopes = _slopes(convert, theta, np.sqrt(np.diag(covariance)))
-        variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
-        errors = dict(zip(values, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
+        errors = dict(zip(values, _spread(slopes, covariance), strict=True))
+        if repeats is not None:
+            by_repeats = dict(zip(values, _spread(slopes, repeats), strict=True))
     parameters = []
     for name, value in values.items():
         if name in dropped:
             value = round(value, 12) + 0.0  # nominal but for rounding, and never −0
-        error = None if name in dropped else errors[name]
-        repeats = None if error is None or repeat_ratio is None else error * repeat_ratio
-        parameters.append(Parameter(name, value, error, units(name), name not in dropped, repeats))
+        kept = name not in dropped
+        error, repeated = (errors[name], by_repeats[name]) if kept else (None, None)
+        parameters.append(Parameter(name, value, error, units(name), kept, repeated))
     return tuple(parameters)
+
+
+def _spread(slopes: FloatArray, covariance: FloatArray) -> list[float]:
+    """Standard errors of values with these slopes."""
+    variances = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
+    return [float(value) for value in np.sqrt(np.maximum(variances, 0.0))]
 
 
 def _slopes(

@@ -6,7 +6,8 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.magnitude import Problem
+from imucal_wizard.solver.magnitude import Problem, residuals
+from imucal_wizard.units import COUNT
 
 
 def sphere(problem: Problem) -> FloatArray:
@@ -31,6 +32,14 @@ def sphere(problem: Problem) -> FloatArray:
     theta[:3] = centre
     theta[[3, 6, 8]] = 1.0 / np.sqrt(square)
     return theta
+
+
+def errors_before(problem: Problem, unit: str) -> FloatArray:
+    """Errors with the nominal conversion only; for counts, of the best sphere."""
+    if unit == COUNT:
+        return residuals(sphere(problem), problem.points) * problem.magnitude
+    readings = problem.centre + problem.span * problem.points
+    return np.asarray(np.linalg.norm(readings, axis=1)) - problem.magnitude
 
 
 def six_position(faces: Mapping[str, FloatArray], gravity: float) -> tuple[FloatArray, FloatArray]:

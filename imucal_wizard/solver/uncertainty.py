@@ -3,10 +3,10 @@
 The residual counts everything the model does not explain, physics that it lacks included. Holds
 that repeat a direction differ only by what does not repeat (noise, slow drift): their scatter
 about their own mean is the pure error, whatever the model. Where the two disagree the model lacks
-something.
+something. Neither sees the slowest noise, which is the same in all holds: ``slow_noise`` adds it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import TYPICAL_NOISE, UNCALIBRATED, amplification
 from imucal_wizard.solver.directions import near_any
 from imucal_wizard.solver.magnitude import BIAS, SCALE, jacobian, residuals
+from imucal_wizard.solver.slow_noise import Shown, slow_covariances, unseen
 from imucal_wizard.solver.task import Task, face_rows, up_directions
 
 LARGEST_HOLE = UNCALIBRATED / TYPICAL_NOISE
@@ -32,6 +33,8 @@ class Uncertainty:
         freedom: degrees of freedom of the residual.
         repeat_variance: of one hold, from the repeats alone; None without any.
         repeat_freedom: degrees of freedom of the repeats.
+        pull: by how much the weighted error of each hold moves each parameter, shape (9, n).
+        slow: what slow noise adds to the covariance of the parameters, shape (9, 9).
     """
 
     covariance: FloatArray | None
@@ -39,6 +42,20 @@ class Uncertainty:
     freedom: int
     repeat_variance: float | None
     repeat_freedom: int
+    pull: FloatArray
+    slow: FloatArray | float = 0.0
+
+    @property
+    def whole(self) -> FloatArray | None:
+        """Covariance of the parameters by all that is known to move them."""
+        return None if self.covariance is None else self.covariance + self.slow
+
+    @property
+    def by_repeats(self) -> FloatArray | None:
+        """The same with the scatter of the repeats instead of the residual."""
+        if self.covariance is None or self.repeat_variance is None or not self.variance:
+            return None
+        return self.covariance * (self.repeat_variance / self.variance) + self.slow
 
 
 def uncertainty(task: Task, theta: FloatArray) -> Uncertainty:
@@ -46,36 +63,62 @@ def uncertainty(task: Task, theta: FloatArray) -> Uncertainty:
     basis = task.carried.basis
     errors = task.weights * residuals(theta, task.problem.points)
     freedom = len(errors) - basis.shape[1]
-    covariance = variance = None
-    if freedom > 0:
-        columns = task.weights[:, None] * jacobian(theta, task.problem.points) @ basis
-        variance = float(errors @ errors) / freedom
-        root = basis @ np.linalg.pinv(columns)
-        covariance = variance * root @ root.T
-    return Uncertainty(covariance, variance, freedom, *_repeats(task, errors))
+    columns = task.weights[:, None] * jacobian(theta, task.problem.points) @ basis
+    pull = -basis @ np.linalg.pinv(columns)
+    return _known(task, errors, freedom, errors, pull)
 
 
 def uncertainty_of_six(task: Task, theta: FloatArray) -> Uncertainty:
     """Of Q's up/down formulae, which look at nothing but each face's own axis.
 
-    With s² the variance of a hold and n₊, n₋ holds per face, bias and sensitivity have the variance
-    ``(s²/4) (1/n₊ + 1/n₋)``, and ``(s²/4) (1/n₊ − 1/n₋)`` in common.
+    An error e of the magnitude at one of n₊ holds with the face up moves the axis's reading by e/k,
+    so that bias and sensitivity move by half of that over n₊; at one of n₋ holds with the face
+    down the bias moves the other way.
     """
     faces = face_rows(up_directions(task.start, task.problem.points))
-    rows = sorted({row for found in faces.values() for row in found})
     errors = residuals(theta, task.problem.points)
-    freedom = len(rows) - len(BIAS) - len(SCALE)
-    if freedom <= 0:
-        return Uncertainty(None, None, max(freedom, 0), *_repeats(task, errors))
-    variance = float(errors[rows] @ errors[rows]) / freedom
-    covariance = np.zeros((9, 9))
+    pull = np.zeros((9, len(errors)))
     for axis, (b, k) in enumerate(zip(BIAS, SCALE, strict=True)):
-        up, down = (1.0 / len(faces[sign + "xyz"[axis]]) for sign in "+-")
-        quarter = variance / theta[k] ** 2 / 4.0
-        covariance[b, b] = quarter * (up + down)
-        covariance[k, k] = quarter * (up + down) * theta[k] ** 4
-        covariance[b, k] = covariance[k, b] = -quarter * (up - down) * theta[k] ** 2
-    return Uncertainty(covariance, variance, freedom, *_repeats(task, errors))
+        for sign, name in ((1.0, "+"), (-1.0, "-")):
+            rows = faces[name + "xyz"[axis]]
+            pull[b, rows] = sign * 0.5 / theta[k] / len(rows)
+            pull[k, rows] = -0.5 * theta[k] / len(rows)
+    used = sorted({row for found in faces.values() for row in found})
+    freedom = len(used) - len(BIAS) - len(SCALE)
+    return _known(task, errors, freedom, errors[used], pull)
+
+
+def _known(
+    task: Task, errors: FloatArray, freedom: int, judged: FloatArray, pull: FloatArray
+) -> Uncertainty:
+    covariance = variance = None
+    if freedom > 0:
+        variance = float(judged @ judged) / freedom
+        covariance = variance * pull @ pull.T
+    return Uncertainty(covariance, variance, max(freedom, 0), *_repeats(task, errors), pull)
+
+
+def with_slow_noise(
+    known: Uncertainty, task: Task, theta: FloatArray, spans: FloatArray, noise: FloatArray
+) -> Uncertainty:
+    """The same with what slow noise may do to the parameters, above all to the biases.
+
+    The bias of each axis wanders by itself, so that two holds show the same slow error as far as
+    they point the same way.
+
+    Args:
+        known: what the residual says.
+        task: the fit.
+        theta: its parameters.
+        spans: beginning and end of each hold, s, shape (n, 2).
+        noise: variance of each hold's error by the noise within it, dimensionless, shape (n,).
+    """
+    up = up_directions(theta, task.problem.points)
+    columns = jacobian(theta, task.problem.points) @ task.carried.basis
+    shown = Shown(residuals(theta, task.problem.points), columns, noise, up @ up.T)
+    slow = slow_covariances(spans, [shown])[0] * np.outer(task.weights, task.weights)
+    more = unseen(slow, task.weights[:, None] * columns, known.variance or 0.0)
+    return replace(known, slow=known.pull @ more @ known.pull.T)
 
 
 def _repeats(task: Task, errors: FloatArray) -> tuple[float | None, int]:

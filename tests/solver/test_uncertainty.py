@@ -70,10 +70,10 @@ def test_eighteen_poses_cover_by_students_t(method: str) -> None:
             assert parameter.standard_error is not None
             off = abs(parameter.value - true[parameter.name]) / parameter.standard_error
             inside[parameter.name] += off < quantile(0.95, 9)
-            normal += off < 1.96
+            normal += off < 1.96 and not parameter.name.startswith("bias")
     _check(inside, repetitions)
-    # 1.96 of them would hold it 91.8 % of the time only
-    assert normal / repetitions / 9 < 0.94
+    # 1.96 of them would hold it 91.8 % of the time only; a bias has a doubt of its own
+    assert normal / repetitions / 6 < 0.94
 
 
 def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:

@@ -6,12 +6,7 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.accelerometer import (
-    AccelerometerFit,
-    errors_before,
-    in_reading_units,
-    unit_of,
-)
+from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.extended.hold_data import (
     BASE,
     HoldData,
@@ -20,12 +15,14 @@ from imucal_wizard.solver.extended.hold_data import (
 )
 from imucal_wizard.solver.extended.hold_fit import HoldFit, fit_holds, held_out, later
 from imucal_wizard.solver.extended.hold_model import HoldPoint, levers
+from imucal_wizard.solver.extended.knowledge import size_covariance, theta_covariance
 from imucal_wizard.solver.extended.linear import Linear, RowInfo
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
 from imucal_wizard.solver.extended.terms import Term, columns_of
-from imucal_wizard.solver.parameters import triangular_parameters, with_errors
+from imucal_wizard.solver.parameters import triangular_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.start import errors_before
 
 NAMES = ("bias_x", "bias_y", "bias_z", "xx", "xy", "xz", "yy", "yz", "zz")
 """Of the nine base parameters: biases and M's six entries."""
@@ -51,7 +48,7 @@ def fit_accelerometer_with(
     fit = fit_holds(data, terms, base)
     out, late = held_out(fit), later(fit)
     together = fit.free.model.terms
-    covariance = _size_covariance(fit)
+    covariance = size_covariance(fit)
     sensor = _sensor_fit(fit, carried_base(data.task.carried, base), out)
     return Extended(
         fit=sensor,
@@ -86,29 +83,15 @@ def _sensor_fit(fit: HoldFit, base: tuple[str, ...], out: FloatArray | None) -> 
         floor=root_mean_square(np.sqrt(data.noise)),
         residuals=fit.residual,
         held_out=out,
-        covariance=in_reading_units(problem, _theta_covariance(fit)),
+        covariance=problem.covariance(theta_covariance(fit)),
         warnings=(data.task.carried.reason,) if data.task.carried.reason else (),
         degrees_of_freedom=int(fit.freedom),
     )
 
 
-def _theta_covariance(fit: HoldFit) -> FloatArray | None:
-    """Of the nine base parameters, dimensionless, shape (9, 9)."""
-    if fit.covariance is None:
-        return None
-    basis = fit.free.basis
-    count = basis.shape[1]
-    return np.asarray(basis @ fit.covariance[:count, :count] @ basis.T)
-
-
-def _size_covariance(fit: HoldFit) -> FloatArray | None:
-    count = fit.free.basis.shape[1]
-    return None if fit.covariance is None else fit.covariance[count:, count:]
-
-
 def _size_parameters(fit: HoldFit) -> tuple[Parameter, ...]:
     terms = fit.free.model.terms
-    return size_parameters(terms, fit.point.sizes[0], size_errors(terms, _size_covariance(fit)))
+    return size_parameters(terms, fit.point.sizes[0], size_errors(terms, size_covariance(fit)))
 
 
 def _base_parameters(fit: HoldFit, base: tuple[str, ...]) -> tuple[Parameter, ...]:
@@ -124,8 +107,8 @@ def _base_parameters(fit: HoldFit, base: tuple[str, ...]) -> tuple[Parameter, ..
     return with_errors(
         lambda theta: triangular_parameters(*problem.matrix_and_bias(theta)),
         fit.point.theta[0],
-        _theta_covariance(fit),
-        lambda name: unit_of(name, unit),
+        theta_covariance(fit),
+        lambda name: unit_of(name, unit, "m/s^2"),
         tuple(fixed),
     )
 

@@ -24,9 +24,8 @@ from imucal_wizard.solver.extended.turn_judging import (
     witnesses,
 )
 from imucal_wizard.solver.extended.turn_model import point_at
-from imucal_wizard.solver.parameters import full_parameters, with_errors
+from imucal_wizard.solver.parameters import full_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
-from imucal_wizard.units import COUNT
 
 AXES = "xyz"
 
@@ -115,7 +114,7 @@ def _base_parameters(fit: TurnFit) -> tuple[Parameter, ...]:
         lambda t: full_parameters(data.nominal.ordered(t[:9].reshape(3, 3)), t[9:]),
         np.concatenate([fit.point.matrix.ravel(), fit.point.bias]),
         _base_covariance(fit),
-        lambda name: _unit_of(name, data.unit),
+        lambda name: unit_of(name, data.unit, "rad/s"),
         tuple(_name(data, index) for index in range(SIZE) if index not in fit.free),
     )
 
@@ -123,14 +122,6 @@ def _base_parameters(fit: TurnFit) -> tuple[Parameter, ...]:
 def _name(data: TurnData, index: int) -> str:
     """Name of one of the twelve base parameters."""
     return data.nominal.parameter(index) if index < 9 else f"bias_{AXES[index - 9]}"
-
-
-def _unit_of(name: str, unit: str) -> str:
-    if name.startswith("bias"):
-        return unit
-    if name.startswith("sensitivity"):
-        return f"{unit}/(rad/s)" if unit == COUNT else "1"
-    return "rad"
 
 
 def _size_parameters(fit: TurnFit) -> tuple[Parameter, ...]:

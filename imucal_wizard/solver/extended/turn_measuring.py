@@ -17,6 +17,7 @@ from imucal_wizard.solver.extended.samples import Samples, lay_samples
 from imucal_wizard.solver.extended.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.gains import nominal_of
+from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.rest import Rest, rest_of
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.units import COUNT
@@ -49,7 +50,7 @@ def turn_data(
         DataError: no usable rotation, or no mean at rest.
     """
     usable, before, after = _usable(holds, rotations)
-    rows = np.array([i for i, hold in enumerate(holds) if _has_mean(hold)], np.int64)
+    rows = np.array([i for i, hold in enumerate(holds) if has_rate(hold)], np.int64)
     if not len(usable) or not len(rows):
         raise DataError("the gyroscope has no usable rotation between two holds")
     samples = lay_samples([rotations[i].time for i in usable], [rotations[i].rate for i in usable])
@@ -84,10 +85,6 @@ def turn_data(
         ),
         nominal=nominal,
     )
-
-
-def _has_mean(hold: Hold) -> bool:
-    return hold.gyroscope is not None and bool((np.abs(hold.gyroscope) < 1e100).all())
 
 
 def _usable(

@@ -7,8 +7,9 @@ whose slope is the parameter's size, if the suspect is right; on a cloud, if it 
 
 import numpy as np
 
-from imucal_wizard.bench.misfit import Misfit, RowKind, complement
+from imucal_wizard.bench.misfit import Misfit, RowKind
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.slow_noise import complement
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.model_rows import unit_words
 from imucal_wizard.tui.bench.views import HOLDS, STILL, TURNS, View
