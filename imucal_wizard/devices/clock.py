@@ -150,7 +150,6 @@ class SampleCounter:
         self._last: float | None = None
         self._index = -1.0
         self.lost = 0
-        self.restarts = 0
 
     def feed(self, counts: FloatArray) -> FloatArray:
         """The index of each sample, strictly increasing; missing counts leave holes.
@@ -172,8 +171,7 @@ class SampleCounter:
         if step <= 0:
             near = [step + m for m in self._MODULI if 0 < step + m <= m / 4]
             step = near[0] if near else 0.0
-        if step <= 0 or step > 1e6:
-            self.restarts += 1
+        if step <= 0 or step > 1e6:  # it began again: nobody knows how many are missing
             return 1.0
         self.lost += int(step) - 1
         return step

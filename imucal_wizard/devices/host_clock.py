@@ -44,11 +44,6 @@ class HostClock:
         """Seconds per sample as known now; 0 before anything is known."""
         return self._given or self._fit.period
 
-    @property
-    def ready(self) -> bool:
-        """Whether times come out already."""
-        return self._warm
-
     def feed(self, indices: FloatArray, arrival: float) -> FloatArray:
         """Times of the samples that can be told now, oldest first; the others wait.
 

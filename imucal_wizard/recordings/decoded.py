@@ -11,7 +11,6 @@ from imucal_wizard.recordings.options import UNIT_OPTION
 _OPTION = {
     **{f"{sensor} unit": option for sensor, option in UNIT_OPTION.items()},
     "columns": "--columns",
-    "rate": "--rate",
 }
 
 

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 
 from imucal_wizard.devices.detect import Detector
-from imucal_wizard.devices.setup import AUTO, StreamSetup
+from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.recordings.columns import Samples
 from imucal_wizard.recordings.decoded import decoded
 from imucal_wizard.recordings.options import RecordingOptions
@@ -47,7 +47,7 @@ def read_log(text: str, name: str, options: RecordingOptions) -> Samples:
         RecordingError: something else about them is not known; the message says what to give.
     """
     data = _BEFORE + text.encode()
-    setup = with_options(StreamSetup(format=name or AUTO), options)
+    setup = with_options(StreamSetup(format=name), options)
     pieces = ((0.0, data[start : start + _PIECE]) for start in range(0, len(data), _PIECE))
     return decoded(pieces, setup, live=False)
 

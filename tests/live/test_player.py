@@ -89,8 +89,10 @@ def test_commands_are_obeyed_after_the_end(tmp_path: Path) -> None:
     player.start()
     player.command("start")
     wait_for(lambda: player.snapshot().finished)
+    assert player.snapshot().status.step is StepKind.RESULT
     player.command("validate")
-    wait_for(lambda: player.snapshot().status.step is StepKind.VALIDATE)
+    wait_for(lambda: player.snapshot().status.step is not StepKind.RESULT)
+    assert player.snapshot().status.step is StepKind.VALIDATE
     player.stop()
 
 

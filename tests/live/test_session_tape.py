@@ -9,14 +9,14 @@ from imucal_wizard.live.past import Past
 from imucal_wizard.live.player import Player
 from imucal_wizard.live.session_tape import LONGEST_PAUSE, SessionTape
 from imucal_wizard.procedure.state import StepKind
-from imucal_wizard.sessions import Session
+from imucal_wizard.sessions import KeptSession, Session
 from tests.commands.kept_sessions import Orders, sat
 from tests.live.performance import same, wait_for
 
 
 def played(path: Path, speed: float = float("inf")) -> Player:
     """Played to its end, started as the source's screen does it."""
-    past = Past(Session.look(path))
+    past = Past(KeptSession.look(path))
     player = Player(SessionTape(past), past.engine(), speed)
     player.start()
     wait_for(lambda: player.snapshot().stream.samples > 0)
@@ -51,7 +51,7 @@ def test_the_preview_ends_where_the_session_was_started(tmp_path: Path) -> None:
     """However long one looks at it, nothing of what was measured is played away."""
     path = tmp_path / "a.imucal"
     live = sat(path, {0.05: ("start",)}, share=0.4, start=False)
-    past = Past(Session.look(path))
+    past = Past(KeptSession.look(path))
     tape, engine = SessionTape(past), past.engine()
     assert tape.play(engine, float("inf"))
     assert engine.status().step is StepKind.SOURCE
@@ -79,7 +79,7 @@ def test_a_night_between_two_runs_is_not_waited_for(tmp_path: Path) -> None:
     live = sat(path, share=0.1)
     with Session.open(path) as session:
         session.write_raw((session.last_arrival or 0.0) + 36_000.0, b"")
-    past = Past(Session.look(path))
+    past = Past(KeptSession.look(path))
     tape, engine = SessionTape(past), past.engine()
     seconds = live.snapshot().status.elapsed + LONGEST_PAUSE + 5.0
     tape.begin(engine)
@@ -91,7 +91,7 @@ def test_what_the_operator_does_meanwhile_is_obeyed(tmp_path: Path) -> None:
     """It can be left for the result before its end."""
     path = tmp_path / "a.imucal"
     sat(path, share=0.4)
-    past = Past(Session.look(path))
+    past = Past(KeptSession.look(path))
     engine: Engine = past.engine()
     player = Player(SessionTape(past), engine, 40.0)
     player.start()
@@ -99,5 +99,6 @@ def test_what_the_operator_does_meanwhile_is_obeyed(tmp_path: Path) -> None:
     player.command("start")
     wait_for(lambda: player.snapshot().status.step is StepKind.POSES)
     player.command("goto", "result")
-    wait_for(lambda: player.snapshot().status.step is StepKind.RESULT)
+    wait_for(lambda: player.snapshot().status.step is not StepKind.POSES)
+    assert player.snapshot().status.step is StepKind.RESULT
     player.stop()

@@ -44,11 +44,6 @@ class DelimitedDecoder(TextDecoder):
         self._again = False
         self._names: list[str] = []
 
-    @property
-    def separator(self) -> bytes:
-        """The byte between the fields, ``b" "`` for blanks; empty until it is known."""
-        return self._separator
-
     def _fast(self, lines: list[bytes]) -> FloatArray | None:
         if self._count < DECIMALS_FROM or self._first or not self._separator or self._skip:
             return None
