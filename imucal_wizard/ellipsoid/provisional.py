@@ -36,7 +36,7 @@ LOOSE = 0.12
 """Scatter of the distances, in radii, beyond which there is no shell but one place and noise."""
 FEWEST = 20
 ROUNDS = 4
-AGAIN = 2
+AGAIN = 1
 """Rounds from an ellipsoid that was found a moment before."""
 _IDENTITY = parameters(np.eye(3), np.zeros(3))[3:]
 _DEVIATORIC = np.eye(6) - np.outer(_IDENTITY, _IDENTITY) / 3.0
@@ -131,23 +131,35 @@ def _settled(
     cloud: Cloud, middle: FloatArray, theta: FloatArray, rounds: int
 ) -> Provisional | None:
     """Some rounds of Gauss–Newton with weights of their own; None when they lead nowhere."""
-    points = cloud.points
     radius = 1.0 / float(middle[3])
     precision = _prior(radius)
     for _ in range(rounds):
-        seen = look(theta, points)[1]
-        now = rows(theta, points, 0.0)
-        distance, slope = now.distance, now.slope
-        sigma = max(spread(distance), 1e-6 * radius)
-        weight = _weights(distance, bin_of(seen), sigma, radius)
-        weighted = slope * weight
-        normal = weighted @ slope.T + precision
+        now = _weighed(cloud.points, theta, radius)
         # the prior of the matrix does not see how large it is, so that the sphere's size is as good
-        pull = weighted @ distance + precision @ (theta - middle)
-        theta = theta - np.linalg.solve(normal, pull)
+        pull = now.pull + precision @ (theta - middle)
+        theta = theta - np.linalg.solve(now.normal + precision, pull)
         if not _possible(theta, radius):
             return None
-    return Provisional(cloud, theta, np.asarray(np.linalg.inv(normal), float), sigma)
+    now = _weighed(cloud.points, theta, radius)
+    covariance = np.asarray(np.linalg.inv(now.normal + precision), float)
+    return Provisional(cloud, theta, covariance, now.sigma)
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """The weighted linear problem at one θ: normal matrix, right side, noise of a sample."""
+
+    normal: FloatArray
+    pull: FloatArray
+    sigma: float
+
+
+def _weighed(points: FloatArray, theta: FloatArray, radius: float) -> _Weighed:
+    seen = look(theta, points)[1]
+    now = rows(theta, points, 0.0)
+    sigma = max(spread(now.distance), 1e-6 * radius)
+    weighted = now.slope * _weights(now.distance, bin_of(seen), sigma, radius)
+    return _Weighed(weighted @ now.slope.T, weighted @ now.distance, sigma)
 
 
 def _weights(

@@ -80,6 +80,12 @@ class Conductor:
         if stage.finished and not before:
             self.route.advance()
 
+    def end(self) -> None:
+        """No more samples: a hold is complete as it is, and so are the circles."""
+        self.holding.restart()
+        if self.route.step is StepKind.FIELD:
+            self.route.field.end()
+
     def collected(self) -> Collected:
         """Everything that has been measured and not taken back or left out."""
         field, series = self.route.field, self.record.series()

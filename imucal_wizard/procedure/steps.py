@@ -82,7 +82,7 @@ class Machine:
 
     def flush(self) -> tuple[Event, ...]:
         """The data have ended: a hold still running is complete as it is."""
-        self._conductor.holding.restart()
+        self._conductor.end()
         self._changed()
         return self._conductor.scene.drain()
 

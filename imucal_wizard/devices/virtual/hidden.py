@@ -139,6 +139,16 @@ def draws_current(effects: Iterable[Hidden]) -> bool:
     return any(effect.term == "current" for effect in effects)
 
 
+def check_sensors(effects: Iterable[Hidden], *, magnetometer: bool) -> None:
+    """Refuse effects of a magnetometer that is not there.
+
+    Raises:
+        UsageError: there is one.
+    """
+    if not magnetometer and any(effect.sensor == "magnetometer" for effect in effects):
+        raise UsageError("an effect of the magnetometer needs one: give --magnetometer too")
+
+
 def parse_hidden(text: str) -> Hidden:
     """Read ``TERM:SIZE:AXIS``, another sensor's as ``gyroscope/TERM:SIZE:AXIS``.
 

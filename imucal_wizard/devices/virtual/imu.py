@@ -11,8 +11,15 @@ from typing import Self
 
 from imucal_wizard.devices.virtual.endpoint import Endpoint, open_endpoint
 from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.hidden import Hidden, needs_shaking, parse_hidden
+from imucal_wizard.devices.virtual.hidden import (
+    Hidden,
+    check_sensors,
+    draws_current,
+    needs_shaking,
+    parse_hidden,
+)
 from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
+from imucal_wizard.devices.virtual.load import VirtualLoad
 from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
@@ -50,7 +57,8 @@ class VirtualImu:
         sensor: the sensor's true parameters.
 
     Raises:
-        UsageError: a hidden effect that cannot be read, or a rate or speed that cannot be.
+        UsageError: a hidden effect that cannot be read or belongs to a sensor that is not there,
+            or a rate or speed that cannot be.
     """
 
     def __init__(
@@ -69,12 +77,14 @@ class VirtualImu:
         self.speed = speed
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+        check_sensors(effects, magnetometer=magnetometer)
         self.hand = VirtualHand(rate, seed, shaken=needs_shaking(effects))
+        load = VirtualLoad(seed) if draws_current(effects) else None
         field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
         self._stream = VirtualStream(
-            self.hand, self.sensor, effects, rate=rate, seed=seed, magnetometer=field
+            self.hand, self.sensor, effects, rate=rate, seed=seed, magnetometer=field, load=load
         )
-        self._printer = LinePrinter(self.sensor, field=magnetometer)
+        self._printer = LinePrinter(self.sensor, field=magnetometer, load=load is not None)
         self._rate = rate
         self._loopback = loopback
         self._patience = patience

@@ -12,6 +12,7 @@ from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import (
     Hidden,
+    check_sensors,
     draws_current,
     needs_shaking,
     parse_hidden,
@@ -22,7 +23,7 @@ from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnet
 from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotations, pose_names
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
-from imucal_wizard.errors import RecordingError, UsageError
+from imucal_wizard.errors import RecordingError
 from imucal_wizard.readings import FloatArray
 
 FIRST_REST = 20.0
@@ -110,8 +111,7 @@ def simulate_recording(
         RecordingError: the file cannot be written.
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
-    if not magnetometer and any(effect.sensor == "magnetometer" for effect in effects):
-        raise UsageError("an effect of the magnetometer needs one: give --magnetometer too")
+    check_sensors(effects, magnetometer=magnetometer)
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
     shaken = needs_shaking(effects)
     names = pose_names(poses, generator(seed, Chance.POSES))

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.ellipsoid.bins import centres
+from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.quality import GAP
 from imucal_wizard.procedure.field.survey import Survey
 from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
@@ -20,8 +20,8 @@ SHARE = 0.7
 """A nearer face is as good as one that fills up to so much more ..."""
 TIE_DEG = 15.0
 """... and turns that differ by less than this are equally near."""
-HALF_WIDTH = 0.17
-"""About the half width of an area: a circle fills the areas whose middles lie so near."""
+STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
+"""Of a circle, rad: some for each area that it crosses."""
 
 
 def down_component(survey: Survey) -> float | None:
@@ -45,11 +45,21 @@ def gains(counts: NDArray[np.intp], down: float, poses: Iterable[str]) -> dict[s
     empty = np.zeros(len(counts))
     few = counts < len(GAP)
     empty[few] = GAP[counts[few]]
-    middles: FloatArray = centres()
-    return {
-        pose: float(empty[np.abs(middles @ DIRECTIONS[pose] - down) < HALF_WIDTH].sum())
-        for pose in poses
-    }
+    return {pose: float(empty[crossed(DIRECTIONS[pose], down)].sum()) for pose in poses}
+
+
+def crossed(direction: FloatArray, down: float) -> NDArray[np.intp]:
+    """The areas through which the field runs when the device is turned once round.
+
+    Args:
+        direction: what points down, unit vector in the body frame, shape (3,).
+        down: see ``down_component``.
+    """
+    across = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+    across /= np.linalg.norm(across)
+    level = np.outer(across, np.cos(STEPS)) + np.outer(np.cross(direction, across), np.sin(STEPS))
+    path = np.sqrt(max(1.0 - down * down, 0.0)) * level + down * direction[:, None]
+    return np.unique(bin_of(path))
 
 
 def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> str | None:

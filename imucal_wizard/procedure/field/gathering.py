@@ -3,13 +3,18 @@
 import numpy as np
 
 from imucal_wizard.procedure.field.faces import FaceWatch
-from imucal_wizard.procedure.field.log import Passed
+from imucal_wizard.procedure.field.log import APART, Passed
 from imucal_wizard.procedure.field.survey import Survey
 from imucal_wizard.procedure.ledger import KeptCircle
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import COUNT
+
+STIRS = 0.1
+"""Share of the field by which the readings of a second differ when the device turns."""
+_SECOND = 10
+"""Moments."""
 
 
 class Gathering:
@@ -39,7 +44,7 @@ class Gathering:
         self.circle: KeptCircle | None = None
         self.unit = COUNT
         self.still = self.silent = self.constant = 0.0
-        self._angle = 0.0
+        self._angle = self._end = 0.0
         self._last: FloatArray | None = None
 
     def look(self) -> None:
@@ -59,7 +64,11 @@ class Gathering:
         """Take the next moment."""
         scene = self._scene
         self.faces.follow(scene.up, moment.seconds)
-        self.still = self.still + moment.seconds if scene.still else 0.0
+        self.still = self.still + moment.seconds if self._rests() else 0.0
+        start = float(moment.block.start[0])
+        if abs(start - self._end) > APART:
+            self.circle = None  # nobody knows how far it was turned in between
+        self._end = moment.end
         before, after = self._turn(moment)
         spoke = moment.field is not None and len(moment.field) > 0
         self.silent = 0.0 if spoke else self.silent + moment.seconds
@@ -70,9 +79,15 @@ class Gathering:
         self.constant = 0.0
         circle = self.circle = self._belongs_to()
         down = circle.face != "" and circle.face == self.faces.face
-        start = float(moment.block.start[0])
         up = np.full(3, np.nan) if scene.up is None else scene.up
         self.survey.add(Passed(start, moment.end, values, circle.number, down, before, after, up))
+
+    def _rests(self) -> bool:
+        """Whether the device does not turn; a smooth turn is seen by a gyroscope or the field."""
+        fit, second = self.survey.fit, self.survey.log.reading[-_SECOND:]
+        if not self._scene.still or fit is None or len(second) < _SECOND:
+            return self._scene.still
+        return bool(np.ptp(second, axis=0).max() < STIRS * fit.magnitude)
 
     def _new(self, moment: Moment) -> FloatArray:
         """Readings that are not merely the last one written down again, shape (n, 3)."""

@@ -105,6 +105,11 @@ class FieldStage:
         self._look()
         self._accepted = True
 
+    def end(self) -> None:
+        """No more samples: those there are have to do, if they are enough to try."""
+        self._look()
+        self._accepted |= self.gathered.survey.kept >= FEWEST
+
     def follow(self, moment: Moment) -> None:
         """Take the next moment; look at everything five times a second."""
         self.gathered.follow(moment)

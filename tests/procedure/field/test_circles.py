@@ -88,6 +88,7 @@ def test_without_a_gyroscope_the_field_tells_the_angle() -> None:
     readings = replace(turned(circles()), gyroscope=None)
     session = Session(readings).play()
     assert len(session.texts(EventKind.ROTATION_TAKEN)) == 6
+    assert not any("does not turn" in seen.trouble for seen in session.seen)
     assert session.step == StepKind.RESULT
 
 
@@ -180,3 +181,18 @@ def test_the_step_needs_no_rest_before_it() -> None:
     status = machine.status().field
     assert status is not None
     assert len(status.done) == 5
+
+
+def test_what_is_turned_while_no_samples_come_is_not_counted() -> None:
+    """Half a circle before a gap in the stream and half a circle after it are two halves."""
+    whole = turned(circle("-z"))
+    a, g, m = whole.accelerometer, whole.gyroscope, whole.magnetometer
+    assert g is not None
+    assert m is not None
+    a, g, m = (
+        Series(np.where(s.time < 7.5, s.time, s.time + 5.0), s.values, s.unit) for s in (a, g, m)
+    )
+    session = Session(Readings(a, g, m)).play()
+    assert max(seen.turned for seen in session.seen) > 100.0
+    assert session.field.done == ()
+    assert session.field.turned < 300.0

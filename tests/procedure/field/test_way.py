@@ -153,3 +153,20 @@ def test_the_series_handed_out_stays_as_it_is() -> None:
     before = early.magnetometer.values.tobytes()
     session.play()
     assert early.magnetometer.values.tobytes() == before
+
+
+def test_a_recording_that_ends_in_the_step_leaves_what_it_has() -> None:
+    """Whoever goes on to the result then has not skipped the step."""
+    session = Session(turned(TWO)).play()
+    session.machine.flush()
+    session.machine.command("goto", "result")
+    assert StepKind.FIELD not in dict(session.machine.status().skipped)
+    assert session.machine.collected().field_spans
+
+
+def test_a_recording_that_ends_with_hardly_a_sample_has_skipped_it() -> None:
+    session = Session(turned(TWO)).play(until=3.2)
+    session.machine.flush()
+    session.machine.command("goto", "result")
+    assert StepKind.FIELD in dict(session.machine.status().skipped)
+    assert session.machine.collected().field_spans == ()
