@@ -4,7 +4,7 @@ Within an area samples differ by their noise σ; area by area the mean differs b
 not explain, τ. An area with n samples knows its distance to σ²/n + τ², so each of its samples has
 the weight ``1/(σ² + n τ²)``: where only noise is seen all samples count alike, and the more the
 model lacks the more all areas count alike, however densely they are filled. τ² is the moment
-estimate of DerSimonian and Laird (Controlled Clinical Trials 7 (1986) 177).
+estimate of DerSimonian and Laird (Controlled Clinical Trials 7 (1986) 177), for a fit.
 """
 
 from dataclasses import dataclass
@@ -115,9 +115,7 @@ def weigh(sums: Binned) -> Weighed:
     noise = max(within, EXACT)
     if samples - areas < areas:  # hardly two samples in an area: all of the rest is noise
         noise = max(float(square.sum()) / max(samples - sums.free, 1.0), EXACT)
-    excess = float((count * mean**2).sum()) / noise - max(areas - sums.free, 1)
-    effective = (samples - float((count**2).sum()) / samples) / noise
-    misfit = max(excess / effective, 0.0) if areas > sums.free and effective > 0.0 else 0.0
+    misfit = _misfit(sums, float((count * mean**2).sum()), noise) if areas > sums.free else 0.0
     weight = 1.0 / (1.0 + count * misfit / noise)
     normal = np.einsum("k,kij->ij", weight, sums.normal)
     step = np.linalg.solve(normal, weight @ sums.pull)
@@ -129,6 +127,22 @@ def weigh(sums: Binned) -> Weighed:
     return Weighed(
         step, 0.5 * (covariance + covariance.T), noise, misfit, int(freedom), normal, weight
     )
+
+
+def _misfit(sums: Binned, between: float, noise: float) -> float:
+    """τ² from ``Q = Σ n m²``, m being the mean of each area after the plain fit.
+
+    With ``q = s N⁻¹ sᵀ``, s the sums of slopes and N the normal matrix of all samples,
+
+        E Q = σ² (k − Σ q_kk/n_k) + τ² (n − 2 Σ q_kk + Σ q_kl²/n_k)
+
+    which counts what the fit takes of the means; for a mean alone it is DerSimonian's and Laird's.
+    """
+    crossed = sums.slope @ np.linalg.solve(sums.normal.sum(axis=0), sums.slope.T)
+    own, count = np.diag(crossed), sums.count
+    by_noise = len(count) - float((own / count).sum())
+    by_misfit = float(count.sum() - 2.0 * own.sum() + ((crossed**2).sum(axis=1) / count).sum())
+    return max((between - noise * by_noise) / by_misfit, 0.0) if by_misfit > 0.0 else 0.0
 
 
 def mean_square(sums: Binned, change: FloatArray) -> FloatArray:

@@ -38,20 +38,20 @@ def numeric(points: FloatArray, start: TwoStep, cross: bool = True) -> tuple[Flo
     # figure 4 divides nothing by S; doing it here changes no minimum and keeps the steps near 1
     size = start.magnitude
 
-    def performance(x: FloatArray) -> tuple[float, FloatArray]:
+    def freed(x: FloatArray) -> tuple[float, FloatArray]:
         theta[free] = x
-        value, slope = _performance(theta, points, size)
+        value, slope = performance(theta, points, size)
         return value, slope[free]
 
     found = minimize(
-        performance,
+        freed,
         theta[free].copy(),
         jac=True,
         method="BFGS",
         options={"maxiter": MAX_ITERATIONS, "gtol": 1e-9},
     )
     theta[free] = found.x
-    _, slope = _performance(theta, points, size)
+    _, slope = performance(theta, points, size)
     if not np.abs(slope[free]).max() < 1e-4:
         raise DataError(
             "the numeric method does not converge: the readings are not of one field; use the "
@@ -63,7 +63,7 @@ def numeric(points: FloatArray, start: TwoStep, cross: bool = True) -> tuple[Flo
     return parameters(matrix, theta[:3]), int(found.nit)
 
 
-def _performance(
+def performance(
     theta: FloatArray, points: FloatArray, magnitude: float
 ) -> tuple[float, FloatArray]:
     """Figure 4 in units of the magnitude, and its derivative, shape (9,)."""

@@ -70,49 +70,33 @@ def rows(theta: FloatArray, points: FloatArray, variance: float) -> Rows:
     return Rows(error * inverse, slope)
 
 
-def orthogonal(
-    points: FloatArray,
-    start: FloatArray,
-    basis: FloatArray,
-    weights: FloatArray | None = None,
-    variance: float | None = None,
-) -> tuple[FloatArray, Rows, int]:
-    """Minimise ``Σ w·distance²`` over the parameters that ``basis`` frees (Gauss–Newton).
+def orthogonal(points: FloatArray, start: FloatArray) -> FloatArray:
+    """θ, shape (9,), that minimises the sum of squared distances (Gauss–Newton).
+
+    The variance of the noise is that of the distances.
 
     Args:
         points: dimensionless readings, shape (3, n).
-        start: parameters to start from, shape (9,); what ``basis`` does not free stays there.
-        basis: free directions of the parameters, shape (9, p).
-        weights: of each sample, shape (n,); all alike by default.
-        variance: σ² of the noise in each axis; by default what the distances scatter.
-
-    Returns:
-        θ, the rows at the last step but one (θ moved by less than the tolerance since), and the
-        number of iterations.
+        start: θ to start from, shape (9,).
 
     Raises:
         DataError: it does not converge.
     """
-    theta, known = start.copy(), variance or 0.0
-    free = basis.shape[1]
-    for iteration in range(1, MAX_ITERATIONS + 1):
-        now = rows(theta, points, known)
-        slope = basis.T @ now.slope if free < SIZE else now.slope
-        weighted = slope if weights is None else slope * weights
-        normal = weighted @ slope.T
+    theta, variance = start.copy(), 0.0
+    for _ in range(MAX_ITERATIONS):
+        now = rows(theta, points, variance)
+        normal = now.slope @ now.slope.T
         try:
-            step = np.linalg.solve(normal, weighted @ now.distance)
+            step = np.linalg.solve(normal, now.slope @ now.distance)
         except np.linalg.LinAlgError:
             raise DataError(_NO_CONVERGENCE) from None
-        theta = theta - basis @ step
-        scatter = float(now.distance @ now.distance) / max(len(now.distance) - free, 1)
-        if variance is None:
-            known = scatter
+        theta = theta - step
+        variance = float(now.distance @ now.distance) / max(len(now.distance) - SIZE, 1)
         if not np.abs(theta).max() < FARTHEST:
             break
         # the step in standard errors: its square is the drop of the sum of squares over σ²
-        if step @ normal @ step <= TOLERANCE**2 * scatter + 1e-24:
-            return theta, now, iteration
+        if step @ normal @ step <= TOLERANCE**2 * variance + 1e-24:
+            return theta
     raise DataError(_NO_CONVERGENCE)
 
 

@@ -177,7 +177,7 @@ def _refined(points: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
     """
     some = points[:, :: max(1, points.shape[1] // SUBSET)]
     near = np.abs(look(theta, some)[0]) < 5.0 * max(sigma, SMALLEST)
-    return orthogonal(some[:, near], theta, WHOLE.basis)[0]
+    return orthogonal(some[:, near], theta)
 
 
 _SINGULAR = (

@@ -66,6 +66,7 @@ def by_orthogonal(
 
     Raises:
         DataError: it does not converge.
+        numpy.linalg.LinAlgError: the samples do not determine the parameters.
     """
     theta, basis = start.copy(), model.basis
     areas = bin_of(look(theta, points)[1])
@@ -76,10 +77,7 @@ def by_orthogonal(
         passes += 1
         now = rows(theta, points, variance)
         sums = binned.summed(now, areas, basis)
-        try:
-            found = binned.weigh(sums)
-        except np.linalg.LinAlgError:
-            break
+        found = binned.weigh(sums)
         theta, variance = theta - basis @ found.step, found.noise
         if found.step @ np.linalg.pinv(found.covariance) @ found.step < SMALL**2:
             break
