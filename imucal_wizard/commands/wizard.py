@@ -51,7 +51,10 @@ def parser() -> Parser:
         help="play a recording or a session",
     )
     source.add_argument(
-        "--resume", type=Path, metavar="SESSION", help="go on with a session where it was left"
+        "--resume",
+        type=Path,
+        metavar="SESSION",
+        help="go on with a session where it was left; --port where the device has another name now",
     )
     source.add_argument(
         "--speed",
@@ -123,7 +126,8 @@ def run(argv: Sequence[str]) -> int:
     """Open the wizard and stay until it is left."""
     arguments = parser().parse_args(argv)
     chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
-    if len(chosen) > 1:
+    elsewhere = chosen == ["port", "resume"]  # the device has another name than it had then
+    if len(chosen) > 1 and not elsewhere:
         raise UsageError(f"--{chosen[0]} and --{chosen[1]} are two sources: give one of them")
     virtual = (arguments.auto, arguments.hidden, arguments.mystery, arguments.magnetometer)
     if chosen and any(virtual):

@@ -149,12 +149,16 @@ class Opening:
             taken_up.session.close()
             raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
         if about.get("kind") == "virtual":
+            if options.port:
+                taken_up.session.close()
+                raise UsageError(f"{path} is a session of the virtual IMU; leave --port out")
             field = bool(about.get("magnetometer", False))
             imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden, magnetometer=field)
             imu = imu if made is None else virtual_imu(made, options.speed, magnetometer=field)
             return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
         port = options.port or str(about.get("port", ""))
         if not port:
+            taken_up.session.close()
             raise SessionError(f"{path} does not say which port it was; add --port PORT")
         return Reader(Transport(port, baud), engine, prepare=prepare)
 

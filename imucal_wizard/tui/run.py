@@ -58,7 +58,7 @@ def run_wizard(options: WizardOptions) -> int:
 
 def first_choice(options: WizardOptions) -> SourceChoice | None:
     """The source that the options name, or None to let the operator choose."""
-    if options.port:
+    if options.port and options.resume is None:
         return SourceChoice(SourceKind.PORT, options.port, options.port)
     if options.replay:
         title = " + ".join(path.name for path in options.replay)

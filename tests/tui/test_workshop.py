@@ -13,6 +13,7 @@ import pytest
 from imucal_wizard.calibration import load
 from imucal_wizard.devices.virtual import simulate_recording
 from imucal_wizard.errors import InputError, RecordingError, SessionError, UsageError
+from imucal_wizard.live.resume import begin
 from imucal_wizard.live.snapshot import Snapshot
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.tui.app import WizardApp
@@ -93,6 +94,32 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
         assert after.status.holds >= before.status.holds
 
 
+def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> None:
+    """A board that was plugged in again may be the next number."""
+    path = tmp_path / "a.imucal"
+    begin(path, source="/dev/ttyACM0", about={"kind": "port", "port": "/dev/ttyACM0"}).close()
+    there = Workshop(WizardOptions(resume=path, port=str(tmp_path / "ttyACM1")))
+    source = there.open_source(SourceChoice(SourceKind.SESSION, str(path)))
+    with running(source):
+        wait_for(source, lambda s: "ttyACM1" in s.stream.problem)
+
+
+def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    begin(path).close()
+    for options in (WizardOptions(), WizardOptions()):
+        with pytest.raises(SessionError, match="add --port PORT"):
+            Workshop(options).open_source(SourceChoice(SourceKind.SESSION, str(path)))
+
+
+def test_a_session_of_the_virtual_imu_takes_no_port(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    begin(path, about={"kind": "virtual"}).close()
+    workshop = Workshop(WizardOptions(resume=path, port="/dev/ttyACM0"))
+    with pytest.raises(UsageError, match="leave --port out"):
+        workshop.open_source(SourceChoice(SourceKind.SESSION, str(path)))
+
+
 def test_a_recording_plays_to_its_end(tmp_path: Path) -> None:
     recording = tmp_path / "six.csv"
     simulate_recording(recording, poses="6")
@@ -148,6 +175,7 @@ def test_a_calibration_never_replaces_another_unless_its_name_was_given(tmp_path
         (WizardOptions(port="/dev/ttyACM0"), SourceKind.PORT),
         (WizardOptions(replay=(Path("a.csv"),)), SourceKind.FILE),
         (WizardOptions(resume=Path("a.imucal")), SourceKind.SESSION),
+        (WizardOptions(resume=Path("a.imucal"), port="/dev/ttyACM1"), SourceKind.SESSION),
         (WizardOptions(auto=True), SourceKind.VIRTUAL),
         (WizardOptions(hidden=("g-sensitivity:0.1:x",)), SourceKind.VIRTUAL),
     ],

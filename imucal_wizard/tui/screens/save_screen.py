@@ -38,8 +38,8 @@ class SaveScreen(ReportScreen):
         ("h", "north"),
         ("c", "compare"),
         ("t", "parameters"),
-        ("↑↓", "scroll"),
         ("b", "back"),
+        ("↑↓", "scroll"),
         ("?", "help"),
     )
 
