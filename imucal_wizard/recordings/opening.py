@@ -87,6 +87,8 @@ def read_opening(text: str, options: RecordingOptions, file: str = "") -> Openin
     fields = split(data.content, separator)
     columns = named(names, fields if whole else None, file)
     used = tuple(i for i, one in enumerate(columns) if one.channel)
+    if not used:
+        raise RecordingError("--columns leaves every column out; name at least ax,ay,az in it")
     skip = header.content.strip() if header is not None else ""
     ticks = _milliseconds(text[data.start :], separator, columns)
     layout = Layout(separator, len(columns), used, decimal_comma, skip, ticks)

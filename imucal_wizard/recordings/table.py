@@ -152,7 +152,7 @@ def _without_cut_line(text: str, layout: Layout) -> tuple[str, tuple[str, ...]]:
         return text, ()
     above = split(body.rpartition("\n")[2], layout.separator)
     fields = split(last, layout.separator)
-    if len(fields) == len(above) and len(fields[-1]) >= len(above[-1]):
+    if fields and len(fields) == len(above) and len(fields[-1]) >= len(above[-1]):
         return text, ()
     return body + "\n", (f"the last line may have been cut short: {shown(last)}; left out",)
 

@@ -7,6 +7,8 @@ import pytest
 
 from imucal_wizard.errors import RecordingError
 from imucal_wizard.recordings import RecordingOptions, read
+from imucal_wizard.recordings.layout import Layout
+from imucal_wizard.recordings.table import read_table
 from tests.recordings.lines import samples, write, written
 
 
@@ -97,6 +99,12 @@ def test_a_last_line_cut_short_is_left_out(tmp_path: Path) -> None:
     readings = read([path])
     assert len(readings) == 399
     assert any("cut short" in text for text in readings.warnings)
+
+
+@pytest.mark.parametrize("above", ["0.1 0.2 0.3 0.4", "[", "]"])
+def test_a_last_line_of_nothing_but_brackets_is_left_out(above: str) -> None:
+    text = f"0.1 0.2 0.3 0.4\n{above}\n["
+    assert "cut short" in read_table(text, Layout(None, 4, (0, 1, 2, 3)), 1).warnings[-1]
 
 
 def test_a_whole_last_line_without_its_end_is_kept(tmp_path: Path) -> None:

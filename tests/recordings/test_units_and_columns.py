@@ -187,6 +187,12 @@ def test_without_a_header_the_options_say_what_the_columns_are(tmp_path: Path) -
     assert readings.temperature is None
 
 
+def test_columns_that_are_all_left_out_are_wrong_options(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    with pytest.raises(RecordingError, match="leaves every column out; name at least ax,ay,az"):
+        read([path], RecordingOptions(("-",) * 8))
+
+
 def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", samples()[:, 1:4], "ax[g],ay[g],az[g]")
     with pytest.raises(RecordingError, match="--rate 100"):
