@@ -15,8 +15,8 @@ from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.session import is_session, taken_back
+from imucal_wizard.sessions.readings_again import belongs
 from imucal_wizard.solver.result import FitReport
-from imucal_wizard.tui.readings_again import belongs
 from imucal_wizard.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:  # all that reads a live stream, which a recording does not need

@@ -76,7 +76,7 @@ class Workshop(Opening):
         """The benches of a fit, with the readings it was made of where they are at hand."""
         from imucal_wizard.bench.benches import Benches
         from imucal_wizard.effects.own import load_effect
-        from imucal_wizard.tui.readings_again import session_readings
+        from imucal_wizard.sessions.readings_again import session_readings
 
         kept = self.session or self.watched
         readings = self.played or session_readings(kept, report.holds)
