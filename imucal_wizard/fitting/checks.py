@@ -111,7 +111,7 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     for rotation in rotations:
         if rotation.problem:
             reason = rotation.problem.partition(":")[0]
-            reasons.setdefault(re.sub(r"\d+(\.\d+)?", "#", reason), []).append(reason)
+            reasons.setdefault(re.sub(r"[+−]?\d+(\.\d+)?", "#", reason), []).append(reason)
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))

@@ -6,6 +6,7 @@ from imucal_wizard.procedure.ledger import KeptRotation
 from imucal_wizard.procedure.poses import AXES
 from imucal_wizard.procedure.rotation_check import turned
 from imucal_wizard.procedure.stillness import Noise, Windows
+from imucal_wizard.procedure.wording import signed
 from imucal_wizard.readings import FloatArray
 
 ALIVE = 0.5
@@ -62,13 +63,13 @@ def disagreement(motion: KeptRotation, *, scale_known: bool) -> str:
     felt = float(angles[AXES.index(axis)])
     if abs(felt - seen) <= AGREE * abs(seen):
         return ""
-    turn = f"Gravity turned by {seen:+.0f}° about {axis}, the gyroscope"
+    turn = f"Gravity turned by {signed(seen)} about {axis}, the gyroscope"
     other = _elsewhere(np.abs(angles), abs(seen), axis)
     if other is not None:
         there = float(angles[AXES.index(other)])
-        return f"{turn} by {there:+.0f}° about {other}: are its columns or axes swapped?"
+        return f"{turn} by {signed(there)} about {other}: are its columns or axes swapped?"
     if abs(felt) < AGREE * abs(seen):
         return f"{turn} not at all: is its {axis} axis dead, or its column another one?"
     if abs(felt + seen) <= AGREE * abs(seen):
-        return f"{turn} by {felt:+.0f}°: the sign of its {axis} axis is wrong."
-    return f"{turn} by {felt:+.0f}°: check its unit and the sample rate."
+        return f"{turn} by {signed(felt)}: the sign of its {axis} axis is wrong."
+    return f"{turn} by {signed(felt)}: check its unit and the sample rate."

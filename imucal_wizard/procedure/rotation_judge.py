@@ -12,6 +12,7 @@ from imucal_wizard.procedure.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, 
 from imucal_wizard.procedure.rotation_check import MOSTLY, resting, shares, turned
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.turns import level, turn_between, unwrapped
+from imucal_wizard.procedure.wording import signed
 from imucal_wizard.readings import FloatArray
 
 LEVEL_DEG = 25.0
@@ -123,7 +124,7 @@ class RotationJudge:
         swung = self._scene.units.gyroscope_known and motion.fastest >= NUDGE_RATE
         if abs(motion.angle) < NUDGE_DEG and not swung:
             return ""
-        return f"only {motion.angle:+.0f}°: turn at least {self._minimum:.0f}°"
+        return f"only {signed(motion.angle)}: turn at least {self._minimum:.0f}°"
 
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
         """A motion about another axis; a mere change of place is no attempt."""

@@ -16,7 +16,7 @@ from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, RotationStatus, Status
 from imucal_wizard.procedure.turn_advice import advice, senses
 from imucal_wizard.procedure.turns import TurnAngle
-from imucal_wizard.procedure.wording import how_to_turn, label, turn_up
+from imucal_wizard.procedure.wording import how_to_turn, label, signed, turn_up
 
 USUAL_RANGE = 250.0
 """The smallest full scale that is usual, °/s: below it no gyroscope clips."""
@@ -115,7 +115,7 @@ class RotationStage:
         if problem is None:
             scene.ledger.count(motion, axis)
             done = len(self._turns(axis))
-            text = f"{motion.angle:+.0f}° about {axis} taken, {done} of {self._needs[axis]}."
+            text = f"{signed(motion.angle)} about {axis} taken, {done} of {self._needs[axis]}."
             text += f" Next: about {self.axis}." if self.axis != axis else self._hint()
             scene.emit(EventKind.ROTATION_TAKEN, text)
             doubt = disagreement(motion, scale_known=scene.units.gyroscope_known)

@@ -54,6 +54,11 @@ def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
     return f"lift it, then turn it about {axis}, to the {sense}"
 
 
+def signed(degrees: float) -> str:
+    """An angle with its sign: "−73°"."""
+    return f"{degrees:+.0f}°".replace("-", "−")
+
+
 def plural(count: int, word: str) -> str:
     """A count with its noun."""
     return f"{count} {word}" if count == 1 else f"{count} {word}s"

@@ -58,7 +58,7 @@ def test_a_gyroscope_that_disagrees_with_gravity_is_doubted(factor: float) -> No
 
 def test_a_wrong_sign_is_told_from_a_wrong_unit() -> None:
     (warning,) = turned_by(-1.0)
-    assert warning.startswith("Gravity turned by +90° about x, the gyroscope by -90°")
+    assert warning.startswith("Gravity turned by +90° about x, the gyroscope by −90°")
     assert "the sign of its x axis is wrong" in warning
 
 

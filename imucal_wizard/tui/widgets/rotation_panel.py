@@ -1,6 +1,7 @@
 """The rotation under way: angle so far, rate against the range, what is done and still wanted."""
 
 from imucal_wizard.procedure.state import RotationStatus
+from imucal_wizard.procedure.wording import signed
 from imucal_wizard.tui.text import Line, Span, bar
 from imucal_wizard.tui.widgets.lines import Lines
 
@@ -25,10 +26,9 @@ def _angle(rotation: RotationStatus, width: int) -> Line:
     filled = min(half, round(abs(rotation.angle) / FULL * half))
     left = "·" * (half - filled) + "█" * filled if rotation.angle < 0 else "·" * half
     right = "█" * filled + "·" * (half - filled) if rotation.angle > 0 else "·" * half
-    angle = f"{rotation.angle:+.0f}°".replace("-", "−")
     return (
         (" so far  ", "quiet"),
-        (f"{angle:>5}  ", "strong"),
+        (f"{signed(rotation.angle):>5}  ", "strong"),
         (f"▕{left}┃{right}▏", ""),
         (" any angle to ±170°", "quiet"),
     )
@@ -56,7 +56,7 @@ def _whole(value: float) -> str:
 
 
 def _done(rotation: RotationStatus) -> Line:
-    angles = " ".join(f"{angle:+.0f}°" for angle in rotation.done[-8:]).replace("-", "−")
+    angles = " ".join(signed(angle) for angle in rotation.done[-8:])
     head = f" done    {len(rotation.done)} of {rotation.wanted}  "
     return (head, "quiet"), (angles, "strong")
 
