@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Effect
-from imucal_wizard.procedure.poses import DIRECTIONS, TILTS, spoken, spoken_up
+from imucal_wizard.procedure.poses import DIRECTIONS, NAMED, spoken
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.carried import design
 
@@ -23,8 +23,6 @@ APART = 2.33 + 1.645
 ENOUGH = 2.0
 """When an effect of half the size would be told apart, no more poses are asked for; but never one
 alone, which nobody could tell from a disturbed hold."""
-PLACES = {**DIRECTIONS, **TILTS}
-"""Where a hold may be proposed: the poses with names, and the tilts between them."""
 ALMOST_BLIND = 0.02
 """Growth per pose below which nothing is gained."""
 
@@ -107,7 +105,7 @@ def separating_poses(
                 warm,
                 _rows(first, second, _next(done, name, warm, len(proposals)), typical, sensor),
             )
-            for name in PLACES
+            for name in NAMED
             for warm in (False, True)
         ]
         grown = [apart_length(*_stacked(rows, offer)) for _, _, offer in offers]
@@ -127,14 +125,14 @@ def size_needed(length: float) -> float:
 
 def _proposal(name: str, warm: bool, first: Explained, second: Explained) -> Proposal:
     warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
-    where = spoken(name) if name in DIRECTIONS else spoken_up(TILTS[name])
+    where = spoken(name)
     why = f"{where}{warmed}: tells {first.effect.name} from {second.effect.name}"
-    return Proposal(PLACES[name], name if name in DIRECTIONS else None, warm, why)
+    return Proposal(NAMED[name], name if name in DIRECTIONS else None, warm, why)
 
 
 def _next(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
     """The circumstances of one more hold in this pose."""
-    up = PLACES[name] * done.gravity
+    up = NAMED[name] * done.gravity
     last = float(done.temperature[-1])
     return Circumstances(
         force=up[None],

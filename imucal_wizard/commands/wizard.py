@@ -91,6 +91,13 @@ def parser() -> Parser:
         help="turns asked for about each axis (default 6)",
     )
     way.add_argument(
+        "--poses",
+        choices=("8", "18", "26"),
+        default="18",
+        help="poses asked for: 18 (faces and edges), 26 (corners too), or N's 8, tilted (default "
+        "18)",
+    )
+    way.add_argument(
         "--count-faces",
         action="store_true",
         help="count the faces of the up/down step among the 18 poses",
@@ -159,6 +166,7 @@ def run(argv: Sequence[str]) -> int:
             gyroscope_range=arguments.gyro_range,
             rotations=arguments.rotations,
             count_faces=arguments.count_faces,
+            poses=arguments.poses,
             resume=arguments.resume,
             sessions=arguments.sessions,
             save=arguments.save,

@@ -26,6 +26,8 @@ def overview(conductor: Conductor) -> Status:
         holds=len(scene.ledger.holds) + len(scene.ledger.validation),
         rotations=len(scene.ledger.rotations),
         skipped=tuple(conductor.route.skipped.items()),
+        steps=scene.procedure.kinds,
+        poses=len(scene.procedure.step(StepKind.POSES).poses),
     )
 
 

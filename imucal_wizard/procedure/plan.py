@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from imucal_wizard.procedure.poses import EDGES, FACES
+from imucal_wizard.procedure.poses import EDGES, FACES, POSE_SETS
 from imucal_wizard.procedure.state import StepKind
 
 
@@ -99,12 +99,27 @@ class Procedure:
 def standard(
     rotations_per_axis: int = 6,
     *,
+    poses: str = "18",
     settle_seconds: float = 10.0,
     hold_seconds: float = 2.0,
     rotation_hold_seconds: float = 3.0,
     count_faces: bool = False,
 ) -> Procedure:
-    """Q's procedure with the settings that a person may choose; Q itself takes 18 rotations."""
+    """Q's procedure with the settings that a person may choose; Q itself takes 18 rotations.
+
+    Args:
+        rotations_per_axis: 0 for no rotations at all: the gyroscope's offset needs none.
+        poses: a name of ``poses.POSE_SETS``. N's eight take the place of the faces, too.
+        settle_seconds: of rest at the beginning.
+        hold_seconds: of each pose.
+        rotation_hold_seconds: of rest before and after each rotation.
+        count_faces: the faces of the up/down step count among the poses too.
+    """
+    left_out = set()
+    if poses == "8":
+        left_out.add(StepKind.UP_DOWN)
+    if not rotations_per_axis:
+        left_out.add(StepKind.ROTATIONS)
     seconds = {
         StepKind.SETTLE: settle_seconds,
         StepKind.UP_DOWN: hold_seconds,
@@ -117,7 +132,9 @@ def standard(
             step,
             seconds=seconds.get(step.kind, step.seconds),
             per_axis=rotations_per_axis if step.kind is StepKind.ROTATIONS else 0,
+            poses=POSE_SETS[poses] if step.kind is StepKind.POSES else step.poses,
         )
         for step in STANDARD_STEPS
+        if step.kind not in left_out
     )
     return Procedure(tuple(steps), count_faces)

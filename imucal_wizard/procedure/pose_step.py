@@ -7,8 +7,8 @@ from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import Step
 from imucal_wizard.procedure.poses import (
     AXES,
-    DIRECTIONS,
     FACE_TOLERANCE_DEG,
+    NAMED,
     POSE_TOLERANCE_DEG,
     nearest,
     spoken,
@@ -119,8 +119,8 @@ class PoseStage:
                 "Look at the values in the source step (b goes back).",
             )
             return
-        pose = min(self._step.poses, key=lambda name: turn_towards(up, DIRECTIONS[name])[2])
-        axis, sense, angle = turn_towards(up, DIRECTIONS[pose])
+        pose = min(self._step.poses, key=lambda name: turn_towards(up, NAMED[name])[2])
+        axis, sense, angle = turn_towards(up, NAMED[pose])
         self._scene.emit(
             EventKind.WRONG_POSE,
             f"{angle:.0f}° off {label(pose)}: turn it about {axis}, to the {sense}. "
@@ -140,7 +140,7 @@ class PoseStage:
         near = [pose for pose in missing if pose != here] or list(missing)
 
         def turn(pose: str) -> tuple[int, int]:
-            angle = turn_towards(up, DIRECTIONS[pose])[2]
+            angle = turn_towards(up, NAMED[pose])[2]
             return round(angle / TIE_DEG), self._step.poses.index(pose)
 
         self.wanted = min(near, key=turn)
@@ -152,7 +152,7 @@ class PoseStage:
         recognised = None if up is None else nearest(up, self._step.poses, self._tolerance)
         off_by = None
         if up is not None and wanted is not None:
-            off_by = turn_towards(up, DIRECTIONS[wanted])[2]
+            off_by = turn_towards(up, NAMED[wanted])[2]
         return Status(
             instruction=self._instruction(),
             detail=spoken(wanted) if wanted else "",

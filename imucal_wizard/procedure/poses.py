@@ -1,8 +1,9 @@
 """The named directions of a cube: 6 faces, 12 edges, 8 corners. Which is up, which is missing.
 
 A pose is named by the faces that point up: ``+x`` has the +x face on top, ``+x-y`` the edge between
-the +x and −y faces, ``+x-y+z`` a corner. At rest the specific force is ``g·u`` with ``u`` the up
-direction in the body frame, so the pose is read straight from the accelerometer.
+the +x and −y faces, ``+x-y+z`` a corner, ``+x~-y`` the +x face tilted towards −y. At rest the
+specific force is ``g·u`` with ``u`` the up direction in the body frame, so the accelerometer says
+which pose it is.
 """
 
 import itertools
@@ -37,6 +38,37 @@ CORNERS: dict[str, FloatArray] = _directions(3)
 DIRECTIONS: dict[str, FloatArray] = {**FACES, **EDGES, **CORNERS}
 """Unit up vector of each of the 26 named poses."""
 
+TILTED = "~"
+"""In a name: the first face on top, tilted towards the second."""
+TILT_DEG = 30.0
+"""Half of gravity on the second axis: there a kink and a bend differ most."""
+
+
+def _tilts() -> dict[str, FloatArray]:
+    """From each face towards each of its four neighbours."""
+    angle = np.radians(TILT_DEG)
+    named = {}
+    for face, other in itertools.permutations(FACES, 2):
+        if face[1] != other[1]:
+            up = np.cos(angle) * FACES[face] + np.sin(angle) * FACES[other]
+            named[f"{face}{TILTED}{other}"] = up
+    return named
+
+
+TILTS: dict[str, FloatArray] = _tilts()
+"""Between faces and edges: the 24 directions that the poses with names leave out."""
+NAMED: dict[str, FloatArray] = {**DIRECTIONS, **TILTS}
+"""Every direction that has a name."""
+EIGHT = ("+z~+x", "-x~+z", "+z~+y", "-y~+z", "-z~-x", "+x~-z", "-z~-y", "+y~-z")
+"""Four tilts upright and four upside down, by 30° or 60° (N, VII-A). Tilts all alike would not tell
+the three scales apart: the squares of the components would be one of two triples."""
+POSE_SETS: dict[str, tuple[str, ...]] = {
+    "8": EIGHT,
+    "18": (*FACES, *EDGES),
+    "26": (*FACES, *EDGES, *CORNERS),
+}
+"""N's, Q's, and all that have a place on a cube."""
+
 FACE_TOLERANCE_DEG = 40.0
 """With the six faces alone the nearest other face is 90° away."""
 POSE_TOLERANCE_DEG = 20.0
@@ -55,36 +87,21 @@ def nearest(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str |
     names = list(among)
     if not names:
         return None
-    angles = [angle_between(up, DIRECTIONS[name]) for name in names]
+    angles = [angle_between(up, NAMED[name]) for name in names]
     best = int(np.argmin(angles))
     return names[best] if np.degrees(angles[best]) <= tolerance_deg else None
 
 
 def spoken(name: str) -> str:
     """The pose in plain words: "the edge between the +x and −y faces on top"."""
+    if name in TILTS:
+        return spoken_up(TILTS[name])
     faces = [name[i : i + 2].replace("-", "−") for i in range(0, len(name), 2)]
     if len(faces) == 1:
         return f"the {faces[0]} face on top"
     if len(faces) == 2:
         return f"the edge between the {faces[0]} and {faces[1]} faces on top"
     return f"the corner of the {faces[0]}, {faces[1]} and {faces[2]} faces on top"
-
-
-def _tilts() -> dict[str, FloatArray]:
-    """From each face towards each of its four neighbours."""
-    angle = np.radians(TILT_DEG)
-    named = {}
-    for face, other in itertools.permutations(FACES, 2):
-        if face[1] != other[1]:
-            up = np.cos(angle) * FACES[face] + np.sin(angle) * FACES[other]
-            named[f"{face}~{other}"] = up
-    return named
-
-
-TILT_DEG = 30.0
-"""Half of gravity on the second axis: there a kink and a bend differ most."""
-TILTS: dict[str, FloatArray] = _tilts()
-"""Between faces and edges: the 24 directions that the poses with names leave out."""
 
 
 def spoken_up(up: FloatArray) -> str:

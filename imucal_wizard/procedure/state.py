@@ -198,6 +198,8 @@ class Status:
         holds: how many holds have been kept in all.
         rotations: how many rotations have been kept in all.
         skipped: steps that were skipped, with the consequence.
+        steps: all steps of this procedure, in their order; () for all that there are.
+        poses: how many poses the step of the poses asks for.
     """
 
     step: StepKind = StepKind.SOURCE
@@ -224,6 +226,8 @@ class Status:
     holds: int = 0
     rotations: int = 0
     skipped: tuple[tuple[StepKind, str], ...] = ()
+    steps: tuple[StepKind, ...] = ()
+    poses: int = 18
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """The words of the procedure: short, plain, and about what to do now."""
 
-from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
+from imucal_wizard.procedure.poses import NAMED, TILTED, turn_towards
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.readings import FloatArray
 
@@ -22,19 +22,21 @@ PUT_BACK = "lift it and put it back the same way"
 
 
 def label(pose: str) -> str:
-    """A pose in capitals: ``+x-y`` is "+X −Y"."""
+    """A pose in capitals: ``+x-y`` is "+X −Y", ``+z~-x`` is "+Z TO −X"."""
+    if TILTED in pose:
+        return " TO ".join(map(label, pose.split(TILTED)))
     faces = [pose[index : index + 2] for index in range(0, len(pose), 2)]
     return " ".join(faces).upper().replace("-", "−")
 
 
 def turn_up(pose: str) -> str:
-    """The instruction to take a pose: "TURN +X −Y UP"."""
-    return f"TURN {label(pose)} UP"
+    """The instruction to take a pose: "TURN +X −Y UP", "TILT +Z TO −X"."""
+    return f"TILT {label(pose)}" if TILTED in pose else f"TURN {label(pose)} UP"
 
 
 def how_to_turn(up: FloatArray, pose: str) -> str:
     """The way from here to a pose: "23° away: turn it about z, to the left"."""
-    return how_to_reach(up, DIRECTIONS[pose])
+    return how_to_reach(up, NAMED[pose])
 
 
 def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
@@ -45,7 +47,7 @@ def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
 
 def lift_and_turn(up: FloatArray, pose: str) -> str:
     """The same where staying does not count: "lift it, then turn it about z, to the left"."""
-    return lift_and_reach(up, DIRECTIONS[pose])
+    return lift_and_reach(up, NAMED[pose])
 
 
 def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:

@@ -45,7 +45,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     ),
     "poses": (
         (
-            "Now 18 poses: the six faces again, and the twelve edges (the device leans at 45°, for "
+            "Now the poses: the six faces again, the twelve edges (the device leans at 45°, for "
             "instance on a wedge or against a book). Any pose that is still missing counts, "
             "whichever is asked for. Lean it on something: a hand alone is rarely still enough."
         ),

@@ -185,8 +185,9 @@ class Opening:
 
         options = self._options
         limit = options.gyroscope_range
+        turns = 0 if options.gyroscope_method == "offset" else options.rotations
         return Settings(
-            standard(options.rotations, count_faces=options.count_faces),
+            standard(turns, poses=options.poses, count_faces=options.count_faces),
             options.gravity or STANDARD_GRAVITY,
             None if limit is None else math.radians(limit),
         )

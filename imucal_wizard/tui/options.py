@@ -28,6 +28,7 @@ class WizardOptions:
         gyroscope_range: full scale, deg/s, or None when not known.
         rotations: rotations per axis.
         count_faces: count the up/down faces among the 18 poses.
+        poses: which poses are asked for: ``8`` (tilted), ``18`` or ``26``.
         resume: session to go on with, or None.
         sessions: folder for session files, or None for the user's data folder.
         save: file for the calibration, or None for a name beside the session.
@@ -58,6 +59,7 @@ class WizardOptions:
     gyroscope_range: float | None = None
     rotations: int = 6
     count_faces: bool = False
+    poses: str = "18"
     resume: Path | None = None
     sessions: Path | None = None
     save: Path | None = None

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.poses import NAMED
 from imucal_wizard.procedure.state import Event, EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine, Procedure, standard
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -57,7 +57,7 @@ class Device:
         self.rate = rate
         self.noise = noise
         self._rng = np.random.default_rng(seed)
-        self.up = DIRECTIONS[up]
+        self.up = NAMED[up]
         self.time = 0.0
         self.gyro_bias = np.array([0.01, -0.02, 0.005])
         self._time: list[FloatArray] = []
@@ -90,7 +90,7 @@ class Device:
 
     def place(self, pose: str) -> "Device":
         """Bring a pose on top the shortest way."""
-        return self.turn(rotation_between(self.up, DIRECTIONS[pose]))
+        return self.turn(rotation_between(self.up, NAMED[pose]))
 
     def hold(self, pose: str, seconds: float = 3.2) -> "Device":
         """Place a pose and lie still in it."""

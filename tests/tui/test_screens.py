@@ -307,3 +307,22 @@ async def test_staying_after_all_skips_nothing() -> None:
         await pilot.press("escape")
         await until(pilot, lambda: "fewer directions" not in seen(pilot))
         assert source.commands == []
+
+
+async def test_a_procedure_without_faces_has_no_place_for_them_in_the_header() -> None:
+    """N's eight tilts: their number, and only the steps that there are."""
+    steps = (StepKind.SOURCE, StepKind.SETTLE, StepKind.POSES, StepKind.RESULT, StepKind.SAVE)
+    tilts = Status(
+        step=StepKind.POSES,
+        instruction="TILT −X TO +Z",
+        detail="the −x face on top, tilted 30° towards +z",
+        wanted="-x~+z",
+        done=("+z~+x",),
+        missing=("-x~+z", "+z~+y"),
+        steps=steps,
+        poses=8,
+    )
+    async with app_with(fakes.FakeSource(tilts)).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "✓Settle ▸8 POSES", "tilted 30° towards +z", "tilts", "+z~+x ●")
+        assert "Up/down" not in text
+        assert "Rotations" not in text

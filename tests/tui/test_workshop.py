@@ -259,3 +259,20 @@ async def test_a_session_is_watched_again_to_its_end(tmp_path: Path) -> None:
     kept = live.collected()
     assert [hold.start for hold in app.report.holds] == [hold.start for hold in kept.holds]
     assert workshop.benches(app.report, None).readings is not None
+
+
+def test_ns_procedure_is_led_through_by_its_options(tmp_path: Path) -> None:
+    """``--poses 8 --gyro-method offset``: eight tilts, no rotations, the offset from the holds."""
+    options = WizardOptions(
+        sessions=tmp_path, speed=100.0, auto=True, poses="8", gyroscope_method="offset"
+    )
+    workshop = Workshop(options)
+    source = workshop.open_source(VIRTUAL)
+    with running(source):
+        wait_for(source, lambda s: s.stream.samples > 0)
+        source.command("start")
+        snapshot = wait_for(source, lambda s: s.status.step == "result")
+        assert snapshot.status.skipped == ()
+        report = workshop.fit(source.collected(), snapshot)
+    assert len(report.holds) == 9
+    assert report.sensors["gyroscope"].method == "offset"

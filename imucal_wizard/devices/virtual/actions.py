@@ -8,6 +8,9 @@ from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 
 AXES = "xyz"
+TILTED = "~"
+TILT = np.pi / 6.0
+"""``+z~+x``: the +z face on top, tilted 30° towards +x."""
 PLACEMENT_ERROR_DEG = 1.5
 """How far a hand misses a pose, standard deviation per axis."""
 
@@ -106,6 +109,9 @@ def check(action: Action) -> None:
 
 
 def _named(name: str) -> FloatArray:
+    if TILTED in name:
+        top, _, side = name.partition(TILTED)
+        return np.asarray(np.cos(TILT) * _named(top) + np.sin(TILT) * _named(side))
     vector = np.zeros(3)
     signs, letters = name[::2], name[1::2]
     known = len(signs) == len(letters) > 0 and set(signs) <= set("+-") and set(letters) <= set(AXES)

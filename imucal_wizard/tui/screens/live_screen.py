@@ -7,7 +7,7 @@ from textual.binding import Binding, BindingType
 
 from imucal_wizard.tui.screens.sized_screen import SizedScreen
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
-from imucal_wizard.tui.widgets.step_header import StepHeader
+from imucal_wizard.tui.widgets.step_header import STEPS, StepHeader
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.live.snapshot import Snapshot
@@ -85,5 +85,9 @@ class LiveScreen(SizedScreen[str]):
         skipped = {str(step) for step, _ in status.skipped}
         if self.wizard.report is None and status.step in _AFTER_RESULT:
             skipped.add("result")
-        absent = ("field",) if snapshot.stream.magnetometer is None else ()
-        self.query_one(StepHeader).tell(str(self.step), status.elapsed, skipped, absent=absent)
+        absent = {"field"} if snapshot.stream.magnetometer is None else set()
+        if status.steps:
+            absent |= {kind for kind, _ in STEPS if kind not in status.steps}
+        self.query_one(StepHeader).tell(
+            str(self.step), status.elapsed, skipped, absent=absent, poses=status.poses
+        )

@@ -7,7 +7,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
 from imucal_wizard.live.snapshot import Snapshot
-from imucal_wizard.procedure.poses import DIRECTIONS
+from imucal_wizard.procedure.poses import NAMED
 from imucal_wizard.procedure.state import Status
 from imucal_wizard.tui.cube import IDENTITY, Matrix, Vector, matrix_of, tilted
 from imucal_wizard.tui.screens.keyed_screen import KeyedScreen
@@ -98,9 +98,9 @@ class StepScreen(KeyedScreen):
         """How the device should lie, and the body axis to draw through it."""
         if status.wanted_up is not None:
             return tilted(now, status.wanted_up), ""
-        if status.wanted not in DIRECTIONS:
+        if status.wanted not in NAMED:
             return None, ""
-        x, y, z = (float(value) for value in DIRECTIONS[status.wanted])
+        x, y, z = (float(value) for value in NAMED[status.wanted])
         return tilted(now, (x, y, z)), ""
 
     def say_rows(self, status: Status, width: int) -> list[Line]:

@@ -7,7 +7,7 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 
 class PoseList(Lines):
-    """``●`` taken, ``◎`` asked for next, ``·`` missing: faces first, then edges, then corners."""
+    """``●`` taken, ``◎`` asked for next, ``·`` missing: faces, edges, tilts, corners."""
 
     def tell(
         self,
@@ -32,7 +32,7 @@ class PoseList(Lines):
     ) -> list[Line]:
         width = self.size.width or 78
         rows: list[Line] = []
-        for label, length in (("faces", 2), ("edges", 4), ("other", 6)):
+        for label, length in (("faces", 2), ("edges", 4), ("tilts", 5), ("other", 6)):
             cells = [_cell(n, signs[n], recognised) for n in names if len(n) == length]
             rows += _rows(label, cells, width)
         return rows

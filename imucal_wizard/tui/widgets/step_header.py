@@ -39,6 +39,7 @@ class StepHeader(Lines):
         skipped: Collection[str] = (),
         *,
         absent: Collection[str] = (),
+        poses: int = 18,
     ) -> None:
         """Show that the wizard is in ``step`` after ``elapsed`` seconds of samples.
 
@@ -46,9 +47,10 @@ class StepHeader(Lines):
             step: as the machine names it.
             elapsed: seconds of samples since the first one.
             skipped: steps that were left out.
-            absent: steps that there are not for this stream.
+            absent: steps that there are not for this stream or in this procedure.
+            poses: how many poses the step of the poses asks for.
         """
-        spans = _steps(step, skipped, absent)
+        spans = _steps(step, skipped, absent, poses)
         time = clock(elapsed)
         room = (self.size.width or 80) - len(time) - 2
         for i, (text, style) in enumerate(spans):
@@ -62,10 +64,11 @@ class StepHeader(Lines):
         self.show([tuple(spans)])
 
 
-def _steps(step: str, skipped: Collection[str], absent: Collection[str]) -> list[Span]:
+def _steps(step: str, skipped: Collection[str], absent: Collection[str], poses: int) -> list[Span]:
+    named = dict(STEPS) | {"poses": f"{poses} poses"}
     steps = [
         MORE if step == MORE[0] and kind == "result" else (kind, name)
-        for kind, name in STEPS
+        for kind, name in named.items()
         if kind == step or kind not in absent
     ]
     now = [kind for kind, _ in steps].index(step)
