@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
 from imucal_wizard.tui.hemispheres import FULL, GAP, HERE, THIN, half, signs
 from imucal_wizard.tui.text import width_of
-from imucal_wizard.tui.widgets.sphere import sphere_rows
+from imucal_wizard.tui.widgets.sphere import SMALLEST, sphere_rows
 
 ROWS = 20
 EMPTY = np.zeros(BINS, np.intp)
@@ -32,14 +32,14 @@ def test_every_area_is_seen_once_and_as_large_as_every_other() -> None:
     assert cells.std() < 0.2 * expected
 
 
-@given(st.integers(0, BINS - 1))
-def test_the_middle_of_an_area_is_where_the_area_is_drawn(area: int) -> None:
-    """In its own half and in no other."""
+@given(st.integers(0, BINS - 1), st.integers(SMALLEST - 2, 60))
+def test_the_middle_of_an_area_is_where_the_area_is_drawn(area: int, rows: int) -> None:
+    """In its own half and in no other, however large it is drawn."""
     side = 1 if centres()[area, 2] > 0 else -1
-    shape = half(side, ROWS)
+    shape = half(side, rows)
     row, column = shape.middles[area]
     assert shape.bins[row, column] == area
-    assert not (half(-side, ROWS).bins == area).any()
+    assert not (half(-side, rows).bins == area).any()
 
 
 def test_the_axes_lie_where_their_names_stand() -> None:

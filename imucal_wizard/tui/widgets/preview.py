@@ -17,12 +17,12 @@ _FEW_DIGITS = 3
 _LINE_ROWS = 3
 _WELCOME = (
     (
-        "This program leads you through the calibration of an accelerometer and gyroscope. Gravity "
-        "is the reference; nothing else is needed."
+        "This program leads you through the calibration of accelerometer, gyroscope and "
+        "magnetometer. Gravity and the Earth's field are the references."
     ),
     (
-        "Settle, six faces up, 18 poses, some rotations: about ten minutes. It goes on by itself; "
-        "your hands stay on the device."
+        "Settle, six faces up, 18 poses, some rotations, circles for a magnetometer: about ten "
+        "minutes. It goes on by itself; your hands stay on the device."
     ),
     "No device at hand? Press enter: the virtual IMU needs none.",
     "What is measured is written down at once. You can leave at any time and go on later.",
