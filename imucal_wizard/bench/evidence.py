@@ -9,6 +9,7 @@ from imucal_wizard.bench.hypotheses import Hypothesis, disturbed, effects, nothi
 from imucal_wizard.bench.misfit import Misfit
 from imucal_wizard.bench.noise import SIGMAS, SQUARES, Frame, frame_of, sigma_prior
 from imucal_wizard.bench.pairs import Pairs, all_pairs
+from imucal_wizard.bench.passing import passing
 from imucal_wizard.bench.spectrum import spectrum
 from imucal_wizard.bench.unknown import unknown
 from imucal_wizard.readings import FloatArray
@@ -125,5 +126,5 @@ def make_jury(misfit: Misfit, pairs: bool = True) -> Jury:
     """Everything that may explain a misfit of this design."""
     frame = frame_of(misfit)
     made = [nothing(frame), *effects(misfit, frame), *disturbed(misfit, frame)]
-    made += unknown(misfit, frame)
+    made += unknown(misfit, frame) + passing(misfit, frame)
     return Jury(frame, made, all_pairs(made) if pairs else None)

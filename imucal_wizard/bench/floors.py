@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.catalogue import effect
+from imucal_wizard.effects.effect import MAGNETOMETER
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import IntArray
@@ -57,8 +58,9 @@ class Floors:
         repeats: pure error; None without repeats.
         freedom: its degrees of freedom.
         p: chance of repeats as bad as these by the noise within; None without repeats.
-        steady: pure error without a steady drift; None where nothing is left to judge it by.
-        unit: ``m/s^2`` or ``rad/s``.
+        steady: pure error without a steady drift; None where nothing is left to judge it by, and
+            for a magnetometer, whose place differs from time to time.
+        unit: ``m/s^2``, ``rad/s`` or ``uT``.
     """
 
     within: float
@@ -104,7 +106,9 @@ def floors_of(extended: Extended, rounding: Rounding | None = None) -> Floors:
     visit = 3 * linear.visits[rest] + axis
     both, group = _visited(np.column_stack([residual, drift]), visit, group)
     share, freedom = _pure(both[:, 0], group, np.zeros((len(both), 0)))
-    steady, _ = _pure(both[:, 0], group, both[:, 1:])
+    # what a magnetometer sees the second time is the field of another moment and place: no floor
+    moved = extended.fit.sensor == MAGNETOMETER
+    steady = None if moved else _pure(both[:, 0], group, both[:, 1:])[0]
     return Floors(
         within=within,
         rounding=None if rounding is None else rounding.error,

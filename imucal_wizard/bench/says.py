@@ -139,6 +139,9 @@ def _repeatability(said: Statement, bench: Bench) -> list[str]:
     if floors.repeatable is not False or said.verdict not in _BY_ITSELF:
         return []
     repeats, within = (shown(floors.unit, size) for size in (floors.repeats, floors.within))
+    if bench.sensor == MAGNETOMETER:
+        where = f"{repeats} from one time to another, {within} within each"
+        return [f"The same direction does not repeat: {where}."]
     if said.verdict is Verdict.COMPLETE:
         return [
             (

@@ -29,6 +29,11 @@ class Best:
             else weighed.sigma[single.argmax()]
         )
 
+    @property
+    def left(self) -> float:
+        """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
+        return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
+
     def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
         """Squares of the noise that each of these families takes away beside the others."""
         parts, noise = self._likeliest(families)

@@ -158,10 +158,8 @@ def _floors(rung: Rung) -> str:
         repeats = (
             f"{shown(floors.unit, floors.repeats)} ({floors.freedom} degrees of freedom), {word}"
         )
-    return (
-        f"at rest: within holds {shown(floors.unit, floors.within)}; repeats {repeats}; rounding "
-        f"{rounding}"
-    )
+    place = "within directions" if floors.unit == "uT" else "at rest: within holds"
+    return f"{place} {shown(floors.unit, floors.within)}; repeats {repeats}; rounding {rounding}"
 
 
 def _wrapped(text: str, lead: str = "") -> list[str]:

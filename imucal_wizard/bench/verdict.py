@@ -135,8 +135,11 @@ def evidence_of(misfit: Misfit, shares: Shares, best: Best, own: float) -> Evide
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
     taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
-    # a direction of the field that comes again comes from another place of the room
-    rest = (misfit.visit >= 0) & (misfit.kind < RowKind.FIELD)
+    if (misfit.kind >= RowKind.FIELD).any():
+        # a direction of the field that comes again comes from another place of the room, and a
+        # field that wanders is the room's: neither shows how large the sensor's noise is
+        return Evidence(present, taken, best.strongest(), max(best.noise, best.left), 0, own)
+    rest = misfit.visit >= 0
     repeats = len(np.unique(misfit.visit[rest])) - len(np.unique(misfit.group[rest]))
     return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
 

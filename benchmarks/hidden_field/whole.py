@@ -1,0 +1,117 @@
+"""Raw recordings through the whole program: simulated, read, fitted, ``bench --auto``."""
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.hidden_field.scenarios import EFFECTS, FAMILY
+from imucal_wizard.bench.automatic import add_by_itself
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.session import Bench
+from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.devices.virtual.simulate import simulate_recording
+from imucal_wizard.effects.effect import MAGNETOMETER
+from imucal_wizard.fitting import FitOptions, fit_readings, with_field
+from imucal_wizard.recordings import read
+
+TIMES = 2.0
+"""Hidden at so many times what the program calls detectable in the same session without it."""
+ALWAYS = "misalignment"
+"""Every virtual board has some; it is added first, as its lesson says."""
+NO_CURRENT = Hidden(MAGNETOMETER, "current", 0.0, (0,))
+"""Writes the column of the current and nothing else."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What ``bench --auto`` says of a recording.
+
+    Attributes:
+        families: named, the always present one left out.
+        verdict: the word.
+        added: the effects in the model at the end.
+        before: error held out of the base model with the mounting, µT.
+        after: the same of the model at the end.
+    """
+
+    families: frozenset[str]
+    verdict: str
+    added: tuple[str, ...]
+    before: float
+    after: float
+
+
+def bench_of(seed: int, hidden: Sequence[Hidden]) -> Bench:
+    """The magnetometer's bench of one recording, as the program reads and fits it."""
+    with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
+        path = Path(folder) / "recording.csv"
+        simulate_recording(path, hidden=hidden, seed=seed, rotations=0, magnetometer=True)
+        readings = read([path])
+    if readings.magnetometer is None:
+        raise ValueError("the recording has no magnetometer")
+    plain = fit_readings(replace(readings, magnetometer=None))
+    bench = Benches(with_field(plain, readings.magnetometer, FitOptions()), readings).magnetometer
+    if bench is None:
+        raise ValueError("the magnetometer has no bench")
+    bench.add(ALWAYS)
+    return bench
+
+
+def judged(seed: int, hidden: Sequence[Hidden]) -> Said:
+    """``bench --auto`` on one recording."""
+    bench = bench_of(seed, [*hidden, NO_CURRENT])
+    before = bench.fit.rms_held_out
+    found = add_by_itself(bench)
+    return Said(
+        frozenset(found.opinion.families),
+        str(found.opinion.verdict),
+        tuple(term.name for term in bench.fit.terms if term.name != ALWAYS),
+        np.nan if before is None else before,
+        np.nan if bench.fit.rms_held_out is None else bench.fit.rms_held_out,
+    )
+
+
+def whole_table(pool: Executor, seeds: Sequence[int]) -> Iterator[str]:
+    """Nothing hidden, then each effect at twice its detectable size."""
+    kind = "raw recordings, 18 poses and circles, bench --auto"
+    yield f"\n{kind}; {len(seeds)} each; per cent of them"
+    yield (
+        f"{'hidden':<24}{'family':>9}{'WRONG':>9}{'nothing':>9}{'added':>9}"
+        f"{'held out: before → after, µT':>34}   verdicts"
+    )
+    yield _line("no effect", None, list(pool.map(partial(judged, hidden=()), seeds)))
+    for term in EFFECTS:
+        if term != ALWAYS:
+            said = list(pool.map(partial(_with_effect, term), seeds))
+            yield _line(f"{term} {TIMES:g}x", FAMILY[term], said)
+
+
+def _with_effect(term: str, seed: int) -> Said:
+    rng = np.random.default_rng([seed, 2])
+    plain = bench_of(seed, [NO_CURRENT]).look()
+    sizes = next(one.detectable for one in plain.suspects if one.term == term)
+    axis, sign = int(rng.integers(3)), float(rng.choice((-1.0, 1.0)))
+    return judged(seed, [Hidden(MAGNETOMETER, term, sign * TIMES * float(sizes[axis]), (axis,))])
+
+
+def _line(name: str, family: str | None, said: Sequence[Said]) -> str:
+    share = 100.0 / len(said)
+    right = {family} if family else set()
+    found = share * sum(bool(family) and one.families == right for one in said)
+    wrong = share * sum(bool(one.families - right) for one in said)
+    nothing = share * sum(not one.families for one in said)
+    added = share * sum(bool(one.added) for one in said)
+    errors = np.array([(one.before, one.after) for one in said])
+    before, after = np.sqrt(np.nanmean(errors**2, axis=0))
+    words = ", ".join(f"{w} {n}" for w, n in Counter(one.verdict for one in said).most_common())
+    return (
+        f"{name:<24}{found:9.1f}{wrong:9.1f}{nothing:9.1f}{added:9.1f}"
+        f"{f'{before:.4f} → {after:.4f}':>34}   {words}"
+    )
