@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from imucal_wizard.bench.floors import Rounding, rounding_of
+from imucal_wizard.bench.floors import Rounding, rounding_of, rounding_while_turning
 from imucal_wizard.bench.lacking import lacking_base
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.verdict import Verdict
@@ -21,6 +21,7 @@ from imucal_wizard.effects.effect import (
     Circumstances,
     Effect,
 )
+from imucal_wizard.errors import DataError
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.extended.fit import (
     Measured,
@@ -44,7 +45,7 @@ class Benches:
         before: the benches of the same session with less data; the models found there are kept.
 
     Raises:
-        DataError: the holds do not carry the accelerometer's base model.
+        DataError: the holds do not carry the accelerometer's base model, or nothing is fitted.
     """
 
     def __init__(
@@ -59,12 +60,29 @@ class Benches:
         self.readings = readings
         self._base: Mapping[str, Sequence[str]] = (base or {}) if before is None else before._base
         self._own: tuple[Effect, ...] = tuple(own) if before is None else before._own
-        self.accelerometer = self._made(ACCELEROMETER, measured_accelerometer(report, readings))
-        if before is not None:
-            self.accelerometer.retrace(before.accelerometer)
+        self._accelerometer = self._first(before)
         self._gyroscope: Bench | None = None if before is None else before._gyroscope
         self._magnetometer: Bench | None = None if before is None else before._magnetometer
         self._under: dict[str, Extended | None] = {}
+
+    def _first(self, before: "Benches | None") -> Bench | None:
+        """The accelerometer's bench; a recording in which a device only tumbles has none."""
+        if ACCELEROMETER not in self.report.sensors and self._has_field:
+            return None
+        measured = measured_accelerometer(self.report, self.readings)
+        known = None if before is None else before._accelerometer
+        return self._renewed(ACCELEROMETER, measured, known)
+
+    @property
+    def accelerometer(self) -> Bench:
+        """The accelerometer's bench.
+
+        Raises:
+            DataError: it is not calibrated.
+        """
+        if self._accelerometer is None:
+            raise DataError("the accelerometer is not calibrated")
+        return self._accelerometer
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -81,6 +99,8 @@ class Benches:
     @property
     def passed(self) -> bool:
         """Whether the data carry the accelerometer's model, and it leaves only noise."""
+        if self._accelerometer is None:
+            return False
         complete = self.accelerometer.look().opinion.verdict is Verdict.COMPLETE
         return complete and not lacking_base(self.accelerometer)
 
@@ -125,7 +145,7 @@ class Benches:
         magnetometer = None if self._magnetometer is None else self.magnetometer
         return {
             bench.sensor: (bench.fit, bench.measured.circumstances)
-            for bench in (self.accelerometer, gyroscope, magnetometer)
+            for bench in (self._accelerometer, gyroscope, magnetometer)
             if bench is not None and bench.fit.terms
         }
 
@@ -133,7 +153,7 @@ class Benches:
         """The bench of a sensor, or None where it has none."""
         if sensor == MAGNETOMETER:
             return self.magnetometer
-        return self.accelerometer if sensor == ACCELEROMETER else self.gyroscope
+        return self._accelerometer if sensor == ACCELEROMETER else self.gyroscope
 
     def _made(self, sensor: str, measured: Measured) -> Bench:
         return Bench(sensor, measured, self._base.get(sensor), self._own, self._rounding(sensor))
@@ -147,5 +167,7 @@ class Benches:
     def _rounding(self, sensor: str) -> Rounding | None:
         readings = self.readings
         series = None if readings is None else getattr(readings, sensor)
+        if series is not None and sensor == MAGNETOMETER:
+            return rounding_while_turning(series, self.report.sensors[sensor].matrix)
         gain = float(np.linalg.norm(self.report.sensors[sensor].matrix, ord=2))
         return rounding_of(series, self.report.holds, gain)

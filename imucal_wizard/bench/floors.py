@@ -181,6 +181,19 @@ def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Ro
     return Rounding(gain * step / np.sqrt(12.0), spread >= DITHER * step)
 
 
+def rounding_while_turning(series: Series, matrix: FloatArray) -> Rounding:
+    """What rounding does to the averages of a sensor that need not rest.
+
+    Args:
+        series: its readings; the noise is what differs from one to the next.
+        matrix: M, SI per reading.
+    """
+    step = max(_step(series.values[:, axis]) for axis in range(3))
+    spread = np.median(np.abs(np.diff(series.values, axis=0)), axis=0) / (0.6745 * np.sqrt(2.0))
+    gain = float(np.linalg.norm(matrix, ord=2))
+    return Rounding(gain * step / np.sqrt(12.0), bool(spread.min() >= DITHER * step))
+
+
 def _step(values: FloatArray) -> float:
     """The smallest step between readings; 0 for a constant."""
     steps = np.diff(np.unique(values))

@@ -18,7 +18,7 @@ class Best:
     """
 
     def __init__(self, misfit: Misfit, jury: Jury, weighed: Weighed) -> None:
-        self._jury, self._weighed = jury, weighed
+        self._misfit, self._jury, self._weighed = misfit, jury, weighed
         self._coordinates = jury.frame.across.T @ misfit.residual
         self._weights = jury.frame.weights(weighed.wander)
         single, paired = weighed.single, weighed.paired
@@ -33,6 +33,18 @@ class Best:
     def left(self) -> float:
         """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
         return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
+
+    @property
+    def left_by_all(self) -> float:
+        """The same with every effect of the catalogue taken away, whatever sizes that needs."""
+        columns = [one.columns * one.typical for one in self._misfit.candidates]
+        if not columns:
+            return self.left
+        inside = self._jury.frame.across.T @ np.concatenate(columns, axis=1)
+        left, values, _ = np.linalg.svd(inside, full_matrices=False)
+        taken = left[:, values > 1e-9 * values.max(initial=0.0)]
+        rest = self._coordinates - taken @ (taken.T @ self._coordinates)
+        return float(np.sqrt((rest @ rest) / max(len(rest) - taken.shape[1], 1)))
 
     def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
         """Squares of the noise that each of these families takes away beside the others."""

@@ -10,6 +10,7 @@ from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
 from imucal_wizard.errors import DataError, UsageError
 
 NOTHING_USED = {
+    ACCELEROMETER: "the accelerometer is not calibrated",
     GYROSCOPE: "no rotation between two holds could be used",
     MAGNETOMETER: "its readings are not at hand",
 }
@@ -30,9 +31,9 @@ def survey(
         UsageError: a term that the sensor does not have.
         DataError: the data cannot show a term that was asked for.
     """
-    found = [_surveyed(benches, benches.accelerometer, added.get(ACCELEROMETER, ()), automatic)]
-    for sensor in (GYROSCOPE, MAGNETOMETER):
-        if sensor in benches.report.rates:
+    found = []
+    for sensor in (ACCELEROMETER, GYROSCOPE, MAGNETOMETER):
+        if sensor == ACCELEROMETER or sensor in benches.report.rates:
             found.append(_of(benches, sensor, added.get(sensor, ()), automatic))
         elif added.get(sensor):
             raise UsageError(f"there is no {sensor} in this recording to add a term to")
@@ -40,14 +41,14 @@ def survey(
 
 
 def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) -> Statement:
-    """What is said of a sensor that stands on the accelerometer."""
+    """What is said of one sensor; where it has no bench, why."""
     try:
         bench = benches.bench(sensor)
     except DataError as error:
         return nothing_carried(sensor, str(error))
     if bench is None:
         return nothing_carried(sensor, _why(benches, sensor))
-    wanted = automatic and (sensor == MAGNETOMETER or benches.passed)
+    wanted = automatic and (sensor != GYROSCOPE or benches.passed)
     return _surveyed(benches, bench, added, wanted)
 
 

@@ -39,6 +39,9 @@ NOISE = 0.1
 """Probability of noise alone above which nothing is claimed."""
 LOUD = 3.0
 """Noise, in units of that within the holds, that is believed only when poses were repeated."""
+REMAINS = 0.3
+"""Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
+that they are not linear leave some."""
 REPEATS = 6
 """Repeats that show how large the noise is."""
 LISTED = 0.02
@@ -96,6 +99,8 @@ def judge(misfit: Misfit, jury: Jury, weighed: Weighed, p: float) -> Opinion:
     best = Best(misfit, jury, weighed)
     own = own_share(misfit, jury.frame)
     verdict, families = decide(evidence_of(misfit, shares, best, own))
+    if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
+        verdict, families = Verdict.UNEXPLAINED, ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
@@ -107,6 +112,17 @@ def judge(misfit: Misfit, jury: Jury, weighed: Weighed, p: float) -> Opinion:
     listed = shares.explanations(LISTED)
     noise, wandering = best.noise, weighed.wandering
     return Opinion(verdict, families, terms, listed, holds, p, noise, wandering)
+
+
+def beyond_all_effects(misfit: Misfit, best: Best) -> bool:
+    """Whether a magnetometer's misfit is not that of its effects, were there all of them at once.
+
+    The field of a room is many times the noise, and some effect takes away a little of it. The
+    other sensors have no such surroundings.
+    """
+    if not (misfit.kind >= RowKind.FIELD).any():
+        return False
+    return best.left_by_all > max(LOUD, REMAINS * best.left)
 
 
 @dataclass(frozen=True)

@@ -113,25 +113,31 @@ def opened(arguments: Namespace) -> "tuple[Material, list[Effect]]":
 
     own = [load_effect(path) for path in arguments.effects]
     options = recording_options(arguments)
-    return Material(
-        arguments.files, options, all_samples=arguments.all_samples, field_alone=False
-    ), own
+    return Material(arguments.files, options, all_samples=arguments.all_samples), own
 
 
 def benches_of(arguments: Namespace, material: "Material", own: "Sequence[Effect]") -> "Benches":
     """A bench for each sensor of the recording; a screen starts here just as the text does.
 
     Raises:
-        DataError: the recording carries no model of the accelerometer.
+        DataError: the recording carries no model of accelerometer or magnetometer.
         UsageError: a term that the base does not have.
     """
     from imucal_wizard.bench.benches import Benches
     from imucal_wizard.fitting import FitOptions, with_field
+    from imucal_wizard.solver.result import FitReport
 
     base = base_terms(arguments.base)
     options = FitOptions(material.gravity(arguments.gravity), field=arguments.field)
     # without the second stage: what it makes of the gyroscope rests on two sensors
-    report = material.fit(options, inertial=True)
+    try:
+        report = material.fit(options, inertial=True)
+    except DataError as error:
+        if material.field is None:
+            raise
+        # a device that only tumbles carries no accelerometer
+        notes = (*material.warnings, f"the accelerometer is not calibrated: {error}")
+        report = FitReport(options.gravity, {}, (), (), {}, warnings=notes)
     if material.field is not None:
         report = with_field(report, material.field, options)
     return Benches(report, material.behind(report), base, own)

@@ -34,7 +34,6 @@ class Material:
         paths: recordings, or one session.
         options: what the files do not say.
         all_samples: a session is nothing but a recording.
-        field_alone: a magnetometer alone will do.
 
     Raises:
         InputError: a file cannot be read.
@@ -46,11 +45,9 @@ class Material:
         options: RecordingOptions,
         *,
         all_samples: bool = False,
-        field_alone: bool = True,
     ) -> None:
         self._paths = tuple(paths)
         self._options = options
-        self._field_alone = field_alone
         alone = len(self._paths) == 1 and not options.as_format and is_session(self._paths[0])
         self._session: Reviewed | None = None
         self._notes: tuple[str, ...] = ()
@@ -68,7 +65,7 @@ class Material:
         Raises:
             RecordingError: the files cannot be read.
         """
-        readings = read(self._paths, self._options, field_alone=self._field_alone)
+        readings = read(self._paths, self._options, field_alone=True)
         return replace(readings, warnings=(*self._notes, *readings.warnings))
 
     @property

@@ -108,6 +108,20 @@ def test_a_throttle_is_fitted_per_per_cent() -> None:
     assert parameter.value == pytest.approx(0.036, rel=0.05)
 
 
+def test_a_device_that_only_tumbles_has_a_bench_for_its_magnetometer_alone() -> None:
+    """Without still poses there is no accelerometer, and no dip."""
+    benches = tumbled()
+    readings = benches.readings
+    assert readings is not None
+    own = {"magnetometer": benches.report.sensors["magnetometer"]}
+    report = replace(benches.report, sensors=own, holds=(), rates={"magnetometer": 80.0})
+    alone = Benches(report, readings)
+    assert alone.sensors == ("magnetometer",)
+    first, second = survey(alone, {}, automatic=True)
+    assert (first.sensor, first.verdict) == ("accelerometer", Verdict.INSUFFICIENT)
+    assert (second.sensor, second.verdict) == ("magnetometer", Verdict.COMPLETE)
+
+
 def test_while_the_accelerometer_is_not_complete_the_dip_is_not_looked_at() -> None:
     """A tilted reference would be blamed on the magnetometer's mounting."""
     benches = tumbled("second-order:12:x")

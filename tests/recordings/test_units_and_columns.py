@@ -231,6 +231,34 @@ def test_a_temperature_in_another_unit_does_no_harm(tmp_path: Path) -> None:
     assert any("the temperature was left out: 'K'" in text for text in readings.warnings)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "unit", "read_as"),
+    [
+        ("current[A]", 2.5, "A", 2.5),
+        ("current[mA]", 2500.0, "A", 2.5),
+        ("throttle[%]", 40.0, "%", 40.0),
+        ("Throttle (percent)", 40.0, "%", 40.0),
+    ],
+)
+def test_a_current_or_throttle_is_read_beside_the_sensors(
+    name: str, value: float, unit: str, read_as: float, tmp_path: Path
+) -> None:
+    values = samples()
+    values[:, -1] = value
+    path = write(tmp_path / "a.csv", values, HEADER.replace("temp[degC]", name))
+    current = read([path]).current
+    assert current is not None
+    assert current.unit == unit
+    np.testing.assert_allclose(current.values, read_as)
+
+
+def test_a_current_without_a_unit_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples(), HEADER.replace("temp[degC]", "current"))
+    readings = read([path])
+    assert readings.current is None
+    assert any("write A or mA" in text for text in readings.warnings)
+
+
 def test_a_field_in_arbitrary_units_is_read_as_counts(tmp_path: Path) -> None:
     header = HEADER.replace("temp[degC]", "mx[a.u.],my[a.u.],mz[a.u.]")
     values = np.column_stack([samples()[:, :7], np.tile([0.4, 0.1, -0.8], (400, 1))])

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.errors import DataError
@@ -56,7 +55,7 @@ def field_data(
     series = _kept(series, start, found.left_out if readings.current is None else ())
     corrected = (series.values - start[1]) @ start[0].T
     beside = recorded(series.time, readings, holds)
-    pieces = cut(series.time, series.values, corrected, beside, _much(beside[:, 1]))
+    pieces = cut(series.time, series.values, corrected, beside)
     magnetic = (pieces.reading - start[1]) @ start[0].T
     noise = noise_of(pieces, np.linalg.norm(magnetic, axis=1))
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity)
@@ -91,13 +90,6 @@ def _kept(
         if not run.single and run.end - run.start <= PASSING:
             good &= (series.time < run.start) | (series.time > run.end)
     return Series(series.time[good], series.values[good], series.unit)
-
-
-def _much(current: FloatArray) -> NDArray[np.bool_]:
-    """Where more than half of the current range flows."""
-    if not np.isfinite(current).all() or not np.ptp(current) > 0.0:
-        return np.zeros(len(current), bool)
-    return np.asarray(current > 0.5 * (current.min() + current.max()))
 
 
 def _still(

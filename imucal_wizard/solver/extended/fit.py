@@ -28,8 +28,10 @@ def measured_accelerometer(report: FitReport, readings: Readings | None = None) 
         readings: the recording, for the session's beginning and the vibration.
 
     Raises:
-        DataError: the holds do not carry a calibration.
+        DataError: it could not be fitted, or the holds do not carry a calibration.
     """
+    if "accelerometer" not in report.sensors:
+        raise DataError("there is no fitted accelerometer to go on from")
     unit = report.sensors["accelerometer"].bias_unit
     return hold_data(report.holds, report.gravity, unit, readings)
 

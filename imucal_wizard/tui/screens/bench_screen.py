@@ -8,6 +8,7 @@ from textual.binding import Binding, BindingType
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.pose import asked_for
 from imucal_wizard.bench.session import Bench
+from imucal_wizard.effects.effect import MAGNETOMETER
 from imucal_wizard.tui.bench.entries import Entry
 from imucal_wizard.tui.bench.next_rows import next_rows
 from imucal_wizard.tui.bench.to_measure import to_measure
@@ -19,6 +20,9 @@ from imucal_wizard.tui.widgets.key_footer import Keys
 _NO_DEVICE = (
     "This is a recording: to measure more, a device is needed (the wizard on a port, or on the "
     "virtual IMU). n lists the poses."
+)
+_CIRCLES = (
+    "Circles are turned in the magnetometer's own step: leave the bench and repeat that step."
 )
 
 
@@ -182,8 +186,8 @@ class BenchScreen(BenchPages):
         sight = self.desk.sight
         if sight is None or self.busy or self.desk.hidden:
             return
-        if not self._live:
-            self.note = (_NO_DEVICE, "warn")
+        if not self._live or self.sensor == MAGNETOMETER:
+            self.note = (_CIRCLES if self._live else _NO_DEVICE, "warn")
             self.redraw()
             return
         self.dismiss(asked_for(to_measure(sight, self.desk.entry)[0]))

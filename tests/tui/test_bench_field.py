@@ -1,0 +1,73 @@
+"""The magnetometer on the bench's screen: pictures, lesson, adding, and what to measure next."""
+
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+
+from imucal_wizard.bench.benches import Benches
+from tests.bench.recordings import tumbled
+from tests.tui.bench_steps import LARGE, USUAL, app_with
+from tests.tui.waiting import shows
+
+
+@pytest.fixture
+def drawing() -> Benches:
+    """A board whose current is felt on x, with the base model."""
+    made = tumbled("magnetometer/current:0.3:x")
+    return Benches(made.report, made.readings)
+
+
+async def to_the_field(pilot: Pilot[Any]) -> None:
+    """From the accelerometer over the gyroscope to the magnetometer."""
+    await shows(pilot, "BENCH  accelerometer", "model is complete")
+    await pilot.press("g")
+    await shows(pilot, "BENCH  gyroscope", "▸ ")
+    await pilot.press("g")
+    await shows(pilot, "BENCH  magnetometer", "▸ misalignment")
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_the_magnetometer_is_one_key_away_and_its_error_falls(
+    drawing: Benches, size: tuple[int, int]
+) -> None:
+    async with app_with(drawing).run_test(size=size) as pilot:
+        await to_the_field(pilot)
+        await shows(pilot, "field along x, µT")
+        await pilot.press("enter")
+        await shows(pilot, "▸ current", "µT/A")
+        await pilot.press("enter")
+        await shows(pilot, "magnetometer's model is complete")
+        await pilot.press("3")
+        await shows(pilot, "▸LADDER", "+ current", "µT", "noise alone")
+
+
+async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the_field_was(
+    drawing: Benches,
+) -> None:
+    async with app_with(drawing).run_test(size=LARGE) as pilot:
+        await to_the_field(pilot)
+        await pilot.press("shift+tab")
+        await shows(pilot, "current, A")
+        await pilot.press("right")
+        await shows(pilot, "◆ field along", "read", "µT")
+        await pilot.press("t")
+        await shows(pilot, "magnetometer x", "of these the samples in this direction were averaged")
+
+
+async def test_model_and_lesson_speak_of_the_field(drawing: Benches) -> None:
+    async with app_with(drawing).run_test(size=LARGE) as pilot:
+        await to_the_field(pilot)
+        await pilot.press("l")
+        await shows(pilot, "the heading wrong by", "m along up, µT", "ε = m × φ")
+        await pilot.press("escape", "2")
+        await shows(pilot, "m = W·(y − b)", "soft-iron", "6 numbers, the largest")
+
+
+async def test_of_what_is_measured_in_circles_the_bench_says_where_to_do_so(
+    drawing: Benches,
+) -> None:
+    async with app_with(drawing).run_test(size=LARGE) as pilot:
+        await to_the_field(pilot)
+        await pilot.press("n")
+        await shows(pilot, "a whole circle about the vertical with the +x face on top")
