@@ -67,7 +67,7 @@ def record(
         error = error + one.error(where)
     if extra is not None:
         error = error + extra.error(session, rng)
-    exact = session.model.reading(session.motion.attitude, error)
+    exact = session.model.reading(session.motion, error)
     readings = _readings(session, np.round(exact / STEP) * STEP)
     series = readings.magnetometer
     if series is None:

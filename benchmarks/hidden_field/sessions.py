@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -103,7 +103,7 @@ def session_of(plan: Plan, seed: int) -> Session:
     parts = []
     while count := hand.remaining(4096):
         parts.append(hand.advance(count))
-    names = ("time", "specific_force", "rate", "attitude", "acceleration", "previous")
+    names = [one.name for one in fields(Motion)]
     motion = Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
     model = replace(FieldModel.drawn(seed), misalignment=np.zeros(3))
     holds = _holds(motion)
@@ -111,7 +111,7 @@ def session_of(plan: Plan, seed: int) -> Session:
     up = motion.specific_force[middle]
     return Session(
         motion,
-        model.seen(motion.attitude),
+        model.seen(motion),
         model,
         plan.thermal.at(motion.time),
         VirtualLoad(seed).at(motion.time),
