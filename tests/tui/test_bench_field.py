@@ -22,7 +22,7 @@ async def to_the_field(pilot: Pilot[Any]) -> None:
     """From the accelerometer over the gyroscope to the magnetometer."""
     await shows(pilot, "BENCH  accelerometer", "model is complete")
     await pilot.press("g")
-    await shows(pilot, "BENCH  gyroscope", "▸ ")
+    await shows(pilot, "The gyroscope's model is complete")
     await pilot.press("g")
     await shows(pilot, "BENCH  magnetometer", "▸ misalignment")
 
