@@ -11,7 +11,7 @@ from imucal_wizard.procedure.holds import hold_from
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.solver.directions import group_directions, near_any
 from imucal_wizard.solver.fisher import exceeded
-from imucal_wizard.solver.noise import hold_noise
+from imucal_wizard.solver.noise import has_rate, hold_noise
 from imucal_wizard.solver.outliers import FALSE_ALARM, suspect_hold, suspect_rotation
 from imucal_wizard.solver.student import quantile, two_sided
 from tests.solver.truth import EIGHTEEN, even_directions, hold, tilted
@@ -220,3 +220,28 @@ def test_a_hand_that_trembles_turns_gravity_more_than_it_changes_it() -> None:
     assert noise.across == pytest.approx(np.full(120, 9.0 * 0.2), rel=0.25)
     still = [replace(one, accelerometer_covariance=np.eye(3)) for one in holds]
     assert (hold_noise(still).across == hold_noise(still).accelerometer).all()
+
+
+@pytest.mark.parametrize("offset", [0.0, 32768.0])
+def test_gravity_is_seen_from_the_middle_of_the_readings(offset: float) -> None:
+    """Raw counts around 32768 point nowhere; what is left of their middle does.
+
+    Each axis holds 1 along gravity and 9 on either component across it; a median of four degrees of
+    freedom stands for a mean that is 1 / (1 − 1/18)³ times as large, of eight 1 / (1 − 1/36)³.
+    """
+    holds = [
+        replace(
+            hold(offset + 980.0 * up, 10.0 * index),
+            accelerometer_covariance=np.diag(np.where(up == 0.0, 9.0, 1.0)),
+        )
+        for index, up in enumerate(np.concatenate([np.eye(3), -np.eye(3)]))
+    ]
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(6, 1.0 / (1.0 - 1.0 / 18.0) ** 3))
+    assert noise.across == pytest.approx(np.full(6, 9.0 / (1.0 - 1.0 / 36.0) ** 3))
+
+
+def test_a_hold_without_a_number_of_the_gyroscope_has_no_rate() -> None:
+    assert has_rate(hold(np.zeros(3), 0.0, gyroscope=np.ones(3)))
+    assert not has_rate(hold(np.zeros(3), 0.0, gyroscope=np.array([1.0, np.nan, 1.0])))
+    assert not has_rate(hold(np.zeros(3), 0.0))

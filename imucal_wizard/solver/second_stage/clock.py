@@ -103,11 +103,14 @@ def _terms(one: Passage, offset: float) -> tuple[float, float, float]:
         return 0.0, 0.0, 0.0
     at, field = at[inside], one.field[inside]
     index = np.searchsorted(one.time, at, side="right") - 1
-    turned = one.rate[index] * (at - one.time[index])[:, None]
+    first, passed = one.rate[index], (at - one.time[index])[:, None]
+    whole = (one.time[index + 1] - one.time[index])[:, None]
+    rate = first + (one.rate[index + 1] - first) * (passed / whole)
     # within a step the attitude goes on turning: to second order in the angle
+    turned = 0.5 * (first + rate) * passed
     near = field + np.cross(turned, field) + 0.5 * np.cross(turned, np.cross(turned, field))
     seen = np.einsum("kij,kj->ki", one.attitude[index], near)
-    moving = -np.einsum("kij,kj->ki", one.attitude[index], np.cross(one.rate[index], near))
+    moving = -np.einsum("kij,kj->ki", one.attitude[index], np.cross(rate, near))
     left, slope = seen - seen.mean(axis=0), moving - moving.mean(axis=0)
     return (
         float((left**2).sum()),
