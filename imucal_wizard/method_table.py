@@ -2,10 +2,11 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from imucal_wizard.calibration import sensor_record
-from imucal_wizard.fitting.methods import MethodRow, difference, least_held_out
+from imucal_wizard.fitting.methods import MethodRow, difference, least_held_out, offset_difference
 from imucal_wizard.fitting.verdict import shown
 from imucal_wizard.solver.result import FitReport
 
@@ -14,13 +15,15 @@ BEST = "▸"
 """Stands before the methods with the least error held out."""
 _HEAD = {
     "accelerometer": "|corrected| − g over holds",
-    "gyroscope": "carried against measured gravity over rotations; offset: rate at rest",
+    "gyroscope": "closure over rotations (offset: rate at rest)",
     "magnetometer": "|corrected| − field over directions",
 }
+_COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
 _NOTE = (
     f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Relative: "
     "rms of the relative error of the magnitude (N's figure of merit), on what was held out where "
-    "something was. M off by: largest difference from the first method's matrix, as a share of it."
+    "something was. M and b off by: largest difference from the first method's matrix, as a share "
+    "of it, and from its bias."
 )
 
 
@@ -36,9 +39,11 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
         mine = [row for row in rows if row.sensor == sensor]
         first = next((row for row in mine if row.fit is not None), mine[0])
         lines += ["", sensor.upper()] if lines else [sensor.upper()]
-        lines += textwrap.wrap(f"  error: {_HEAD[sensor]}", width, subsequent_indent="    ")
-        heads = "".join(f"{word:>11}" for word in ("before", "fitted", "held out"))
-        lines.append(f"  {'method':18}{heads}{'relative':>11}{'M off by':>11}")
+        before = None if first.fit is None else first.fit.rms_before
+        known = f"; before: {shown(first.fit, before)}" if first.fit and before is not None else ""
+        error = f"  error: {_HEAD[sensor]}{known}"
+        lines += textwrap.wrap(error, width, subsequent_indent="    ")
+        lines.append(f"  {'method':18}{''.join(f'{word:>11}' for word in _COLUMNS)}")
         best = least_held_out(mine)
         for row in mine:
             mark = BEST if row in best else " "
@@ -52,16 +57,23 @@ def _row(row: MethodRow, first: MethodRow, width: int) -> list[str]:
     if row.fit is None:
         text = f"  {name:18}no result: {row.why}"
         return textwrap.wrap(text, width, subsequent_indent=" " * 20)
-    fit = row.fit
-    relative = row.relative_error_held_out or row.relative_error
-    off = difference(row, first)
+    held_out, relative = row.fit.rms_held_out, row.relative_error_held_out or row.relative_error
     cells = [
-        f"{'–' if value is None else shown(fit, value):>11}"
-        for value in (fit.rms_before, fit.rms_fitted, fit.rms_held_out)
+        shown(row.fit, row.fit.rms_fitted),
+        "–" if held_out is None else shown(row.fit, held_out),
+        "–" if relative is None else f"{100.0 * relative:.3f} %",
+        *_off(row, first),
     ]
-    share = "–" if relative is None else f"{100.0 * relative:.3f} %"
-    differs = "" if not off else f"{100.0 * off:.3f} %"
-    return [f"  {name:18}{''.join(cells)}{share:>11}{differs:>11}".rstrip()]
+    return [f"  {name:18}{''.join(f'{cell:>11}' for cell in cells)}".rstrip()]
+
+
+def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:
+    """How far matrix and bias are from those of the first method; nothing for itself."""
+    matrix, bias = difference(row, first), offset_difference(row, first)
+    if row is first or row.fit is None or matrix is None or bias is None:
+        return "", ""
+    rate = replace(row.fit, unit="rad/s") if row.sensor == "gyroscope" else row.fit
+    return f"{100.0 * matrix:.3f} %", shown(rate, bias)
 
 
 def failure_document(reason: str, warnings: Sequence[str]) -> dict[str, Any]:

@@ -144,6 +144,16 @@ def difference(row: MethodRow, first: MethodRow) -> float | None:
     return float(np.abs(row.fit.matrix - first.fit.matrix).max()) / size
 
 
+def offset_difference(row: MethodRow, first: MethodRow) -> float | None:
+    """The largest corrected reading that is left where the first method would give zero.
+
+    In the unit of corrected readings, so that sensors in counts are told in the same one.
+    """
+    if row.fit is None or first.fit is None:
+        return None
+    return float(np.abs(first.fit.matrix @ (row.fit.bias - first.fit.bias)).max())
+
+
 def least_held_out(rows: Sequence[MethodRow]) -> tuple[MethodRow, ...]:
     """The methods of a sensor with the least error held out, and those as good as them.
 

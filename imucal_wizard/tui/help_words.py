@@ -111,8 +111,8 @@ WORDS: dict[str, tuple[str, ...]] = {
         ),
         (
             "Relative is N's figure of merit, the error of the magnitude as a share of it. "
-            "M off by says how far a method's matrix is from the first one's; where that is less "
-            "than what the parameters are known to, the methods agree."
+            "M and b off by say how far a method's matrix and bias are from the first one's; where "
+            "that is less than what the parameters are known to, the methods agree."
         ),
     ),
     "more": (

@@ -79,7 +79,7 @@ def test_the_second_stage_is_told_with_dip_clock_closure_and_heading(aligned: Fi
         assert word in text
 
 
-def test_the_rows_of_a_result_without_a_magnetometer_are_as_before() -> None:
+def test_a_result_without_a_magnetometer_has_no_rows_of_iron() -> None:
     assert magnetic_rows(fakes.report(), 76) == []
 
 
