@@ -13,7 +13,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
     write_json,
 )
-from imucal_wizard.commands.places import STANDARD_OUT
+from imucal_wizard.commands.places import STANDARD_OUT, spare
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.output import note, say
 
@@ -63,6 +63,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Look, add what is asked for, and report; 1 when the data are insufficient."""
     arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json)
     added = wanted_terms(arguments.add)
     material, own = opened(arguments)
     try:

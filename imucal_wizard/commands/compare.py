@@ -9,7 +9,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
     write_json,
 )
-from imucal_wizard.commands.places import STANDARD_OUT
+from imucal_wizard.commands.places import STANDARD_OUT, spare
 from imucal_wizard.output import note, say
 
 
@@ -27,6 +27,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Compare; the exit status is 1 when the data carry nothing."""
     arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json)
     from imucal_wizard.commands.material import Material, fitted
     from imucal_wizard.fitting import FitOptions
     from imucal_wizard.fitting.methods import method_rows

@@ -11,7 +11,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
     write_json,
 )
-from imucal_wizard.commands.places import STANDARD_OUT, file_to_write
+from imucal_wizard.commands.places import STANDARD_OUT, file_to_write, spare
 from imucal_wizard.output import note, say
 
 
@@ -33,6 +33,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Fit and report; the exit status is 1 when the data do not carry it."""
     arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json, arguments.save)
     from imucal_wizard.commands.material import Material, fitted
     from imucal_wizard.document import failure_document, fit_document
     from imucal_wizard.fitting import FitOptions

@@ -2,7 +2,10 @@
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
+
+from imucal_wizard.errors import UsageError
 
 STANDARD_OUT = "-"
 
@@ -17,6 +20,24 @@ def file_to_write(text: str) -> Path:
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise argparse.ArgumentTypeError(f"{text} cannot be written; choose another place")
     return path
+
+
+def spare(files: Sequence[Path], *places: str | Path | None) -> None:
+    """Let nothing be written over what is read: what was measured cannot be had again.
+
+    Raises:
+        UsageError: a place is one of the files.
+    """
+    for place in places:
+        if place is not None and any(_same(Path(place), file) for file in files):
+            raise UsageError(f"{place} is the recording itself: give another name to write to")
+
+
+def _same(place: Path, file: Path) -> bool:
+    try:
+        return place.samefile(file)
+    except OSError:  # one of them is not there
+        return False
 
 
 def document_place(text: str) -> str:

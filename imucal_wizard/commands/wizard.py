@@ -16,7 +16,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
 )
 from imucal_wizard.commands.exercise import add_exercise, check_exercise
-from imucal_wizard.commands.places import file_to_write
+from imucal_wizard.commands.places import file_to_write, spare
 from imucal_wizard.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
 
@@ -143,6 +143,7 @@ def run(argv: Sequence[str]) -> int:
             f"--{chosen[0]}"
         )
     check_exercise(arguments)
+    spare([*arguments.replay, *filter(None, [arguments.resume])], arguments.save)
     if not 0.0 < arguments.speed <= 1000.0:
         raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:

@@ -203,6 +203,25 @@ def test_data_that_carry_nothing_exit_with_one_and_the_document_says_why(
     assert captured.err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [("fit", "--json"), ("fit", "--save"), ("compare", "--json"), ("bench", "--json"),
+     ("wizard", "--save")],
+)  # fmt: skip
+def test_nothing_is_written_over_the_recording(
+    command: str, option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where it is named in another way."""
+    path = flat_recording(tmp_path)
+    before = path.read_bytes()
+    (tmp_path / "folder").mkdir()
+    other = str(tmp_path / "folder" / ".." / path.name)
+    files = ["--replay", str(path)] if command == "wizard" else [str(path)]
+    assert cli.main([command, *files, option, other]) == 2
+    assert "is the recording itself" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
 def test_control_characters_in_a_file_name_never_reach_the_terminal(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
