@@ -1,4 +1,4 @@
-"""The bench on sixty holds and forty rotations: ``python -m benchmarks.bench_speed``."""
+"""The bench on 60 holds, 40 rotations, a tumbling hand: ``python -m benchmarks.bench_speed``."""
 
 import statistics
 import time
@@ -13,6 +13,10 @@ from benchmarks.hidden.designs import REPEATED
 from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import record
+from benchmarks.hidden_field.recording import CONSUMER as QUIET
+from benchmarks.hidden_field.recording import record as record_field
+from benchmarks.hidden_field.sessions import REPEATED as SESSION
+from benchmarks.hidden_field.sessions import session_of
 from benchmarks.measure import machine, own_cpu
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.chance import Chances, best_by_chance
@@ -40,6 +44,7 @@ def main() -> None:
     print(machine())
     _print(*_accelerometer())
     _print(*_gyroscope())
+    _print(*_magnetometer())
 
 
 def _print(title: str, rows: list[Row]) -> None:
@@ -90,6 +95,33 @@ def _accelerometer() -> tuple[str, list[Row]]:
         ("all of these (wanted: at most 50)", everything),
         ("chance simulated, once per design and noise", lambda: best_by_chance(jury)),
         ("effect added and fitted again (wanted: at most 100)", lambda: fit_with(measured, added)),
+    ]
+
+
+def _magnetometer() -> tuple[str, list[Row]]:
+    session = session_of(SESSION, 1)
+    measured = record_field(session, QUIET, (), np.random.default_rng(1))
+    bench = Bench("magnetometer", measured)
+    misfit = bench.look().misfit
+    chances = Chances(make_jury(misfit))
+
+    def everything() -> None:
+        own = make_jury(misfit)
+        weighed = own.weigh(misfit.residual)
+        judge(misfit, own, weighed, rank(misfit, own, weighed, chances)[0].p)
+
+    added = (Term(effect("bias-drift")),)
+    title = (
+        f"magnetometer: {len(session.motion.time)} samples as {len(measured)} means, "
+        f"{len(measured.dips)} dips"
+    )
+    return title, [
+        ("suspects ranked and judged (wanted: at most 50)", everything),
+        ("effect added and fitted again (wanted: at most 100)", lambda: fit_with(measured, added)),
+        (
+            "samples gathered to means, plain fit included",
+            lambda: record_field(session, QUIET, (), np.random.default_rng(1)),
+        ),
     ]
 
 

@@ -10,7 +10,8 @@ from imucal_wizard.bench.session import Bench
 from imucal_wizard.calibration import from_report, load, save
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
-from tests.bench.recordings import MG, fitted
+from imucal_wizard.solver.extended.field_data import FieldData
+from tests.bench.recordings import MG, fitted, tumbled
 
 
 def errors(values: FloatArray, gravity: float) -> float:
@@ -67,3 +68,24 @@ def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('"term": "second-order"', '"term": "my-own"'))
     with pytest.raises(UsageError, match="my-own"):
         load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
+
+
+def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path: Path) -> None:
+    """The misalignment is in the matrix then, and the current's field turned with it."""
+    made = tumbled("magnetometer/current:0.3:x")
+    benches = Benches(made.report, made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    assert isinstance(bench.measured, FieldData)
+    bench.add("misalignment")
+    bench.add("current")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["magnetometer"]
+    assert saved.frame == "accelerometer"
+    assert [effect.term for effect in saved.effects] == ["current"]
+    still, dips = bench.measured.still, bench.measured.dips
+    told = saved.apply(dips.reading, still)
+    own = bench.fit.correct(dips.reading, still)
+    np.testing.assert_allclose(told, own @ dips.turn.T, atol=1e-9)
+    up = still.force @ dips.turn.T / benches.report.gravity
+    along = (told * up).sum(axis=1) / np.linalg.norm(told, axis=1)
+    assert np.degrees(along.std()) < 0.1

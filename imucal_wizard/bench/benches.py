@@ -23,6 +23,8 @@ from imucal_wizard.effects.effect import (
 )
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import Readings
+from imucal_wizard.solver.extended.field_data import FieldData
+from imucal_wizard.solver.extended.field_frame import in_body_frame
 from imucal_wizard.solver.extended.fit import (
     Measured,
     measured_accelerometer,
@@ -140,14 +142,24 @@ class Benches:
         return self._magnetometer
 
     def models(self) -> dict[str, tuple[Extended, Circumstances]]:
-        """Sensors whose models have effects, with the circumstances they were fitted under."""
+        """Sensors whose models have effects, with the circumstances they were fitted under.
+
+        The magnetometer's is in the accelerometer's frame where that is known.
+        """
         gyroscope = None if self._gyroscope is None else self.gyroscope
         magnetometer = None if self._magnetometer is None else self.magnetometer
         return {
-            bench.sensor: (bench.fit, bench.measured.circumstances)
+            bench.sensor: (self._usable(bench), bench.measured.circumstances)
             for bench in (self._accelerometer, gyroscope, magnetometer)
             if bench is not None and bench.fit.terms
         }
+
+    def _usable(self, bench: Bench) -> Extended:
+        if not isinstance(bench.measured, FieldData):
+            return bench.fit
+        stage = self.report.second_stage
+        rotation = None if stage is None else stage.alignment.rotation
+        return in_body_frame(bench.fit, bench.measured, rotation)
 
     def bench(self, sensor: str) -> Bench | None:
         """The bench of a sensor, or None where it has none."""

@@ -30,6 +30,7 @@ class Dips:
         doubt: change of ``up`` with each doubt about the accelerometer, shape (h, 3, d).
         noise: variance of a component of the mean field and of up, µT², shape (h,).
         labels: number of each direction, shape (h,).
+        turn: nearest way in which the magnetometer's axes lie along the accelerometer's, (3, 3).
     """
 
     hold: IntArray
@@ -38,6 +39,7 @@ class Dips:
     doubt: FloatArray
     noise: FloatArray
     labels: IntArray
+    turn: FloatArray
 
     def __len__(self) -> int:
         return len(self.hold)

@@ -38,7 +38,7 @@ def still_poses(
     hold_rows, reading = np.array(rows, np.int64), np.array(means).reshape(-1, 3)
     if accelerometer is None or not rows:
         none = np.zeros((0, 3))
-        return Dips(hold_rows, none, none, np.zeros((0, 3, 0)), np.zeros(0), hold_rows)
+        return Dips(hold_rows, none, none, np.zeros((0, 3, 0)), np.zeros(0), hold_rows, np.eye(3))
     up, doubt = accelerometer.up[hold_rows], accelerometer.up_doubt
     doubt = np.zeros((len(accelerometer.up), 3, 0)) if doubt is None else doubt
     corrected = (reading - start[1]) @ start[0].T
@@ -51,6 +51,7 @@ def still_poses(
         doubt=np.einsum("ji,hjd->hid", turn, doubt[hold_rows]),
         noise=np.maximum(own, (SMALLEST_NOISE * field) ** 2),
         labels=group_directions(corrected / np.linalg.norm(corrected, axis=1)[:, None]),
+        turn=turn,
     )
 
 
