@@ -72,6 +72,8 @@ def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:
     matrix, bias = difference(row, first), offset_difference(row, first)
     if row is first or row.fit is None or matrix is None or bias is None:
         return "", ""
+    if row.sensor == "magnetometer":
+        bias = round(bias, 3)  # its digits are significant ones, of which zeros leave no room here
     rate = replace(row.fit, unit="rad/s") if row.sensor == "gyroscope" else row.fit
     return f"{100.0 * matrix:.3f} %", shown(rate, bias)
 

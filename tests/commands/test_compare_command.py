@@ -1,6 +1,7 @@
 """``imucal-wizard compare``: both papers' methods and our own on one recording."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,7 @@ def test_all_methods_stand_on_one_screen(
     assert "newton (Q)" in text
     assert "▸ orthogonal" in text
     assert "▸ six-position" not in text
+    assert not re.search(r"%\d", text), "two columns touch"
 
 
 def test_the_document_holds_every_result_whole(
