@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
@@ -86,6 +87,23 @@ def _check(arguments: Namespace) -> None:
     if arguments.guess:
         raise UsageError("--guess is compared with an answer: give --reveal OUT.mystery too")
     check_exercise(arguments, also="--reveal")
+    _spare_measured(arguments.out)
+
+
+def _spare_measured(out: Path) -> None:
+    """Let only another simulated recording be written over: what was measured cannot be had again.
+
+    Raises:
+        UsageError: there is another file of this name.
+    """
+    from imucal_wizard.devices.virtual.simulate import COMMENT
+
+    start = b"?"  # of a file that may not be read, nobody knows what it is
+    if out.is_file():
+        with suppress(OSError), out.open("rb") as file:
+            start = file.read(len(COMMENT))
+        if start not in (b"", COMMENT.encode()):
+            raise UsageError(f"{out} is there already and not simulated: give another name")
 
 
 def _mystery(arguments: Namespace) -> int:

@@ -222,6 +222,18 @@ def test_nothing_is_written_over_the_recording(
     assert path.read_bytes() == before
 
 
+def test_a_simulated_recording_replaces_another_and_nothing_that_was_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured, simulated = flat_recording(tmp_path), tmp_path / "simulated.csv"
+    before = measured.read_bytes()
+    assert cli.main(["simulate", str(measured), "--poses", "6"]) == 2
+    assert "is there already and not simulated" in capsys.readouterr().err
+    assert measured.read_bytes() == before
+    for seed in ("1", "2"):
+        assert cli.main(["simulate", str(simulated), "--poses", "6", "--seed", seed]) == 0
+
+
 def test_control_characters_in_a_file_name_never_reach_the_terminal(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -38,6 +38,10 @@ follows the wizard, whose limits can be loosened, shakes it harder.
 """
 
 
+COMMENT = "# a virtual IMU"
+"""How every simulated recording begins."""
+
+
 @dataclass(frozen=True, eq=False)
 class Truth:
     """What a perfect calibration of a virtual sensor finds: ``x = M·(y − b)``.
@@ -128,7 +132,7 @@ def simulate_recording(
         hand, sensor, effects, rate=rate, seed=seed, step=middle, magnetometer=field, load=load
     )
     printer = LinePrinter(sensor, "\n", field=magnetometer, load=load is not None)
-    comment = f"# a virtual IMU at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
+    comment = f"{COMMENT} at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
     try:
         with Path(path).open("wb") as file:
             file.write(comment.encode())
