@@ -1,17 +1,12 @@
 """The app: it holds the source, asks it for a snapshot and gives that to the screen in front."""
 
-import sys
 import time
-from typing import TYPE_CHECKING, ClassVar
-
-from rich.text import Text
-from textual.app import App
-from textual.binding import Binding, BindingType
+from typing import TYPE_CHECKING
 
 from imucal_wizard.errors import DataError, ImucalError
-from imucal_wizard.faults import kept, told
 from imucal_wizard.tui.bench_keeper import BenchKeeper
 from imucal_wizard.tui.hand_keys import HandKeys
+from imucal_wizard.tui.plain_app import PlainApp
 from imucal_wizard.tui.screens.help_screen import HelpScreen
 from imucal_wizard.tui.screens.live_screen import LiveScreen
 from imucal_wizard.tui.screens.skip_screen import SkipScreen
@@ -29,7 +24,7 @@ MEASURING = ("settle", "up-down", "poses", "rotations", "field", "more")
 """Steps that cannot go on when the source has ended."""
 
 
-class WizardApp(App[Saved]):
+class WizardApp(PlainApp[Saved]):
     """The wizard in the terminal. Returns where the calibration was saved, or None.
 
     Args:
@@ -39,12 +34,6 @@ class WizardApp(App[Saved]):
     """
 
     TITLE = "imucal-wizard"
-    CSS_PATH = "wizard.tcss"
-    ENABLE_COMMAND_PALETTE = False
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+q", "leave", "quit", show=False, priority=True),
-        Binding("ctrl+c", "leave", "quit", show=False, priority=True),
-    ]
 
     def __init__(
         self,
@@ -124,15 +113,6 @@ class WizardApp(App[Saved]):
         if always or self.settings.quit_after:
             self.failure = error
             self.action_leave()
-
-    def _fatal_error(self) -> None:
-        """An unforeseen fault: its traceback goes to a file, one line to the user.
-
-        Textual calls this; without it, it would print the traceback with all values in it.
-        """
-        error = self._exception or sys.exception() or RuntimeError("unknown")
-        error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
-        self.panic(Text(told(error, kept(error))))
 
     def action_explain(self, about: str = "") -> None:
         """Explain what is in front, or the step, in plain words."""

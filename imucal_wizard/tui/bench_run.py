@@ -1,16 +1,13 @@
 """The bench on a recording: the screen alone, without the wizard."""
 
 from collections.abc import Callable
-from typing import ClassVar
-
-from textual.app import App
-from textual.binding import Binding, BindingType
 
 from imucal_wizard.bench.benches import Benches
+from imucal_wizard.tui.plain_app import PlainApp
 from imucal_wizard.tui.screens.bench_screen import BenchScreen
 
 
-class BenchApp(App[None]):
+class BenchApp(PlainApp[None]):
     """Only the bench.
 
     Args:
@@ -18,12 +15,6 @@ class BenchApp(App[None]):
     """
 
     TITLE = "imucal-wizard bench"
-    CSS_PATH = "wizard.tcss"
-    ENABLE_COMMAND_PALETTE = False
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+q", "leave", "quit", show=False, priority=True),
-        Binding("ctrl+c", "leave", "quit", show=False, priority=True),
-    ]
 
     def __init__(self, make: Callable[[], Benches]) -> None:
         super().__init__()
@@ -32,10 +23,6 @@ class BenchApp(App[None]):
     def on_mount(self) -> None:
         """Open it."""
         self.push_screen(BenchScreen(self._make), lambda _none: self.exit())
-
-    def action_leave(self) -> None:
-        """Leave."""
-        self.exit()
 
 
 def run_bench(benches: Benches) -> int:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeVar
 
+from imucal_wizard.tui.leaving import worker_is_left
+
 _T = TypeVar("_T")
 
 
@@ -17,6 +19,7 @@ async def in_thread(work: Callable[[], _T]) -> _T:
 
     Raises:
         Exception: whatever ``work`` raises.
+        CancelledError: the screen that waits for it is being left.
     """
     loop = asyncio.get_running_loop()
     answer: asyncio.Future[_T] = loop.create_future()
@@ -35,4 +38,8 @@ async def in_thread(work: Callable[[], _T]) -> _T:
             give(lambda: answer.set_result(value))
 
     threading.Thread(target=run, name=f"work {id(answer):x}", daemon=True).start()
-    return await answer
+    try:
+        return await answer
+    finally:
+        if worker_is_left():
+            raise asyncio.CancelledError

@@ -15,6 +15,7 @@ from imucal_wizard.tui.bench.sight import Sight
 from imucal_wizard.tui.bench.suspect_rows import table_rows
 from imucal_wizard.tui.bench.views import View
 from imucal_wizard.tui.bench.words import says
+from imucal_wizard.tui.leaving import being_left
 from imucal_wizard.tui.screens.sized_screen import SizedScreen
 from imucal_wizard.tui.text import Line, Span, line, number, wrapped
 from imucal_wizard.tui.widgets.key_footer import KeyFooter, Keys
@@ -77,7 +78,7 @@ class BenchLayout(SizedScreen[tuple[Asked, ...]]):
 
     def redraw(self) -> None:
         """Show everything for the size there is."""
-        if not self.is_mounted:
+        if not self.is_mounted or being_left(self):
             return
         for panel in PANELS:
             self.set_class(panel == self.desk.panel, f"panel-{panel}")

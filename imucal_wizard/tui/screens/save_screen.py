@@ -10,6 +10,7 @@ from textual.containers import VerticalScroll
 
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.tui.bench.kept_rows import kept_models, kept_rows
+from imucal_wizard.tui.leaving import being_left
 from imucal_wizard.tui.report_rows import summary_rows
 from imucal_wizard.tui.screens.report_screen import ReportScreen
 from imucal_wizard.tui.text import line, wrapped
@@ -79,6 +80,8 @@ class SaveScreen(ReportScreen):
             app.fail(error)
             self._problem = str(error)
             self._say("NOT SAVED", "bad")
+            return
+        if being_left(self):
             return
         self._problem, self._models = "", kept_models(benches)
         self._say("SAVED", "good")

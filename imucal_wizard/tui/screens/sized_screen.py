@@ -6,6 +6,8 @@ from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Static
 
+from imucal_wizard.tui.leaving import being_left
+
 Result = TypeVar("Result")
 
 SMALLEST = (80, 24)
@@ -44,4 +46,8 @@ class SizedScreen(Screen[Result], Generic[Result]):
             f"This terminal has {columns}×{rows} characters. Make it at least "
             f"{SMALLEST[0]}×{SMALLEST[1]}, or the letters smaller.{self.meanwhile}"
         )
-        self.call_after_refresh(self.redraw)
+        self.call_after_refresh(self._redraw_if_there)
+
+    def _redraw_if_there(self) -> None:
+        if not being_left(self):
+            self.redraw()

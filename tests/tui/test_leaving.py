@@ -1,0 +1,73 @@
+"""A screen that is left while something is computed for it, and faults of the bench's own app."""
+
+import asyncio
+import threading
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from textual.screen import Screen
+from textual.worker import WorkerFailed
+
+from imucal_wizard.bench.benches import Benches
+from imucal_wizard.errors import DataError
+from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.tui.screens.bench_screen import BenchScreen
+from tests.tui.waiting import until
+
+TURNS = 30
+"""Turns of the event loop in which a screen's parts go one by one, and then the screen."""
+
+
+def at_work(screen: Screen[Any]) -> bool:
+    """Something is being computed for it."""
+    return any(worker.node is screen for worker in screen.app.workers)
+
+
+def idle(screen: Screen[Any]) -> bool:
+    """Nothing is."""
+    return not at_work(screen)
+
+
+async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() -> None:
+    """Whichever of the screen's parts are gone by then."""
+    late = [threading.Event() for _ in range(TURNS)]
+    left = iter(late)
+
+    def make() -> Benches:
+        next(left).wait(20.0)
+        raise DataError("nothing to look at")
+
+    app = BenchApp(make)
+    async with app.run_test(size=(80, 24)) as pilot:
+        first = app.screen
+        for turns, work in enumerate(late):
+            screen = first if turns == 0 else BenchScreen(make)
+            if screen is not first:
+                await app.push_screen(screen)
+            await until(pilot, partial(at_work, screen))
+            app.pop_screen()
+            for _ in range(turns):
+                await asyncio.sleep(0)
+            work.set()
+            await until(pilot, partial(idle, screen))
+    assert app.return_code in (None, 0)
+
+
+async def test_a_fault_of_the_bench_is_one_line_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+    def broken() -> Benches:
+        raise KeyError("never there")
+
+    app = BenchApp(broken)
+    with pytest.raises(WorkerFailed):  # the test's pilot raises it again
+        async with app.run_test() as pilot:
+            await until(pilot, lambda: app.return_code == 1)
+    shown = capsys.readouterr().err
+    assert "has a fault (KeyError" in shown
+    assert "Traceback" not in shown
