@@ -32,12 +32,10 @@ class Half:
     """One half of the sphere in a grid of characters.
 
     Attributes:
-        side: 1 for the front (+z), −1 for the back.
-        bins: area that most of a character shows, −1 outside, shape (rows, columns).
+        bins: area under the middle of each character, −1 outside, shape (rows, columns).
         middles: row and column of the middle of each area, those of the other half too, (100, 2).
     """
 
-    side: int
     bins: _Cells
     middles: _Cells
 
@@ -58,7 +56,7 @@ def half(side: int, rows: int) -> Half:
     stretch = np.sqrt(np.maximum(1.0 - z**2, 0.0) / np.maximum(square, 1e-12))
     direction = np.stack([side * x * stretch, y * stretch, side * z])
     bins = bin_of(direction.reshape(3, -1)).reshape(x.shape)
-    return Half(side, np.where(square < 1.0, bins, -1), _middles(side, rows))
+    return Half(np.where(square < 1.0, bins, -1), _middles(side, rows))
 
 
 def _middles(side: int, rows: int) -> _Cells:

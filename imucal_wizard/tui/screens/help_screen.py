@@ -14,7 +14,7 @@ from imucal_wizard.tui.widgets.lines import Lines
 _LEAVE = (("q", "leaves; everything is written down and the session can be taken up again"),)
 _BACK = (("b", "goes back one step"), ("m", "sounds off or on"), *_LEAVE)
 _MEASURING = (
-    ("u", "takes back the last hold or rotation; nothing else is lost"),
+    ("u", "takes back the last hold, rotation or circle; nothing else is lost"),
     ("s", "skips the step; what that costs is said"),
     ("r", "does the step again from its beginning"),
     *_BACK,
@@ -26,7 +26,8 @@ _HAND = (
     ("← →", "turn the virtual device about its z axis by 15°: to the left, to the right"),
     ("↑ ↓", "about its y axis: to the left, to the right"),
     ("a d", "about its x axis: to the left, to the right"),
-    ("space", "bring it into the pose asked for"),
+    ("space", "bring it into the pose asked for; in the step field, turn it round there"),
+    ("S", "something of steel passes: the field is disturbed for a moment"),
     ("T", "hold it in a trembling hand, or lay it down"),
     ("H", "let the virtual hand do everything, or take over again"),
 )

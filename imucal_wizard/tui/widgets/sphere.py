@@ -37,7 +37,7 @@ class Sphere(Drawn):
 
 
 def sphere_rows(counts: NDArray[np.intp], here: int | None, width: int, height: int) -> list[Line]:
-    """Both halves with titles above and the signs explained below, in the room there is.
+    """Both halves with the names of their axes, and the signs explained below.
 
     Args:
         counts: samples in each of the hundred areas, shape (100,).
