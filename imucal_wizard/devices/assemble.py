@@ -34,6 +34,7 @@ class Assembler:
         self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
         where = {c.channel: i for i, c in enumerate(columns) if c.channel}
         self._beside = _beside(columns, where)
+        self._load = "current" if "current" in self._beside else "throttle"
         self._time = where.get("t")
         self._count = where.get("counter") if self._time is None else None
         self.blanks = Blanks(columns, self._needed())
@@ -140,7 +141,7 @@ class Assembler:
             self._series("gyroscope", times, values) if self._places["gyroscope"] else None,
             self._field(times, values) if self._places["magnetometer"] else None,
             self._slow("temperature", times, values),
-            current=self._slow("current", times, values) or self._slow("throttle", times, values),
+            current=self._slow(self._load, times, values),
         )
 
     def _series(self, sensor: str, times: FloatArray, values: FloatArray) -> Series:

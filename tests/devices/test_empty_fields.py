@@ -3,6 +3,7 @@
 import pytest
 
 from imucal_wizard.devices.intake import Intake
+from imucal_wizard.readings import join
 
 IMU = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]", "gx[rad/s],gy[rad/s],gz[rad/s]"
 FIELD = "mx[uT],my[uT],mz[uT]"
@@ -26,6 +27,20 @@ def test_lines_without_a_sample_of_the_field_are_samples_of_the_others(place: st
     assert readings.magnetometer is not None
     assert len(readings.magnetometer) == 100
     assert readings.magnetometer.values[1] == pytest.approx([20 + 20 % 7 + 0.5, -3.25, 40.125])
+
+
+def test_a_current_that_comes_seldom_is_not_replaced_by_the_throttle_meanwhile() -> None:
+    """In most pieces of the stream there is no current at all."""
+    intake, parts = Intake(), []
+    for i in range(600):
+        header = f"{IMU[0]},current[A],throttle[%]\n" if i == 0 else ""
+        current = "2.5" if i % 50 == 0 else ""
+        line = f"{header}{i / 100:.3f},0.{i % 10},0.2,9.8,{current},40\n"
+        parts.append(intake.feed(line.encode(), i / 100))
+    readings = join([part for part in parts if part is not None])
+    assert readings.current is not None
+    assert (readings.current.unit, len(readings.current)) == ("A", 12)
+    assert set(readings.current.values[:, 0]) == {2.5}
 
 
 def test_one_separator_too_many_is_still_no_field() -> None:
