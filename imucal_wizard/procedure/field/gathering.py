@@ -13,6 +13,8 @@ from imucal_wizard.units import COUNT
 
 STIRS = 0.1
 """Share of the field by which the readings of a second differ when the device turns."""
+LARGEST = 1e15
+"""No magnetometer reads more, in whatever unit."""
 _SECOND = 10
 """Moments."""
 
@@ -90,10 +92,13 @@ class Gathering:
         return bool(np.ptp(second, axis=0).max() < STIRS * fit.magnitude)
 
     def _new(self, moment: Moment) -> FloatArray:
-        """Readings that are not merely the last one written down again, shape (n, 3)."""
-        if moment.field is None or not len(moment.field):
+        """Readings that are numbers, and not merely the last one written down again, (n, 3)."""
+        if moment.field is None:
             return np.zeros((0, 3))
         self.unit, values = moment.field.unit, moment.field.values
+        values = values[(np.abs(values) < LARGEST).all(axis=1)]
+        if not len(values):
+            return values
         last = np.full((1, 3), np.nan) if self._last is None else self._last
         changed = (np.diff(values, axis=0, prepend=last) != 0.0).any(axis=1)
         self._last = values[-1:]

@@ -178,10 +178,11 @@ class FieldStage:
             self.disturbed, self._lasting = "", 0.0
             return
         magnitude = None if survey.fit is None else survey.fit.magnitude
-        text = words.disturbed(float(survey.off[-1]), magnitude, self.gathered.unit)
         if not self.disturbed:
-            self._scene.emit(EventKind.WARNING, words.sentence(text))
-        self.disturbed, self._lasting = text, self._lasting + seconds
+            text = "The field is disturbed: what comes now is left out."
+            self._scene.emit(EventKind.WARNING, text)
+        self.disturbed = words.disturbed(float(survey.off[-1]), magnitude, self.gathered.unit)
+        self._lasting += seconds
 
     def _be_patient(self, seconds: float) -> None:
         """Offer the way on when nothing new has come for a while."""

@@ -96,6 +96,11 @@ class Survey:
         Args:
             circles: numbers of those that have not been taken back.
         """
+        # what divides by nothing ends as a number that is none, and counts for nothing
+        with np.errstate(all="ignore"):
+            self._update(circles)
+
+    def _update(self, circles: Collection[int]) -> None:
         self._alive = np.isin(self.log.circle, list(circles))
         if not self._alive.all():
             self._samples.keep(self._alive[self._samples.moment])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
@@ -10,9 +10,12 @@ from imucal_wizard.ellipsoid.quality import gaps
 from imucal_wizard.procedure.field.advice import gains, opposite, sentence
 from imucal_wizard.procedure.field.faces import STEADY, FaceWatch
 from imucal_wizard.procedure.field.growing import Growing
+from imucal_wizard.procedure.field.log import Passed
+from imucal_wizard.procedure.field.survey import Survey
 from imucal_wizard.procedure.field.thinned import EACH, Thinned
 from imucal_wizard.procedure.field.turning import SECTOR, covered, headings
 from imucal_wizard.procedure.poses import DIRECTIONS, FACES
+from imucal_wizard.readings import FloatArray
 from tests.solver.field_truth import all_over
 
 ANGLES = st.lists(st.floats(-2000.0, 2000.0), min_size=2, max_size=30)
@@ -130,6 +133,48 @@ def test_the_advised_motion_fills_what_it_promises(pose: str, dip: float) -> Non
     # a circle that touches the edge of an area may or may not be counted there
     assert best[pose] == pytest.approx(gaps(counts), abs=2.0)
     assert best[pose] == max(best.values())
+
+
+CLOUDS = st.sampled_from(["grid", "line", "circle", "wild", "rails", "sphere", "one far off"])
+
+
+def cloud(kind: str, count: int, size: float) -> FloatArray:
+    """Readings of the kinds that devices and their cables produce, shape (count, 3)."""
+    rng = np.random.default_rng(count)
+    turn, ball = 0.1 * np.arange(count), all_over(rng, count)
+    flat = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(count)])
+    rails = np.full((count, 3), 1.0)
+    rails[::7] = -1.0
+    far = ball.copy()
+    far[0] *= 1e9
+    shapes = {
+        "grid": rng.integers(0, 2, (count, 3)).astype(float),
+        "line": np.outer(rng.standard_normal(count), [1.0, 2.0, 3.0]),
+        "circle": flat,
+        "wild": rng.standard_cauchy((count, 3)),
+        "rails": rails,
+        "sphere": ball,
+        "one far off": far,
+    }
+    return size * shapes[kind]
+
+
+@settings(max_examples=40, deadline=None)
+@given(CLOUDS, st.integers(1, 250), st.sampled_from([1e-9, 1.0, 48.0, 32768.0, 1e12]))
+def test_whatever_is_read_the_survey_goes_on(kind: str, count: int, size: float) -> None:
+    """Nothing is raised, and what it counts adds up."""
+    survey, readings = Survey(), cloud(kind, count, size)
+    up = np.array([0.0, 0.0, 1.0])
+    for number in range(0, count, 10):
+        start = 0.01 * number
+        values = readings[number : number + 10]
+        survey.add(Passed(start, start + 0.1, values, 0, True, np.nan, np.nan, up))
+        survey.update([0])
+    assert survey.kept + survey.left_out == count
+    assert 0.0 <= survey.turned(0) <= 360.0
+    assert (survey.here is None) == (survey.fit is None)
+    times = [time for span in survey.spans() for time in span]
+    assert times == sorted(times)
 
 
 def test_a_full_sphere_needs_no_motion() -> None:

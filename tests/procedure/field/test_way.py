@@ -52,7 +52,7 @@ def fed(cuts: list[int]) -> list[object]:
     return [*events, *fingerprint(machine)]
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.lists(st.integers(1, 2300), max_size=25))
 def test_what_is_measured_does_not_depend_on_the_cuts(cuts: list[int]) -> None:
     assert len(recording()) > 2300
