@@ -26,7 +26,8 @@ Sizes = Mapping[str, FloatArray]
 Draw = Callable[[np.random.Generator, Sizes], tuple[Hidden, ...]]
 
 
-def _none(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
+def nothing(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
+    """No effect."""
     del rng, sizes
     return ()
 
@@ -44,7 +45,7 @@ class Scenario:
     """
 
     name: str
-    draw: Draw = _none
+    draw: Draw = nothing
     extra: Extra | None = None
     colour: Callable[[Colour], Colour] = field(default=lambda colour: colour)
     disturbed: bool = False

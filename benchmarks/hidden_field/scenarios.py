@@ -1,28 +1,18 @@
 """What is hidden in a recording of a magnetometer."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks.hidden.scenarios import Draw, Sizes, nothing
 from benchmarks.hidden_field import strangers
 from benchmarks.hidden_field.recording import Colour
 from imucal_wizard.devices.virtual.hidden import Hidden
 from imucal_wizard.effects.catalogue import effects_for
 from imucal_wizard.effects.effect import MAGNETOMETER
-from imucal_wizard.readings import FloatArray
 
 EFFECTS = tuple(effect.name for effect in effects_for(MAGNETOMETER))
 FAMILY = {effect.name: effect.family or effect.name for effect in effects_for(MAGNETOMETER)}
-
-Sizes = Mapping[str, FloatArray]
-"""The detectable size of each parameter of each effect."""
-Draw = Callable[[np.random.Generator, Sizes], tuple[Hidden, ...]]
-
-
-def _none(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
-    del rng, sizes
-    return ()
 
 
 @dataclass(frozen=True)
@@ -37,7 +27,7 @@ class Scenario:
     """
 
     name: str
-    draw: Draw = _none
+    draw: Draw = nothing
     extra: strangers.Extra | None = None
     colour: Colour = field(default_factory=Colour)
 

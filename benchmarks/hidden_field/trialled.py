@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.hidden.scenarios import Sizes
 from benchmarks.hidden_field.recording import CONSUMER, record
-from benchmarks.hidden_field.scenarios import FAMILY, Scenario, Sizes
+from benchmarks.hidden_field.scenarios import FAMILY, Scenario
 from benchmarks.hidden_field.sessions import Plan, session_of
 from imucal_wizard.bench.chance import Chances
 from imucal_wizard.bench.detectable import detectable

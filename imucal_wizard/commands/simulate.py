@@ -116,6 +116,7 @@ def _mystery(arguments: Namespace) -> int:
         seed=arguments.seed,
         rate=arguments.rate,
         poses=arguments.poses or "26+repeats",
+        magnetometer=arguments.magnetometer,
     )
     say(f"written: {made.recording} (for the class)")
     say(f"sealed:  {made.answer}")

@@ -1,5 +1,6 @@
 """Which effect is hidden: drawn from the catalogue, in a size that such sensors have."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,12 +13,13 @@ from imucal_wizard.errors import UsageError
 
 NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 """Noise, bias instability and step of a sensor of each grade, against those of a consumer part."""
-UNSEEN = frozenset({"vibration-rectification", "earth-rate"})
-"""A support that does not shake, and a rate that every gyroscope feels, make no exercise."""
+UNSEEN = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
+"""A support that does not shake, a rate that every gyroscope feels, and an angle that every board
+has, make no exercise."""
 
 
 SENSORS = ("accelerometer", "gyroscope")
-"""Those that the recording of an exercise has."""
+"""Those that every recording of an exercise has."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ class Choice:
     parameter: EffectParameter
 
 
-def choices(grade: str) -> list[list[Choice]]:
-    """The effects that may be hidden, each with its parameters.
+def choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[Choice]]:
+    """The effects that may be hidden in these sensors, each with its parameters.
 
     Raises:
         UsageError: there is no such grade.
@@ -45,7 +47,7 @@ def choices(grade: str) -> list[list[Choice]]:
         raise UsageError(f"no grade {grade!r}; choose one of {', '.join(NOISE)}")
     found = []
     for effect in builtin_effects():
-        for sensor in (one for one in effect.sensors if one in SENSORS):
+        for sensor in (one for one in effect.sensors if one in sensors):
             known = effect.name in TERMS[sensor] and effect.name not in UNSEEN
             parameters = effect.parameters(sensor) if known else ()
             own = [Choice(sensor, effect, one) for one in parameters if grade in one.grades]
@@ -53,7 +55,7 @@ def choices(grade: str) -> list[list[Choice]]:
     return found
 
 
-def draw(rng: np.random.Generator, grade: str) -> Hidden:
+def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:
     """An effect by chance: any with the same chance, then any of its axes, size and sign.
 
     The size is from the upper half, by ratio, of what sensors of this grade have: the lower half
@@ -62,8 +64,9 @@ def draw(rng: np.random.Generator, grade: str) -> Hidden:
     Args:
         rng: where chance comes from.
         grade: ``consumer``, ``industrial`` or ``tactical``.
+        sensors: that it may be hidden in.
     """
-    among = choices(grade)
+    among = choices(grade, sensors)
     chosen = among[int(rng.integers(len(among)))]
     choice = chosen[int(rng.integers(len(chosen)))]
     low, high = choice.parameter.grades[grade]

@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.devices.virtual.hidden import TERMS, Hidden
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.errors import RecordingError, UsageError
-from imucal_wizard.mystery.draw import draw, sensor_of
+from imucal_wizard.mystery.draw import SENSORS, draw, sensor_of
 from imucal_wizard.mystery.seal import Sealed, seal, unseal
 
 SCHEMA = "imucal-wizard/mystery/1"
@@ -41,6 +41,7 @@ def make_exercise(
     seed: int | None = None,
     rate: float = 100.0,
     poses: str = "26+repeats",
+    magnetometer: bool = False,
 ) -> Exercise:
     """Write a recording with one effect that chance chose, and the sealed answer beside it.
 
@@ -51,6 +52,7 @@ def make_exercise(
         seed: the same exercise again; the system's entropy when left out.
         rate: samples per second.
         poses: as ``simulate_recording``.
+        magnetometer: the device has one, with an ammeter beside it, and the effect may be its.
 
     Raises:
         UsageError: no such grade or poses, an empty key, or a recording named ``.mystery``.
@@ -63,10 +65,18 @@ def make_exercise(
         raise UsageError("the key is empty; give a word with --key")
     word = any_key() if key is None else key
     rng = np.random.default_rng(secrets.randbits(128) if seed is None else [seed % 2**63, 8])
-    truth = draw(rng, grade)
+    sensors = (*SENSORS, "magnetometer") if magnetometer else SENSORS
+    truth = draw(rng, grade, sensors)
     hand = int(rng.integers(2**62))
     simulate_recording(
-        recording, hidden=[truth], seed=hand, rate=rate, poses=poses, model=sensor_of(hand, grade)
+        recording,
+        hidden=[truth],
+        seed=hand,
+        rate=rate,
+        poses=poses,
+        model=sensor_of(hand, grade),
+        magnetometer=magnetometer,
+        ammeter=magnetometer,
     )
     write_answer(answer, recording.name, grade, truth, word)
     return Exercise(recording, answer, word)

@@ -18,10 +18,10 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Guess:
-    """What a student says: ``TERM:AXIS``, a gyroscope's as ``gyroscope/TERM:AXIS``.
+    """What a student says: ``TERM:AXIS``, another sensor's as ``gyroscope/TERM:AXIS``.
 
     Attributes:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         term: of the catalogue.
         axes: ``x``, or all letters where there are more (``xy``: x feels y).
     """
@@ -43,7 +43,7 @@ def parse_guess(text: str) -> Guess:
     if not name:
         raise UsageError(f"--guess {text!r}: write TERM:AXIS, for instance second-order:x")
     if sensor not in TERMS or term not in TERMS[sensor]:
-        there = ", ".join(TERMS.get(sensor, {})) or "accelerometer and gyroscope only"
+        there = ", ".join(TERMS.get(sensor, TERMS))
         raise UsageError(f"--guess {text!r}: there is no {name}; there is {there}")
     if not axes or not set(axes) <= set("xyz"):
         raise UsageError(f"--guess {text!r}: the axis is x, y or z, or xy where x feels y")

@@ -33,7 +33,7 @@ def test_sizes_are_those_of_the_grade_and_units_those_of_the_simulator(grade: st
     """Every draw can be simulated, in the unit of the catalogue, inside the grade's range."""
     rng = np.random.default_rng(1)
     for _ in range(200):
-        hidden = draw(rng, grade)
+        hidden = draw(rng, grade, ("accelerometer", "gyroscope", "magnetometer"))
         letters = "".join("xyz"[axis] for axis in hidden.axes)
         parameters = {one.name: one for one in effect(hidden.term).parameters(hidden.sensor)}
         low, high = parameters[letters].grades[grade]
@@ -180,3 +180,19 @@ def test_what_is_no_sealed_answer_is_said_so(
     path.write_text(text)
     assert cli.main(["simulate", "--reveal", str(path), "--key", "k"]) == 2
     assert "no sealed answer" in capsys.readouterr().err
+
+
+def test_an_exercise_with_a_magnetometer_betrays_nothing_by_its_columns(tmp_path: Path) -> None:
+    """The current has a column whatever is hidden; without a magnetometer none is drawn for it."""
+    headers = set()
+    for seed in (1, 2):
+        path = tmp_path / f"{seed}.csv"
+        make_exercise(path, key="gimbal", seed=seed, poses="6", magnetometer=True)
+        headers.add(path.read_text().splitlines()[1])
+    (header,) = headers
+    assert "mx[uT]" in header
+    assert "current[A]" in header
+    drawn = {draw(np.random.default_rng(seed), "consumer").sensor for seed in range(100)}
+    assert drawn == {"accelerometer", "gyroscope"}
+    guess = parse_guess("magnetometer/current:x")
+    assert judged(guess, Hidden("magnetometer", "current", 0.3, (0,)))[0] is Outcome.RIGHT

@@ -95,6 +95,7 @@ def simulate_recording(
     hold: float | None = None,
     rotations: int = 6,
     magnetometer: bool = False,
+    ammeter: bool = False,
 ) -> None:
     """Write a recording: comments, header, one line per sample. Nothing in it tells the truth.
 
@@ -107,8 +108,9 @@ def simulate_recording(
         model: the sensor; drawn from the seed when not given.
         hold: seconds per pose; 5, or 10 where corners are taken.
         rotations: turns about each axis at the end.
-        magnetometer: there is one too, and a circle on each face comes last; with an ammeter where
-            the current is to be seen.
+        magnetometer: there is one too, and a circle on each face comes last.
+        ammeter: motors run, and their current has a column; so in any case where the effect of a
+            current is hidden.
 
     Raises:
         UsageError: an unknown set of poses or hidden effect, or one of a sensor that is not there.
@@ -127,7 +129,7 @@ def simulate_recording(
     hand.perform(itertools.chain(script, perform_circles(TURN_HOLD)) if magnetometer else script)
     middle = (FIRST_REST + 0.5 * len(names) * (seconds + 1.2)) / 60.0
     field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
-    load = VirtualLoad(seed) if draws_current(effects) else None
+    load = VirtualLoad(seed) if ammeter or draws_current(effects) else None
     stream = VirtualStream(
         hand, sensor, effects, rate=rate, seed=seed, step=middle, magnetometer=field, load=load
     )

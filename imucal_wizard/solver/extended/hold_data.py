@@ -109,16 +109,20 @@ def hold_data(
     )
 
 
-def checked_base(base: Sequence[str]) -> tuple[str, ...]:
-    """The terms of the base model asked for, in their usual order.
+def checked_base(base: Sequence[str], whole: Sequence[str] = BASE) -> tuple[str, ...]:
+    """The terms of a base model that were asked for, in their usual order.
+
+    Args:
+        base: as asked for.
+        whole: all terms of the sensor's base model.
 
     Raises:
         UsageError: one of them is none.
     """
-    unknown = [term for term in base if term not in BASE]
+    unknown = [term for term in base if term not in whole]
     if unknown:
-        raise UsageError(f"{unknown[0]!r} is not in the base; it has {', '.join(BASE)}")
-    return tuple(term for term in BASE if term in base)
+        raise UsageError(f"{unknown[0]!r} is not in the base; it has {', '.join(whole)}")
+    return tuple(term for term in whole if term in base)
 
 
 def carried_base(carried: Carried, base: Sequence[str]) -> tuple[str, ...]:

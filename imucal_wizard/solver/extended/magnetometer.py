@@ -6,7 +6,6 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.ellipsoid.shape import TRIANGLE
-from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.field_data import FIELD_BASE, FieldData
 from imucal_wizard.solver.extended.field_fit import (
@@ -23,6 +22,7 @@ from imucal_wizard.solver.extended.field_model import (
     point_at,
     shown,
 )
+from imucal_wizard.solver.extended.hold_data import checked_base
 from imucal_wizard.solver.extended.linear import Linear, RowInfo, Seen
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
@@ -50,7 +50,7 @@ def fit_magnetometer_with(
         DataError: the fit does not converge.
         UsageError: a term that the base does not have, or an effect of another sensor.
     """
-    base = checked_base(base)
+    base = checked_base(base, FIELD_BASE)
     fit = fit_field(data, terms, base)
     covariance = _block(fit, fit.sizes)
     late, out = later(fit), held_out(fit)
@@ -65,20 +65,6 @@ def fit_magnetometer_with(
         rms_late=None if late is None else root_mean_square(late),
         late=late,
     )
-
-
-def checked_base(base: Sequence[str]) -> tuple[str, ...]:
-    """The terms of the base model asked for, in their usual order.
-
-    Raises:
-        UsageError: one of them is none.
-    """
-    unknown = [term for term in base if term not in FIELD_BASE]
-    if unknown:
-        raise UsageError(
-            f"{unknown[0]!r} is not in the magnetometer's base; it has {', '.join(FIELD_BASE)}"
-        )
-    return tuple(term for term in FIELD_BASE if term in base)
 
 
 def _block(fit: FieldFit, part: slice) -> FloatArray | None:
