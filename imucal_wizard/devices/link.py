@@ -19,7 +19,8 @@ It spoils the line that the loss cut in two, so that no half line is ever joined
 every decoder throws away the line before it and does not trust the one after it.
 """
 
-_REMOTE = ("socket://", "rfc2217://")
+_SCHEMES = ("", "socket", "rfc2217")
+"""Of what is opened: a port of this machine, a plain connection, a terminal server."""
 
 if sys.platform == "win32":
     _LOST: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
@@ -62,11 +63,6 @@ class Transport:
         words = (info.hint or info.description) if info else ""
         return plain(f"{self.port}, {words}" if words else self.port)
 
-    @property
-    def is_open(self) -> bool:
-        """Whether the port is open as far as is known."""
-        return self._serial is not None
-
     def open(self) -> None:
         """Open the port, for this program alone where the system can promise that.
 
@@ -74,26 +70,27 @@ class Transport:
             LinkError: the port is missing, busy, forbidden, refused or no port at all.
         """
         self.close()
-        ports = self._find() if "://" not in self.port else []
+        scheme = _scheme(self.port)
+        ports = [] if scheme else self._find()
         self._serial = self._opened(self.port, ports)
         self._identity = same_device(self.port, ports) or self._identity
-        direct = sys.platform != "win32" and self.port.partition("://")[1:] == ("", "")
-        if direct or self.port.startswith("socket://"):
+        if scheme == "socket" or (not scheme and sys.platform != "win32"):
             self._fd = self._serial.fileno()
 
     def _opened(self, port: str, ports: list[PortInfo]) -> Any:
         import serial
 
+        scheme = _scheme(port)
         options: dict[str, Any] = {"timeout": 0.05}
-        if not port.lower().startswith("rfc2217://"):  # refused there
+        if scheme != "rfc2217":  # refused there
             options["write_timeout"] = 1.0
-        if "://" not in port and sys.platform != "win32":
+        if not scheme and sys.platform != "win32":
             options["exclusive"] = True
         try:
-            if "://" in port and not port.lower().startswith(_REMOTE):
+            if scheme not in _SCHEMES:
                 raise ValueError(port)  # pyserial takes others, and fails on them in many ways
             opened: Any = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
-            if port.lower().startswith("socket://"):
+            if scheme == "socket":
                 # pyserial throws away what came first: a server's header, sent once on connecting
                 opened.reset_input_buffer = lambda: None
             opened.open()
@@ -177,6 +174,12 @@ class Transport:
             port.close()
         except _LOST:
             return  # the device went away first, and with it what had to be closed
+
+
+def _scheme(port: str) -> str:
+    """``socket`` of ``socket://HOST:PORT``; "" of a port of this machine."""
+    scheme, found, _ = port.partition("://")
+    return scheme.lower() if found else ""
 
 
 def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:

@@ -132,7 +132,8 @@ def test_a_socket_is_read_like_a_port_and_its_end_is_a_loss() -> None:
         peer.close()
         with pytest.raises(LinkError, match="is gone"):
             until(transport.read, 1)
-        assert not transport.is_open
+        with pytest.raises(LinkError, match="is not open"):
+            transport.read()
 
 
 def test_what_a_server_sends_on_connecting_is_not_thrown_away() -> None:
@@ -165,7 +166,8 @@ def test_an_unplugged_device_is_noticed_after_all_it_sent_has_been_read(pty: Pty
     pty.unplug()
     with pytest.raises(LinkError, match=r"unplugged.*kept"):
         until(transport.read, 1)
-    assert not transport.is_open
+    with pytest.raises(LinkError, match="is not open"):
+        transport.read()
 
 
 def test_the_last_bytes_are_read_when_the_other_end_closes_at_once() -> None:
