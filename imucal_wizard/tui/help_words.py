@@ -86,10 +86,12 @@ WORDS: dict[str, tuple[str, ...]] = {
         (
             "|a| is the size of the acceleration at rest, which should be gravity. Closure: the "
             "gyroscope carries gravity's direction through a turn; the angle by which it misses "
-            "the direction measured afterwards."
+            "the direction measured afterwards. |m| is the size of the magnetic field, which "
+            "should be the same in all directions; hard iron shifts it, soft iron bends it."
         ),
         "v measures a few new orientations, s saves at once, t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
+        "h shows north: the heading, live, before and after. c: all methods side by side.",
     ),
     "heading": (
         (
@@ -145,5 +147,6 @@ WORDS: dict[str, tuple[str, ...]] = {
         "The calibration is on disk. The place is shown; q leaves.",
         "t shows every parameter.",
         "f opens the bench: it shows what the model does not explain, and which effect would.",
+        "h shows north: the heading, live, before and after. c: all methods side by side.",
     ),
 }

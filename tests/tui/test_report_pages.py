@@ -195,6 +195,9 @@ async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
     source = fakes.FakeSource(RESULT)
     async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
         assert "h north" not in await shows(pilot, "31.4 mg", "c compare")
+        await pilot.press("question_mark")
+        await shows(pilot, "help: result", "h shows north: the heading")
+        await pilot.press("escape")
         await pilot.press("h")
         await shows(pilot, "no heading without a calibrated magnetometer", "circles")
         await pilot.press("h")
