@@ -44,6 +44,7 @@ class Assembler:
         self._device = self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
         self._index = 0.0
+        self._fields = 0
 
     def _factor(self, sensor: str, places: list[int]) -> FloatArray:
         return np.array([units.factor(sensor, self.columns[p].unit) for p in places])
@@ -73,6 +74,11 @@ class Assembler:
         """Samples missing by the device's time or count, or by the host's clock."""
         by_device = self._device.lost if self._device is not None else self._host.lost
         return by_device + self._counter.lost
+
+    @property
+    def fieldless(self) -> bool:
+        """Whether there are columns of a magnetometer, and never a number in all of them."""
+        return bool(self._places["magnetometer"]) and not self._fields
 
     @property
     def torn(self) -> int:
@@ -152,6 +158,7 @@ class Assembler:
     def _field(self, times: FloatArray, values: FloatArray) -> Series:
         """The magnetometer is slower than the others: absent in most rows of some devices."""
         there = np.isfinite(values[:, self._places["magnetometer"]]).all(axis=1)
+        self._fields += int(there.sum())
         return self._series("magnetometer", times[there], values[there])
 
     def _slow(self, name: str, times: FloatArray, values: FloatArray) -> Series | None:

@@ -16,6 +16,8 @@ _CHECKS = (checks.frozen, checks.repeated, checks.gravity, checks.zero_rate, che
 _RATE_AFTER = 8.0
 _SILENCE = 0.5
 _FEW = 5
+_LONG = 500
+"""Samples after which a sensor that has said nothing is not merely slow."""
 _LEAST = 100
 """Samples below which no share is worth a warning."""
 
@@ -69,6 +71,8 @@ class Health:
             self._note("malformed", _MALFORMED)
         if blanks.count >= _FEW:
             self._note("nan", blanks.note)
+        if total >= _LONG and self._assembler.fieldless:
+            self._note("field", _FIELDLESS)
         # a line cut in two takes its neighbour with it, and both are missing by the device's time
         dropped = self._assembler.dropped - 2 * malformed - blanks.count
         if total >= _LEAST and dropped >= max(_FEW, 0.01 * total):
@@ -148,6 +152,10 @@ class Health:
         self._notes.setdefault(key, text)
 
 
+_FIELDLESS = (
+    "No number (NaN, or nothing) comes for the magnetometer: it is left out; check the sensor's "
+    "wiring and the sketch."
+)
 _MALFORMED = (
     "More than one line in a hundred cannot be read (cut short, columns missing): check the cable "
     "and the speed, and that no other program reads the port."

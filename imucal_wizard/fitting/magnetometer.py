@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.checks import check_readings, check_saturation, stuck_samples
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.inertial import FitOptions
 from imucal_wizard.fitting.verdict import verdict
@@ -71,9 +72,23 @@ def fit_during(
         DataError: the step was left out, or what was measured does not carry a calibration.
     """
     if not spans:
+        check_readings(series.values)
         raise DataError("its step was left out")
     found = fit_magnetometer(samples_during(spans, series), field, method)
+    _check_saturation(found, samples_during(((spans[0][0], spans[-1][1]),), series))
     return judged_elsewhere(found, series, _within(spans, series))
+
+
+def _check_saturation(found: MagnetometerFit, step: Series) -> None:
+    """An axis at its end is off the others, and so may have been left out as a disturbance.
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    stuck = stuck_samples(step.values)
+    if stuck:
+        length = np.linalg.norm((step.values - found.fit.bias) @ found.fit.matrix.T, axis=1)
+        check_saturation(stuck, length - found.magnitude)
 
 
 def samples_during(spans: Sequence[tuple[float, float]], series: Series) -> Series:

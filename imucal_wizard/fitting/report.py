@@ -82,6 +82,7 @@ def fit_collected(
     """
     options = options or FitOptions()
     series = collected.magnetometer
+    warnings = (*warnings, *_left_out(collected))
     if series is None or not len(series):
         return _held(collected, units, rate, options, warnings)
     report = with_magnetometer(
@@ -95,6 +96,14 @@ def fit_collected(
     )
     report = with_second_stage(report, series, crossings_of(report.rotations, report.holds))
     return replace(report, verdict=verdict(report))
+
+
+def _left_out(collected: Collected) -> list[str]:
+    """What the wizard has left out of the magnetometer's step, and why."""
+    return [
+        f"from {start:.1f} to {end:.1f} s {reason}: these samples are left out"
+        for start, end, reason in collected.field_left_out
+    ]
 
 
 def _held(
