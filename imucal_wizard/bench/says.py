@@ -14,6 +14,7 @@ from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import Statement
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.effects.effect import MAGNETOMETER
+from imucal_wizard.solver.extended.field_data import FieldData
 
 
 def says(said: Statement) -> str:
@@ -29,7 +30,7 @@ def says(said: Statement) -> str:
     if said.waiting:
         parts = [_waits(said), *parts]
     if said.bench is not None:
-        parts += _repeatability(said, said.bench) + _regretted(said.bench)
+        parts += _assumed(said.bench) + _repeatability(said, said.bench) + _regretted(said.bench)
     return " ".join(parts)
 
 
@@ -128,6 +129,16 @@ def _waits(said: Statement) -> str:
         f"reference and would be blamed on the {said.sensor}. Nothing is settled here until the "
         "accelerometer is."
     )
+
+
+def _assumed(bench: Bench) -> list[str]:
+    """On what the sizes rest where counts of an unknown field were read."""
+    data = bench.measured
+    if not isinstance(data, FieldData) or not data.assumed:
+        return []
+    return [
+        f"Nothing tells how strong the field is: all sizes rest on {data.field:.0f} µT (--field)."
+    ]
 
 
 def _repeatability(said: Statement, bench: Bench) -> list[str]:

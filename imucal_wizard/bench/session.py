@@ -148,6 +148,8 @@ class Bench:
             if all(effect.name != one.name for one in self.catalogue):
                 self.offer(effect)
         for fit, rung_before in zip(before._fits[1:], before.ladder[1:], strict=True):
+            if any(self.lacking(term.effect) is not None for term in fit.terms):
+                continue
             try:
                 again = fit_with(self.measured, fit.terms, fit.base)
             except DataError:

@@ -7,12 +7,14 @@ import pytest
 
 from imucal_wizard.bench.automatic import add_by_itself
 from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.says import says
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import statement
 from imucal_wizard.bench.survey import survey
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.devices.virtual.magnetometer import FieldModel
 from imucal_wizard.errors import DataError
+from imucal_wizard.fitting import FitOptions, with_field
 from imucal_wizard.solver.extended.field_data import FieldData
 from tests.bench.recordings import tumbled
 
@@ -138,3 +140,29 @@ def test_while_the_accelerometer_is_not_complete_the_dip_is_not_looked_at() -> N
     assert again is not None
     assert isinstance(again.measured, FieldData)
     assert len(again.measured.dips) >= 18
+
+
+def test_of_counts_in_an_unknown_field_it_is_said_on_what_the_sizes_rest() -> None:
+    """The same readings as counts: the same effect, told with the field that is assumed."""
+    benches = tumbled("magnetometer/current:0.3:x")
+    readings = benches.readings
+    assert readings is not None
+    assert readings.magnetometer is not None
+    series = readings.magnetometer
+    counts = replace(series, values=np.round(10.0 * series.values), unit="count")
+    plain = replace(benches.report, magnetic=None)
+    report = with_field(plain, counts, FitOptions())
+    made = Benches(report, replace(readings, magnetometer=counts))
+    bench = made.magnetometer
+    assert bench is not None
+    bench.add("misalignment")
+    bench.add("current")
+    told = says(statement(made, bench))
+    assert "all sizes rest on 50 µT (--field)" in told
+    field = float(np.linalg.norm(FieldModel.drawn(3).world))
+    size = next(p.value for p in bench.fit.fit.parameters if p.name == "current_x")
+    assert size == pytest.approx(0.3 * 50.0 / field, rel=0.05)
+    known = with_field(plain, counts, FitOptions(field=field))
+    bench = Benches(known, replace(readings, magnetometer=counts)).magnetometer
+    assert bench is not None
+    assert "all sizes rest" not in says(statement(made, bench))

@@ -52,6 +52,7 @@ class FieldData:
     Attributes:
         unit: of the readings, ``uT`` or ``count``.
         field: magnitude that corrected readings have, µT.
+        assumed: nothing tells that magnitude, so that all sizes rest on a usual one.
         pieces: means of the readings, by group.
         samples: circumstances of the pieces.
         noise: variance of each group's mean magnitude by noise alone, µT², shape (k,).
@@ -65,6 +66,7 @@ class FieldData:
 
     unit: str
     field: float
+    assumed: bool
     pieces: Pieces
     samples: Circumstances
     noise: FloatArray

@@ -65,6 +65,7 @@ def field_data(
     return FieldData(
         unit=series.unit,
         field=field,
+        assumed=found.fit.unit == COUNT,
         pieces=pieces,
         samples=samples,
         noise=np.maximum(noise / pieces.samples, (SMALLEST_NOISE * field) ** 2),
