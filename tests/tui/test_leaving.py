@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,18 @@ from imucal_wizard.bench.benches import Benches
 from imucal_wizard.errors import DataError
 from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.screens.bench_screen import BenchScreen
+from imucal_wizard.tui.screens.help_screen import HelpScreen
+from imucal_wizard.tui.screens.page_screen import PageScreen
+from imucal_wizard.tui.text import line
 from tests.tui.waiting import until
 
 TURNS = 30
 """Turns of the event loop in which a screen's parts go one by one, and then the screen."""
+
+
+def never() -> Benches:
+    """A recording that carries no bench."""
+    raise DataError("nothing to look at")
 
 
 def at_work(screen: Screen[Any]) -> bool:
@@ -52,6 +61,27 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
                 await asyncio.sleep(0)
             work.set()
             await until(pilot, partial(idle, screen))
+    assert app.return_code in (None, 0)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: HelpScreen("poses"),
+        lambda: PageScreen("page", lambda width: [line("text" * width)]),
+        lambda: BenchScreen(never),
+    ],
+)
+async def test_a_terminal_that_changes_its_size_while_a_screen_is_left_is_no_fault(
+    make: Callable[[], HelpScreen | PageScreen | BenchScreen],
+) -> None:
+    app = BenchApp(never)
+    async with app.run_test(size=(80, 24)) as pilot:
+        screen = make()
+        await app.push_screen(screen)
+        await app.pop_screen()
+        screen.on_resize()
+        await pilot.pause()
     assert app.return_code in (None, 0)
 
 

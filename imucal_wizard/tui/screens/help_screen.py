@@ -8,6 +8,7 @@ from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 
 from imucal_wizard.tui.help_words import WORDS
+from imucal_wizard.tui.leaving import being_left
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 
@@ -64,6 +65,8 @@ class HelpScreen(ModalScreen[None]):
 
     def on_resize(self) -> None:
         """Wrap for the width there is."""
+        if being_left(self):
+            return
         lines = self.query_one(Lines)
         lines.show(self._rows(max(40, min(96, self.app.size.width * 9 // 10 - 10))))
 

@@ -8,6 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 
+from imucal_wizard.tui.leaving import being_left
 from imucal_wizard.tui.text import Line
 from imucal_wizard.tui.widgets.lines import Lines
 
@@ -48,4 +49,6 @@ class PageScreen(ModalScreen[bool]):
 
     def on_resize(self) -> None:
         """Lay out for the width there is."""
+        if being_left(self):
+            return
         self.query_one(Lines).show(self._make(max(60, min(WIDEST, self.app.size.width - 8))))

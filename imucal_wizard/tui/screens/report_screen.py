@@ -42,7 +42,7 @@ class ReportScreen(LiveScreen):
 
     def on_screen_resume(self) -> None:
         """Back from a page above, perhaps at another size or with another model of the bench."""
-        self.redraw()
+        self.redraw_if_there()
 
     def action_table(self) -> None:
         """Every parameter with its standard error."""

@@ -41,13 +41,16 @@ class SizedScreen(Screen[Result], Generic[Result]):
 
     def on_resize(self) -> None:
         """Rows and columns decide how much is shown."""
+        if being_left(self):
+            return
         columns, rows = self.app.size
         self.query_one("#too-small", Static).update(
             f"This terminal has {columns}×{rows} characters. Make it at least "
             f"{SMALLEST[0]}×{SMALLEST[1]}, or the letters smaller.{self.meanwhile}"
         )
-        self.call_after_refresh(self._redraw_if_there)
+        self.call_after_refresh(self.redraw_if_there)
 
-    def _redraw_if_there(self) -> None:
+    def redraw_if_there(self) -> None:
+        """The same, unless the screen is being left meanwhile."""
         if not being_left(self):
             self.redraw()
