@@ -173,9 +173,9 @@ class Engine:
         """Nothing came until now; where that is ``expected`` it is no silence."""
         self.journal.idle()
         if expected:
-            self._stream.health.heard(arrival)
+            self._stream.flow.heard(arrival)
         self._remark()
-        if self._stream.health.silent(arrival):
+        if self._stream.flow.silent(arrival):
             self._view.changed()
 
     def connected(self, source: str) -> None:
@@ -185,7 +185,7 @@ class Engine:
 
     def link(self, problem: str) -> None:
         """What is wrong with the port; ``""`` when nothing is."""
-        self._stream.health.link(problem)
+        self._stream.flow.link(problem)
         self._view.changed()
 
     def tell(self, kind: EventKind, text: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from imucal_wizard.devices.intake import Intake, StreamSetup
-from imucal_wizard.live.health import Health
+from imucal_wizard.live.flow import Flow
 from imucal_wizard.live.remarks import Remark, Remarks
 from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.procedure.state import StepKind
@@ -20,12 +20,12 @@ class Stream:
     Attributes:
         source: the same; a port tells more once it is open.
         intake: what reads the bytes; it has read none where a recording is played.
-        health: whether the port is well.
+        flow: whether anything comes.
     """
 
     def __init__(self, setup: StreamSetup, source: str) -> None:
         self.source = source
-        self.health = Health()
+        self.flow = Flow()
         self._setup = setup
         self.restart()
 
@@ -41,7 +41,7 @@ class Stream:
     def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
         """The samples in new bytes, each piece with its arrival; None when there are none."""
         for _, arrival in pieces:
-            self.health.heard(arrival)
+            self.flow.heard(arrival)
         return self.intake.feed_all(pieces)
 
     def reconfigure(self, setup: StreamSetup) -> Readings | None:
@@ -62,7 +62,7 @@ class Stream:
             step: the step at work.
             unwritten: why nothing is written down at present, or "".
         """
-        stalled = self.health.stalled(self.intake)
+        stalled = self.flow.stalled(self.intake)
         return self._remarks.new(step, self.intake.warnings, stalled, unwritten)
 
     def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
@@ -77,8 +77,8 @@ class Stream:
         return StreamStatus(
             source=self.source,
             format=intake.format,
-            connected=self.health.connected,
-            problem=self.health.problem(intake, unwritten),
+            connected=self.flow.connected,
+            problem=self.flow.problem(intake, unwritten),
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,
             samples=samples,

@@ -1,4 +1,4 @@
-"""Is the stream well: the port, the silence, what is not known; and what to do about it."""
+"""Does the stream flow: the port, the silence, what is not known; and what to do about it."""
 
 from imucal_wizard.devices.intake import Intake
 
@@ -8,7 +8,7 @@ SILENCE = 3.0
 _SILENT = "is the device switched on and sending, and is the speed (--baud) right?"
 
 
-class Health:
+class Flow:
     """What has gone wrong with the stream, the most pressing first.
 
     Attributes:
