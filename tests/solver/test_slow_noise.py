@@ -138,6 +138,25 @@ def test_the_rate_of_unequal_shares_is_known_less() -> None:
     assert even / one == pytest.approx(np.full(3, ratio))
 
 
+def test_the_rate_of_a_wandering_gyroscope_is_known_as_its_formula_says() -> None:
+    """Two hundred rests of 3 s whose noise is told and whose bias wanders by B = N/2.
+
+    What is added is then nearly the true variance of their mean less what their scatter shows.
+    """
+    rng, spans, ratio = np.random.default_rng(6), _regular(200), 0.5
+    white = 1e-4 / (2.0 * 3.0)
+    slow = ratio**2 * 1e-4 * averaged(spans)
+    root = np.linalg.cholesky(white * np.eye(200) + slow)
+    values = 0.3 + root @ rng.standard_normal((200, 3))
+    rests = [
+        hold(np.zeros(3), start, 3.0, rate, gyroscope_sigma=np.sqrt(white))
+        for start, rate in zip(spans[:, 0], values, strict=True)
+    ]
+    seen = (np.trace(slow) - 200.0 * slow.mean()) / 199.0
+    expected = slow.mean() - seen / 200.0
+    assert slow_rate(rests) == pytest.approx(np.full(3, expected), rel=0.5)
+
+
 def test_what_the_scatter_shows_already_is_not_counted_twice() -> None:
     """In 4000 sets of errors with known slow noise: the fit's own variance and this make the true.
 
