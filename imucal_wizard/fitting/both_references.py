@@ -14,14 +14,10 @@ from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
 from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.second_stage.attitude_fit import AttitudeFit, fit_attitude
 from imucal_wizard.solver.second_stage.clock import clock_offset
 from imucal_wizard.solver.second_stage.found import Added, SecondStage
-from imucal_wizard.solver.second_stage.references import (
-    AttitudeFit,
-    References,
-    closed,
-    fit_attitude,
-)
+from imucal_wizard.solver.second_stage.references import References, closed
 
 FEWEST_TURNS = 6
 WORSE = 1.1

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting.comparison import comparison, integral, single_axis
+from imucal_wizard.fitting.comparison import comparison, single_axis
 from imucal_wizard.fitting.single_axis_fit import by_single_axis
+from imucal_wizard.fitting.turning import name_axes, silent_axes
 from imucal_wizard.fitting.turns import Bench, examined, make_bench, paths
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
@@ -23,20 +24,10 @@ from imucal_wizard.solver.parameters import full_parameters, unit_of, with_error
 from imucal_wizard.solver.result import AxisComparison, SensorFit
 from imucal_wizard.units import COUNT
 
-ONE_AXIS_SHARE = 0.9
-"""Share of all turning that is about one body axis, for Q's single-axis methods."""
-LEVEL = 0.35
-"""Largest component of up along that axis (20° off level): gravity must see the turn."""
-SILENT_RATIO = 2.0
-"""Spread of an axis in motion over its noise at rest up to which it says nothing of the motion."""
-SILENT_SHARE = 1e-4
-"""The same over the spread of the liveliest axis: 0.02 °/s of 200."""
 ALL_NEEDED = (
     "without one of the rotations the others do not carry these gains, so none could be left out "
     "to check it: add some"
 )
-SMALLEST_TURN = np.radians(5.0)
-"""A motion that turns less than this is a disturbed hold, not a rotation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +74,13 @@ def fit_gyroscope(
     bench = make_bench(holds, rotations, accelerometer)
     if bench is None:
         return _none(rotations, "no usable rotation between two holds")
-    silent = _silent([rotations[i] for i in bench.usable], bench)
+    silent = silent_axes([rotations[i] for i in bench.usable], bench)
     try:
         vector = _vector(bench, rotations, accelerometer, unit)
         fit = _sensor_fit(bench, vector, unit)
     except DataError as error:
         return _none(rotations, str(error), silent)
-    named, angles = _name_axes(rotations, vector, accelerometer, holds)
+    named, angles = name_axes(rotations, vector, accelerometer, holds)
     up = {id(hold): direction for hold, direction in zip(holds, accelerometer.up, strict=True)}
     single = single_axis([named[i] for i in bench.usable], up, vector)
     if method != "vector":
@@ -110,22 +101,6 @@ def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) 
         tuple(rotations),
         (None,) * len(rotations),
         warnings=(*besides, f"the gyroscope is not calibrated: {why}"),
-    )
-
-
-def _silent(rotations: Sequence[Rotation], bench: Bench) -> tuple[str, ...]:
-    """A warning for each axis that says no more in motion than at rest."""
-    rates = np.concatenate([rotation.rate for rotation in rotations])
-    intervals = bench.turns.steps.dt
-    interval = float(np.median(intervals[intervals > 0.0]))
-    spread = rates.std(axis=0)
-    noise = np.sqrt(bench.density / interval)
-    still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())
-    return tuple(
-        f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, or "
-        "nothing turned about it"
-        for axis, silent in zip("xyz", still, strict=True)
-        if silent
     )
 
 
@@ -221,34 +196,6 @@ def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:
 
 def _stands_out(vector: VectorFit) -> Suspect | None:
     return suspect_rotation(vector.weighted, vector.drops, vector.degrees_of_freedom)
-
-
-def _name_axes(
-    rotations: Sequence[Rotation],
-    vector: VectorFit,
-    accelerometer: AccelerometerFit,
-    holds: Sequence[Hold],
-) -> tuple[tuple[Rotation, ...], tuple[float | None, ...]]:
-    """Each rotation with the axis it was about, and its angle, rad, where that can be told."""
-    places = {id(hold): index for index, hold in enumerate(holds)}
-    named: list[Rotation] = []
-    angles: list[float | None] = []
-    for rotation in rotations:
-        place = places.get(id(rotation.before))
-        if place is None or len(rotation.time) < 2 or not np.isfinite(rotation.rate).all():
-            named.append(rotation)
-            angles.append(None)
-            continue
-        rate = (rotation.rate - vector.bias) @ vector.matrix.T
-        total = integral(rate, rotation.time)
-        turned = float(integral(np.linalg.norm(rate, axis=1)[:, None], rotation.time)[0])
-        axis = int(np.argmax(np.abs(total)))
-        up = accelerometer.up[place]
-        about = abs(total[axis]) > ONE_AXIS_SHARE * np.linalg.norm(total)
-        clear = about and abs(total[axis]) > SMALLEST_TURN and abs(up[axis]) < LEVEL
-        named.append(replace(rotation, axis="xyz"[axis] if clear else None))
-        angles.append(float(total[axis] if clear else turned))
-    return tuple(named), tuple(angles)
 
 
 def _rms(vectors: FloatArray) -> float:

@@ -16,8 +16,9 @@ from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import FloatArray, Readings, Series, join
 from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.result import FitReport
+from imucal_wizard.solver.second_stage.attitude_fit import fit_attitude
 from imucal_wizard.solver.second_stage.dip import exponential
-from imucal_wizard.solver.second_stage.references import References, fit_attitude
+from imucal_wizard.solver.second_stage.references import References
 from tests.solver.whole_session import HOLD, TURN, Session, attitude
 
 RATE = 100.0

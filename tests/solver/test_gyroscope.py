@@ -208,7 +208,7 @@ def test_free_turns_serve_as_well_as_turns_about_axes() -> None:
 
 def test_a_gyroscope_that_does_not_fit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no minimum is found, the user is told where to look."""
-    monkeypatch.setattr("imucal_wizard.solver.gyroscope.MAX_ITERATIONS", 1)
+    monkeypatch.setattr("imucal_wizard.solver.gyroscope_descent.MAX_ITERATIONS", 1)
     data = experiment(hand_turns(3, np.random.default_rng(3)), typical_gyroscope())
     with pytest.raises(DataError, match="sampling rate"):
         data.fit()
