@@ -22,6 +22,7 @@ from imucal_wizard.ellipsoid.shape import (
     parameters,
     symmetric_matrix,
 )
+from imucal_wizard.ellipsoid.sphere import sphere_near
 from imucal_wizard.readings import FloatArray
 
 SOFT_IRON = 0.12
@@ -118,7 +119,7 @@ def provisional(readings: FloatArray, last: Provisional | None = None) -> Provis
     if len(readings) < FEWEST or not np.ptp(readings, axis=0).max() > 0.0:
         return None
     cloud = make_cloud(readings)
-    start = _sphere(cloud.points)
+    start = sphere_near(cloud.points)
     if start is None:
         return None
     found = None if last is None else _settled(cloud, start, _moved(last, cloud), AGAIN)
@@ -134,32 +135,26 @@ def _settled(
     radius = 1.0 / float(middle[3])
     precision = _prior(radius)
     for _ in range(rounds):
-        now = _weighed(cloud.points, theta, radius)
+        normal, pull, _ = _weighed(cloud.points, theta, radius)
         # the prior of the matrix does not see how large it is, so that the sphere's size is as good
-        pull = now.pull + precision @ (theta - middle)
-        theta = theta - np.linalg.solve(now.normal + precision, pull)
+        pull = pull + precision @ (theta - middle)
+        theta = theta - np.linalg.solve(normal + precision, pull)
         if not _possible(theta, radius):
             return None
-    now = _weighed(cloud.points, theta, radius)
-    covariance = np.asarray(np.linalg.inv(now.normal + precision), float)
-    return Provisional(cloud, theta, covariance, now.sigma)
+    normal, _, sigma = _weighed(cloud.points, theta, radius)
+    covariance = np.asarray(np.linalg.inv(normal + precision), float)
+    return Provisional(cloud, theta, covariance, sigma)
 
 
-@dataclass(frozen=True, eq=False)
-class _Weighed:
-    """The weighted linear problem at one θ: normal matrix, right side, noise of a sample."""
-
-    normal: FloatArray
-    pull: FloatArray
-    sigma: float
-
-
-def _weighed(points: FloatArray, theta: FloatArray, radius: float) -> _Weighed:
-    seen = look(theta, points)[1]
+def _weighed(
+    points: FloatArray, theta: FloatArray, radius: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """The linear problem at one θ: normal matrix, right side; and the noise of a sample."""
     now = rows(theta, points, 0.0)
     sigma = max(spread(now.distance), 1e-6 * radius)
-    weighted = now.slope * _weights(now.distance, bin_of(seen), sigma, radius)
-    return _Weighed(weighted @ now.slope.T, weighted @ now.distance, sigma)
+    areas = bin_of(look(theta, points)[1])
+    weighted = now.slope * _weights(now.distance, areas, sigma, radius)
+    return weighted @ now.slope.T, weighted @ now.distance, sigma
 
 
 def _weights(
@@ -178,19 +173,6 @@ def _prior(radius: float) -> FloatArray:
     precision[:3, :3] = np.eye(3) / (MIDDLE * radius) ** 2
     precision[3:, 3:] = _DEVIATORIC * (radius / SOFT_IRON) ** 2
     return precision
-
-
-def _sphere(points: FloatArray) -> FloatArray | None:
-    """A sphere through the points; across a plane its centre stays in it."""
-    columns = np.concatenate([points, np.ones((1, points.shape[1]))])
-    ridge = np.diag([0.003, 0.003, 0.003, 0.0]) * points.shape[1]
-    square = np.einsum("in,in->n", points, points)
-    beta = np.linalg.solve(columns @ columns.T + ridge, columns @ square)
-    centre = beta[:3] / 2.0
-    radius = float(beta[3] + centre @ centre)
-    if not 1e-4 < radius < 100.0:
-        return None
-    return parameters(np.eye(3) / np.sqrt(radius), centre)
 
 
 def _moved(last: Provisional, cloud: Cloud) -> FloatArray:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.procedure.field.record import FieldRecord
+from imucal_wizard.procedure.field.words import left_out
 from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.plan import Procedure
@@ -88,15 +89,15 @@ class Conductor:
 
     def collected(self) -> Collected:
         """Everything that has been measured and not taken back or left out."""
-        field, series = self.route.field, self.record.series()
+        gathered, series = self.route.field.gathered, self.record.series()
         collected = replace(self.holding.collected(), steps=self.scene.resolution.steps)
         if series is None or StepKind.FIELD in self.route.skipped:
             return replace(collected, magnetometer=series)
         return replace(
             collected,
             magnetometer=series,
-            field_spans=field.gathered.survey.spans(),
-            field_left_out=field.left_out(),
+            field_spans=gathered.survey.spans(),
+            field_left_out=left_out(gathered.survey, gathered.unit),
         )
 
     def _learn(self, moment: Moment) -> None:

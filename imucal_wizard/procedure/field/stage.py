@@ -3,6 +3,7 @@
 from imucal_wizard.ellipsoid.quality import gaps
 from imucal_wizard.procedure.field import advice, trouble, words
 from imucal_wizard.procedure.field.gathering import Gathering
+from imucal_wizard.procedure.field.patience import ALMOST, SECONDS, Patience
 from imucal_wizard.procedure.field.view import view
 from imucal_wizard.procedure.field_status import GOOD
 from imucal_wizard.procedure.ledger import KeptCircle, KeptHold
@@ -18,11 +19,8 @@ FULL_DEG = 350.0
 """From here on a circle is a whole one."""
 CARRIED = 0.02
 """Doubt anywhere on the sphere, as a share of the field, with which a calibration is carried."""
-PATIENCE = 20.0
-"""Seconds without progress, after which the way on is offered."""
 FEWEST = 60
 """Samples with which a fit is tried at all."""
-ALMOST = 1e-6
 
 
 class FieldStage:
@@ -53,7 +51,7 @@ class FieldStage:
         self.wanted: str | None = None
         self.advice = self.trouble = self.disturbed = ""
         self.turned = self._lasting = self._unseen = 0.0
-        self._waiting = self._progress = 0.0
+        self._patience = Patience()
 
     @property
     def done(self) -> tuple[str, ...]:
@@ -113,7 +111,6 @@ class FieldStage:
     def follow(self, moment: Moment) -> None:
         """Take the next moment; look at everything five times a second."""
         self.gathered.follow(moment)
-        self._waiting += moment.seconds
         self._unseen += moment.seconds
         if self._unseen >= UPDATE - ALMOST:
             seconds, self._unseen = self._unseen, 0.0
@@ -128,7 +125,7 @@ class FieldStage:
         self._circles = len(self._scene.ledger.circles)
         self.turned = gathered.turned
         circles = len(self.done)
-        flat = circles > 1 or (circles > 0 and self._waiting >= trouble.LASTING)
+        flat = circles > 1 or (circles > 0 and self._patience.waiting >= trouble.LASTING)
         self.trouble = (
             trouble.silence(gathered.silent)
             or trouble.constant(gathered.constant)
@@ -187,28 +184,17 @@ class FieldStage:
     def _be_patient(self, seconds: float) -> None:
         """Offer the way on when nothing new has come for a while."""
         progress = self.gathered.survey.covered + self.turned // 30.0 + 12.0 * len(self.done)
-        if progress > self._progress:
-            self._progress, self._waiting = progress, 0.0
-        elif self._waiting >= PATIENCE > self._waiting - seconds:
+        if self._patience.wait(seconds, progress):
             why = words.sentence(self.trouble or self.disturbed or self.advice)
-            self._scene.emit(EventKind.STUCK, f"Nothing new for {PATIENCE:.0f} s. {why}".rstrip())
+            self._scene.emit(EventKind.STUCK, f"Nothing new for {SECONDS:.0f} s. {why}".rstrip())
 
     def offers(self) -> tuple[Offer, ...]:
         """The way on, once nothing more comes."""
-        if self.finished or self._waiting < PATIENCE - ALMOST:
+        if self.finished or not self._patience.over:
             return ()
         if self.gathered.survey.kept < FEWEST:
             return (Offer("skip", "g", "leave it out: the magnetometer is not calibrated"),)
         return (Offer("enough", "g", "go on with what there is: it may carry less"),)
-
-    def left_out(self) -> tuple[tuple[float, float, str], ...]:
-        """What was disturbed: from, to, s, and how."""
-        survey = self.gathered.survey
-        magnitude = None if survey.fit is None else survey.fit.magnitude
-        return tuple(
-            (start, end, f"the field was {words.how_far(off, magnitude, self.gathered.unit)}")
-            for start, end, off in survey.left()
-        )
 
     def view(self) -> Status:
         """What to do, what is covered, and how good it is."""

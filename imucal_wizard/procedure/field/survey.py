@@ -141,7 +141,8 @@ class Survey:
             angles = self._by_field(rows)
             if angles is None:
                 return 0.0
-            before, after = angles[:-1], angles[1:]
+            beside = np.diff(np.flatnonzero(rows)) == 1  # across what is left out nothing is known
+            before, after = angles[:-1][beside], angles[1:][beside]
         return covered(before, after)
 
     @property

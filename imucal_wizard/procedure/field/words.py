@@ -1,5 +1,6 @@
 """The words of the magnetometer's step."""
 
+from imucal_wizard.procedure.field.survey import Survey
 from imucal_wizard.procedure.wording import label
 from imucal_wizard.units import COUNT
 
@@ -19,6 +20,15 @@ def disturbed(off: float, magnitude: float | None, unit: str) -> str:
     """What happens while the field is not the place's own."""
     far = how_far(off, magnitude, unit)
     return f"the field is disturbed: {far}; these samples are left out"
+
+
+def left_out(survey: Survey, unit: str) -> tuple[tuple[float, float, str], ...]:
+    """What was disturbed: from, to, s, and how."""
+    magnitude = None if survey.fit is None else survey.fit.magnitude
+    return tuple(
+        (start, end, f"the field was {how_far(off, magnitude, unit)}")
+        for start, end, off in survey.left()
+    )
 
 
 def lay_down(face: str) -> str:
