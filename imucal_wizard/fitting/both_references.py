@@ -11,6 +11,7 @@ from imucal_wizard.fitting.passages import Crossing, field_at, passages
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import lay_out
+from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
 from imucal_wizard.solver.result import FitReport, SensorFit
@@ -18,6 +19,7 @@ from imucal_wizard.solver.second_stage.attitude_fit import AttitudeFit, fit_atti
 from imucal_wizard.solver.second_stage.clock import clock_offset
 from imucal_wizard.solver.second_stage.found import Added, SecondStage
 from imucal_wizard.solver.second_stage.references import References, closed
+from imucal_wizard.solver.slow_noise import slow_rate
 
 FEWEST_TURNS = 6
 WORSE = 1.1
@@ -69,12 +71,15 @@ def with_gyroscope(
         return replace(stage, notes=(*stage.notes, note)), fit
     data = _references(report, turns, known)
     data = replace(data, spread=_spread(report, turns, data))
-    means = np.array([h.gyroscope for h in report.holds if h.gyroscope is not None], float)
+    resting = [hold for hold in report.holds if has_rate(hold)]
+    means = np.array([hold.gyroscope for hold in resting], float)
     sigma = np.maximum(means.std(axis=0), 1e-9 / np.linalg.norm(fit.matrix))
     try:
         better = fit_attitude(data, means, sigma, fit.matrix, fit.bias)
     except DataError as error:
         return replace(stage, notes=(*stage.notes, str(error))), fit
+    slow = np.concatenate([np.zeros(9), slow_rate(resting)])
+    better = replace(better, covariance=better.covariance + np.diag(slow))
     added = _added(data, fit, better)
     stage = replace(stage, added=added)
     if added.heading_after > WORSE * added.heading_before:

@@ -16,6 +16,7 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.solver.second_stage.dip import align, exponential, rotation_vector
 from imucal_wizard.solver.second_stage.found import SecondStage
 from imucal_wizard.solver.second_stage.heading import heading
+from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.summary import summary
 from tests.solver.field_truth import all_over
 from tests.solver.whole_session import Session
@@ -84,6 +85,7 @@ def test_turns_about_the_vertical_count_with_the_field_as_reference() -> None:
     fit = report.sensors["gyroscope"]
     assert fit.method == "vector + field"
     assert fit.covariance is not None
+    assert (np.diag(fit.covariance)[9:] > slow_rate(report.holds)).all()
     truth = np.concatenate([SESSION.gyroscope.matrix.ravel(), SESSION.gyroscope.bias])
     found = np.concatenate([fit.matrix.ravel(), fit.bias])
     assert (np.abs(found - truth) < 4.5 * np.sqrt(np.diag(fit.covariance))).all()
