@@ -149,6 +149,15 @@ def test_with_a_part_of_the_base_out_nothing_else_is_named(bench: Bench, benches
     assert words.startswith("Scale of the base model is left out")
 
 
+def test_a_gyroscope_that_waits_for_the_accelerometer_is_not_ticked(benches: Benches) -> None:
+    """Its model may leave only noise; nothing of it is settled before its reference is."""
+    gyroscope = benches.bench("gyroscope")
+    assert gyroscope is not None
+    sight = look(benches, gyroscope)
+    assert sight.said.waiting
+    assert says(sight)[0] == "warn"
+
+
 def test_a_guess_is_judged_line_by_line(sight: Sight) -> None:
     right = "\n".join(plain(reveal_rows(sight, Guess("second-order", "x", "+"), 70)))
     assert right.count("✓") == 4

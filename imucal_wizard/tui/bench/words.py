@@ -23,7 +23,8 @@ def says(sight: Sight) -> tuple[str, str]:
             "another name."
         )
     verdict = sight.said.verdict
-    style = "good" if verdict is Verdict.COMPLETE else "warn"
+    settled = verdict is Verdict.COMPLETE and not sight.said.waiting
+    style = "good" if settled else "warn"
     return "accent" if verdict is Verdict.MISSING else style, sight.told
 
 
