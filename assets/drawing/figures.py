@@ -6,7 +6,7 @@ from assets.drawing.solid import COLOURS, View, axis_arrows, cube
 from assets.drawing.svg import INK, QUIET, Point, Style, arrow, path, rectangle, text
 from assets.drawing.vectors import across, cross, scaled, standing, total, unit
 from imucal_wizard.procedure.plan import START_POSES
-from imucal_wizard.procedure.poses import AXES, DIRECTIONS
+from imucal_wizard.procedure.poses import AXES, NAMED
 from imucal_wizard.procedure.wording import label
 from imucal_wizard.tui.cube import Matrix, Vector, about, times
 
@@ -20,7 +20,7 @@ _EYE = {1: (27.0, 34.0), 2: (11.0, 38.0), 3: (0.0, 61.0)}
 
 def up_of(pose: str) -> Vector:
     """Which way is up in a pose, seen from the body."""
-    x, y, z = (float(value) for value in DIRECTIONS[pose])
+    x, y, z = (float(value) for value in NAMED[pose])
     return x, y, z
 
 
@@ -43,7 +43,7 @@ def view_of(pose: str, size: float) -> View:
 
 def readings(pose: str) -> str:
     """What the three axes read at rest, in g."""
-    return " ".join(_signed(float(value)) for value in DIRECTIONS[pose])
+    return " ".join(_signed(float(value)) for value in NAMED[pose])
 
 
 def _signed(value: float) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from assets.drawing.figures import device_figure, pose_figure, rotation_figure
 from assets.drawing.svg import QUIET, document, moved, text
 from imucal_wizard.procedure.plan import START_POSES, standard
-from imucal_wizard.procedure.poses import AXES, CORNERS, EDGES, FACES, POSE_TOLERANCE_DEG
+from imucal_wizard.procedure.poses import AXES, CORNERS, EDGES, EIGHT, FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.procedure.turn_advice import FAST, SLOW
 from imucal_wizard.procedure.wording import label
@@ -34,6 +34,7 @@ def drawings() -> dict[str, str]:
     return {
         "sheet.svg": document(WIDTH, HEIGHT, sheet()),
         "eighteen.svg": document(WIDTH, 3 * ROW + 6.0, rows([*FACES, *EDGES], 5.0)),
+        "eight.svg": document(WIDTH, 2 * ROW + 6.0, rows(list(EIGHT), 5.0, columns=4)),
         "rotations.svg": document(WIDTH, 52.0, turns(4.0)),
     }
 
