@@ -13,6 +13,7 @@ from imucal_wizard.commands.arguments import (
     recording_options,
     write_json,
 )
+from imucal_wizard.commands.bench_terms import SENSORS, base_terms, wanted_terms
 from imucal_wizard.commands.places import STANDARD_OUT, spare
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.output import note, say
@@ -22,13 +23,6 @@ if TYPE_CHECKING:  # numpy waits until the options are known to be right
     from imucal_wizard.bench.statement import Statement
     from imucal_wizard.commands.material import Material
     from imucal_wizard.effects.effect import Effect
-
-SENSORS = ("accelerometer", "gyroscope", "magnetometer")
-BASES = {
-    "accelerometer": ("bias", "scale", "non-orthogonality"),
-    "gyroscope": ("bias", "scale", "non-orthogonality"),
-    "magnetometer": ("bias", "soft-iron"),
-}
 
 
 def parser() -> Parser:
@@ -142,55 +136,6 @@ def benches_of(arguments: Namespace, material: "Material", own: "Sequence[Effect
     if material.field is not None:
         report = with_field(report, material.field, options)
     return Benches(report, material.behind(report), base, own)
-
-
-def base_terms(text: str) -> dict[str, tuple[str, ...]]:
-    """The terms of ``--base`` by sensor; ``none`` is none of them.
-
-    A word with a sensor in front is that sensor's alone; a sensor without any has the others. Scale
-    and non-orthogonality of a magnetometer are its soft iron.
-
-    Raises:
-        UsageError: a word that is no term of a base.
-    """
-    words = [word.strip() for word in text.split(",") if word.strip()]
-    plain = [word for word in words if "/" not in word]
-    found = {}
-    for sensor, whole in BASES.items():
-        own = [word.partition("/")[2] for word in words if word.startswith(f"{sensor}/")]
-        asked = set(own or plain)
-        if sensor == "magnetometer" and "non-orthogonality" in asked:
-            asked.add("soft-iron")
-        found[sensor] = tuple(term for term in whole if term in asked) if asked else whole
-    known = {"none", "soft-iron", *BASES["accelerometer"]}
-    for word in words:
-        sensor, slash, term = word.rpartition("/")
-        if term not in known or (slash and sensor not in BASES):
-            raise UsageError(
-                f"--base: {word!r} is not in the base; it has {', '.join(sorted(known))}"
-            )
-    return found
-
-
-def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
-    """The terms of ``--add`` by sensor.
-
-    Raises:
-        UsageError: not ``TERM`` or ``SENSOR/TERM``, or a term of another sensor.
-    """
-    from imucal_wizard.effects.catalogue import builtin_effects
-
-    wanted: dict[str, list[str]] = {name: [] for name in SENSORS}
-    only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
-    only["soft-iron"] = "magnetometer"
-    for text in texts:
-        sensor, _, term = text.rpartition("/")
-        if sensor not in ("", *SENSORS):
-            raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
-        if not sensor and only.get(term, SENSORS[0]) != SENSORS[0]:
-            raise UsageError(f"{term} is an effect of the {only[term]}; write {only[term]}/{term}")
-        wanted[sensor or SENSORS[0]].append(term)
-    return wanted
 
 
 def told(
