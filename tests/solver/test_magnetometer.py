@@ -228,6 +228,17 @@ def test_three_circles_do_not_carry_the_off_diagonals() -> None:
     assert any("do not carry" in text for text in fit.warnings)
 
 
+@pytest.mark.parametrize("faces", [(0, 2, 4), (0, 3), (1, 2), (0, 4)])
+def test_what_is_left_at_zero_counts_in_the_errors_of_the_rest(faces: tuple[int, ...]) -> None:
+    """N's sensor has soft iron of the usual size: all that is fitted beside it holds."""
+    rng = np.random.default_rng(10)
+    fit = fit_magnetometer(recorded(six_circles(rng, faces=faces), rng).series).fit
+    fitted = [p for p in fit.parameters if p.carried]
+    off = [(p.value - TRUE[p.name]) / (p.standard_error or 0.0) for p in fitted]
+    assert len(off) == 7
+    assert np.abs(off).max() < 3.0
+
+
 def _saturated(axis: int, rng: np.random.Generator) -> FloatArray:
     values = recorded(six_circles(rng), rng).series.values.copy()
     values[:, axis] = np.minimum(values[:, axis], np.round(OFFSET[axis] + 0.8 * MAGNITUDE))

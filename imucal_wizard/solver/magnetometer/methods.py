@@ -10,12 +10,13 @@ from imucal_wizard.ellipsoid import binned
 from imucal_wizard.ellipsoid.algebraic import from_moments, moments
 from imucal_wizard.ellipsoid.bins import bin_of, by_area, folds
 from imucal_wizard.ellipsoid.numeric import numeric
-from imucal_wizard.ellipsoid.orthogonal import rows
+from imucal_wizard.ellipsoid.orthogonal import Rows, rows
 from imucal_wizard.ellipsoid.shape import errors, look
 from imucal_wizard.ellipsoid.two_step import two_step
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.magnetometer.model import FieldModel
+from imucal_wizard.solver.magnetometer.nominal import with_nominal
 
 METHODS = ("orthogonal", "algebraic", "two-step", "numeric")
 FOLDS = folds()
@@ -30,7 +31,7 @@ class Estimate:
 
     Attributes:
         theta: shape (9,).
-        covariance: of θ, shape (9, 9); None where the method has none.
+        covariance: of θ, shape (9, 9), with what is left nominal; None where the method has none.
         freedom: degrees of freedom behind it.
         areas: the areas that hold samples, shape (k,).
         mean: mean of ``|x| − 1`` in each, shape (k,).
@@ -91,7 +92,7 @@ def by_orthogonal(
     after = binned.mean_square(sums, -found.step)
     return Estimate(
         theta,
-        basis @ found.covariance @ basis.T,
+        with_nominal(basis @ found.covariance @ basis.T, theta, _normal(now, areas, found), basis),
         found.freedom,
         sums.area,
         mean,
@@ -102,6 +103,12 @@ def by_orthogonal(
         found.noise,
         found.misfit,
     )
+
+
+def _normal(now: Rows, areas: NDArray[np.intp], found: binned.Weighed) -> FloatArray:
+    """The weighted normal matrix of all nine parameters, shape (9, 9)."""
+    weight = np.repeat(found.weight, np.unique(areas, return_counts=True)[1])
+    return np.asarray((now.slope * weight) @ now.slope.T)
 
 
 def by_method(
