@@ -144,7 +144,7 @@ class Commands:
 
     def _undo(self) -> None:
         route, scene = self._route, self._scene
-        last = scene.ledger.last()
+        last = self._to_undo()
         if last is None:
             self._say("There is nothing to undo.")
             return
@@ -163,6 +163,18 @@ class Commands:
         if step in ticks and isinstance(route.stage, PoseStage | MoreStage):
             route.stage.ask_again(ticks[step])
         scene.emit(EventKind.UNDONE, f"{_named(last)} is taken back.")
+
+    def _to_undo(self) -> Kept | None:
+        """What undo takes back; a circle in which hardly anything has been turned goes with it.
+
+        One begins by itself wherever the device lies, as soon as the last is taken back.
+        """
+        ledger = self._scene.ledger
+        last = ledger.last()
+        while isinstance(last, KeptCircle) and self._route.field.hardly_begun(last):
+            ledger.remove(last)
+            last = ledger.last()
+        return last
 
     def _repeat(self) -> None:
         route, kind = self._route, self._route.step

@@ -19,6 +19,10 @@ FULL_DEG = 350.0
 """From here on a circle is a whole one."""
 CARRIED = 0.02
 """Doubt anywhere on the sphere, as a share of the field, with which a calibration is carried."""
+SLIGHT_DEG = 30.0
+"""Nobody means so little of a circle when taking something back ..."""
+SLIGHT_SECONDS = 2.0
+"""... or so little of a tumble."""
 FEWEST = 60
 """Samples with which a fit is tried at all."""
 
@@ -83,6 +87,15 @@ class FieldStage:
     def tally(self) -> tuple[float, float]:
         """Whole circles, and six."""
         return float(len(self.done)), float(len(FACES))
+
+    def hardly_begun(self, circle: KeptCircle) -> bool:
+        """Whether there is too little in a circle for undo to be about it."""
+        survey = self.gathered.survey
+        if circle.complete:
+            return False
+        if circle.face:
+            return survey.turned(circle.number) < SLIGHT_DEG
+        return survey.seconds(circle.number) < SLIGHT_SECONDS
 
     def enter(self) -> None:
         """Go on with what has not been taken back."""

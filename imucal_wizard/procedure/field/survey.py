@@ -133,6 +133,11 @@ class Survey:
             far |= beside & near
         return np.asarray(far)
 
+    def seconds(self, circle: int) -> float:
+        """How long a circle has lasted by now, s."""
+        rows = self.log.circle == circle
+        return float(np.ptp(self.log.end[rows])) if rows.any() else 0.0
+
     def turned(self, circle: int) -> float:
         """How much of a circle has been turned with its face on the table, degrees."""
         rows = (self.log.circle == circle) & self.log.down & ~self._out

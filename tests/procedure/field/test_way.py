@@ -6,6 +6,7 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from imucal_wizard.devices.virtual.actions import Place, Rest
 from imucal_wizard.procedure.state import Collected, EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import Readings
@@ -94,6 +95,36 @@ def test_undo_takes_the_last_circle_back_and_no_other() -> None:
     assert status.done == ("-z",)
     (kept,) = session.machine.collected().field_spans
     assert kept[1] < 12.0
+
+
+def test_undo_twice_takes_two_circles_back_however_long_lies_between() -> None:
+    """What begins by itself on the face where the device still lies is not in the way."""
+    session = Session(turned(TWO, after=5.0)).play(until=18.0)
+    assert session.field.done == ("+x", "-z")
+    session.machine.command("undo")
+    session.play()
+    assert session.field.samples > 0
+    (event,) = session.machine.command("undo")
+    assert "−Z" in event.text
+    assert session.machine.collected().field_spans == ()
+
+
+def test_undo_before_anything_was_turned_goes_back_to_what_was_measured_before() -> None:
+    """Here to the rest at the beginning, which had counted as a face."""
+    session = Session(turned((Rest(4.0),))).play()
+    assert session.field.face_down == "-z"
+    (event,) = session.machine.command("undo")
+    assert "+Z is taken back" in event.text
+    assert session.step == StepKind.UP_DOWN
+
+
+def test_undo_takes_a_tumble_back() -> None:
+    """It is no circle on any face, and it is not nothing."""
+    ups = ((1.0, 1.0, 1.0), (-1.0, 1.0, 0.5), (0.3, -1.0, 1.0), (1.0, 0.2, -1.0))
+    session = Session(turned(tuple(Place(up) for up in ups * 2))).play()
+    (event,) = session.machine.command("undo")
+    assert "What was turned" in event.text
+    assert session.machine.collected().field_spans == ()
 
 
 def test_undo_in_the_result_comes_back_to_the_last_circle() -> None:
