@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from imucal_wizard.ellipsoid.bins import BINS
 
 GOOD = {"gaps": 15.0, "variance": 4.5, "wobble": 4.0, "fit_error": 5.0}
-"""Per cent below which each figure is good: the limits that users of MotionCal know."""
+"""Per cent below which each figure is good: the limits that users of MotionCal know. Gaps are those
+of free tumbling; circles on all six faces are enough whatever gaps they leave."""
 
 
 def _empty() -> NDArray[np.intp]:
@@ -26,10 +27,10 @@ class FieldStatus:
         face: the face to be laid on the table next (``-z``: the bottom), or None where any motion
             will do.
         face_down: the face that lies on the table now, or None while none does.
-        turned: degrees turned so far with that face down (with ``face``, while none is), 0 to 360.
+        turned: degrees turned so far with that face down, 0 to 360; 0 while none is.
         done: faces whose circle is complete, in the order of the list.
         missing: faces whose circle is not.
-        counts: samples kept in each area, shape (100,).
+        counts: samples in each area, shape (100,); no more than are needed to see that it is full.
         here: area of the newest sample, or None.
         gaps: share of the sphere that no sample is near, per cent; None before there is a fit.
         variance: magnitude variance, per cent of the field.

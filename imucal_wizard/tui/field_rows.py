@@ -2,7 +2,7 @@
 
 from imucal_wizard.procedure.field_status import GOOD, FieldStatus
 from imucal_wizard.procedure.state import Status
-from imucal_wizard.tui.text import Line, bar, line, number, signed, wrapped
+from imucal_wizard.tui.text import Line, Span, bar, line, number, signed, wrapped
 from imucal_wizard.tui.widgets.notice import event_rows, offer_rows
 
 _FIGURES = {
@@ -12,6 +12,7 @@ _FIGURES = {
     "fit_error": ("fit error", "unexplained"),
 }
 """Each figure's name as users of MotionCal know it, and what it is."""
+_ENOUGH: Span = (f"{GOOD['gaps']:g} will do", "quiet")
 EXPLAINED = 41
 """Columns from which the figures say what they are."""
 
@@ -34,7 +35,7 @@ def turned_rows(field: FieldStatus, width: int) -> list[Line]:
 
 def quality_rows(field: FieldStatus, width: int) -> list[Line]:
     """The four figures against what is good, the field's size, and how many samples there are."""
-    rows = [_figure(name, getattr(field, name), width) for name in _FIGURES]
+    rows = [_figure(name, field, width) for name in _FIGURES]
     size = "–" if field.magnitude is None else f"{number(field.magnitude)} µT"
     rows.append((("field     ", "quiet"), (f"{size}", "strong")))
     left = f", {field.left_out} left out" if field.left_out else ""
@@ -42,15 +43,22 @@ def quality_rows(field: FieldStatus, width: int) -> list[Line]:
     return rows
 
 
-def _figure(name: str, value: float | None, width: int) -> Line:
+def _figure(name: str, field: FieldStatus, width: int) -> Line:
     label, meaning = _FIGURES[name]
-    head = (f"{label:<10}", "quiet")
-    tail = (f"  {meaning}" if width >= EXPLAINED else "", "quiet")
-    wanted = f"want {GOOD[name]:g}"
-    if value is None:
-        return head, (f"   – %   {wanted:<8}", "quiet"), tail
-    verdict = ("✓ good    ", "good") if value < GOOD[name] else (f"▲ {wanted:<8}", "warn")
-    return head, (f"{number(value, 2):>4} % ", "strong"), verdict, tail
+    value: float | None = getattr(field, name)
+    shown = ("   – % ", "quiet") if value is None else (f"{number(value, 2):>4} % ", "strong")
+    tail = f"  {meaning}" if width >= EXPLAINED else ""
+    return (f"{label:<10}", "quiet"), shown, _verdict(name, value, field), (tail, "quiet")
+
+
+def _verdict(name: str, value: float | None, field: FieldStatus) -> Span:
+    """Ten columns: what is good, what is wanted. Six circles need no small gaps; a tumble does."""
+    if value is not None and value < GOOD[name]:
+        return "✓ good    ", "good"
+    if name == "gaps":
+        return ("✓ 6 faces ", "good") if field.done and not field.missing else _ENOUGH
+    wanted = f"want {GOOD[name]:<3g}"
+    return (f"  {wanted}", "quiet") if value is None else (f"▲ {wanted}", "warn")
 
 
 def notice_rows(status: Status, problem: str, width: int, height: int) -> list[Line]:

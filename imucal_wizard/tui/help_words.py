@@ -72,9 +72,10 @@ WORDS: dict[str, tuple[str, ...]] = {
             "−z. What is a gap stays unknown: the error there would be guessed."
         ),
         (
-            "gaps: share of the sphere that no sample is near. variance: spread of the field's "
-            "size after correction. wobble: how far the middle of the samples is off. fit error: "
-            "what the model does not explain. Iron that passes disturbs: its samples are left out."
+            "gaps: share of the sphere that no sample is near; six circles are enough whatever it "
+            "is, a tumble once it is small. variance: spread of the field's size after correction. "
+            "wobble: how far the middle of the samples is off. fit error: what the model does not "
+            "explain. Iron that passes disturbs: its samples are left out."
         ),
     ),
     "result": (

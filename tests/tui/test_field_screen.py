@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.ellipsoid.bins import centres
 from imucal_wizard.procedure.field_status import FieldStatus
+from imucal_wizard.procedure.poses import FACES
 from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
@@ -50,7 +51,7 @@ async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[
     async with app.run_test(size=size) as pilot:
         text = await shows(
             pilot, "▸FIELD", "turned 214° of 360°", "−z down", "+x ●", "+y ·", "[−z ◎]",
-            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 % ▲ want 15", "2.1 % ✓ good",
+            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 % 15 will do", "2.1 % ✓ good",
             "4.4 % ▲ want 4", "0.80 % ✓ good", "48.2 µT", "1234 samples, 12 left out",
             "lay the −y face on the table", "the circle on −x is done", "s skip step", "? help",
         )  # fmt: skip
@@ -118,7 +119,21 @@ async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:
 
 async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:
     async with app_with(source_of(FieldStatus(face="-z"))).run_test(size=USUAL) as pilot:
-        await shows(pilot, "turned 0° of 360°", "– %   want 15", "field     –", "0 samples")
+        await shows(
+            pilot,
+            "turned 0° of 360°",
+            "– % 15 will do",
+            "– %   want 4.5",
+            "field     –",
+            "0 samples",
+        )
+
+
+async def test_gaps_that_six_circles_leave_are_nothing_to_mend() -> None:
+    """A small figure is the goal of tumbling only; all faces end the step as well."""
+    whole = replace(field(), done=tuple(FACES), missing=(), face=None)
+    async with app_with(source_of(whole)).run_test(size=USUAL) as pilot:
+        await shows(pilot, "23 % ✓ 6 faces", "4.4 % ▲ want 4")
 
 
 async def test_without_circles_any_motion_counts() -> None:

@@ -1,6 +1,5 @@
 """The magnetometer's step at work: circles with each face on the table, or free tumbling."""
 
-from imucal_wizard.ellipsoid.quality import gaps
 from imucal_wizard.procedure.field import advice, trouble, words
 from imucal_wizard.procedure.field.gathering import Gathering
 from imucal_wizard.procedure.field.patience import ALMOST, SECONDS, Patience
@@ -75,8 +74,8 @@ class FieldStage:
         survey = self.gathered.survey
         if self.trouble or survey.quality is None or survey.worst > CARRIED:
             return False
-        fits = survey.quality.fit_error <= GOOD["fit_error"]
-        return fits and (not self.missing or gaps(survey.counts) <= GOOD["gaps"])
+        fits = survey.quality.fit_error < GOOD["fit_error"]
+        return fits and (not self.missing or survey.quality.gaps < GOOD["gaps"])
 
     @property
     def finished(self) -> bool:
