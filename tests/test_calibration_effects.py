@@ -7,8 +7,9 @@ import pytest
 
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.bench.session import Bench
-from imucal_wizard.calibration import from_report, load, save
+from imucal_wizard.calibration import Sensor, from_report, load, save, sensor_record
 from imucal_wizard.errors import UsageError
+from imucal_wizard.fitting import fit_readings
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.field_data import FieldData
 from tests.bench.recordings import MG, fitted, tumbled
@@ -89,3 +90,47 @@ def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path:
     up = still.force @ dips.turn.T / benches.report.gravity
     along = (told * up).sum(axis=1) / np.linalg.norm(told, axis=1)
     assert np.degrees(along.std()) < 0.1
+
+
+def aligned(made: Benches) -> Benches:
+    """The benches of a fit to which the second stage belongs, as the wizard's has it."""
+    assert made.readings is not None
+    return Benches(fit_readings(made.readings), made.readings)
+
+
+def scatter_of_dip(saved: Sensor, benches: Benches) -> float:
+    """Of the field's angle to the vertical over the holds, °, by means of the readings alone."""
+    report, readings = benches.report, benches.readings
+    assert readings is not None
+    assert readings.magnetometer is not None
+    series, plain = readings.magnetometer, report.sensors["accelerometer"]
+    force = np.array([plain.matrix @ (hold.accelerometer - plain.bias) for hold in report.holds])
+    means = [series.between(hold.start, hold.end).values.mean(axis=0) for hold in report.holds]
+    field = (np.array(means) - saved.bias) @ np.array(saved.matrix).T
+    cosine = (force * field).sum(axis=1)
+    cosine /= np.linalg.norm(force, axis=1) * np.linalg.norm(field, axis=1)
+    return float(np.degrees(np.arccos(cosine)).std())
+
+
+def test_the_alignment_of_the_second_stage_is_applied_once_with_the_bench_and_without(
+    tmp_path: Path,
+) -> None:
+    """The bench starts in the magnetometer's own axes, with the misalignment as a term."""
+    benches = aligned(tumbled())
+    bench = benches.magnetometer
+    assert bench is not None
+    assert bench.fit.model == ("bias", "soft-iron", "misalignment")
+    looked = load(written(benches, tmp_path / "looked.json")).sensors["magnetometer"]
+    assert np.array_equal(looked.matrix, benches.report.sensors["magnetometer"].matrix)
+    bench.add("bias-drift")
+    added = load(written(benches, tmp_path / "added.json")).sensors["magnetometer"]
+    bench.undo()
+    bench.remove("misalignment")
+    bench.add("bias-drift")
+    without = load(written(benches, tmp_path / "without.json")).sensors["magnetometer"]
+    for saved in (looked, added, without):
+        assert saved.frame == "accelerometer"
+        assert scatter_of_dip(saved, benches) < 0.1
+    assert benches.report.magnetic is not None
+    own = sensor_record(benches.report.magnetic.fit)
+    assert scatter_of_dip(own, benches) > 0.5

@@ -7,6 +7,7 @@ not looked at before.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from imucal_wizard.effects.effect import (
     Circumstances,
     Effect,
 )
+from imucal_wizard.effects.terms.misalignment import Misalignment
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.extended.field_data import FieldData
@@ -33,6 +35,8 @@ from imucal_wizard.solver.extended.fit import (
 )
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.result import FitReport
+
+ALIGNED = Misalignment.name
 
 
 class Benches:
@@ -138,11 +142,27 @@ class Benches:
         if self._magnetometer is None or self._under.get(MAGNETOMETER, ...) is not under:
             measured = measured_magnetometer(self.report, self.readings, under)
             self._magnetometer = self._renewed(MAGNETOMETER, measured, self._magnetometer)
+            self._begin_aligned(self._magnetometer)
             self._under[MAGNETOMETER] = under
         return self._magnetometer
 
+    def _begin_aligned(self, bench: Bench) -> None:
+        """Put into the model the misalignment that the plain fit has: it is not missing there.
+
+        It stays a suspect where data held out do not confirm it, or the still poses do not carry it
+        with the magnitudes. What the user has taken out stays out.
+        """
+        fitted = ALIGNED in self.report.sensors[MAGNETOMETER].model
+        known = any(ALIGNED in rung.model for rung in bench.ladder)
+        if not fitted or known or bench.fit.base != bench.whole:
+            return
+        with suppress(DataError):
+            bench.add(ALIGNED)
+            if not bench.confirmed():
+                bench.undo()
+
     def models(self) -> dict[str, tuple[Extended, Circumstances]]:
-        """Sensors whose models have effects, with the circumstances they were fitted under.
+        """Models with effects that the plain fit lacks, with the circumstances of their data.
 
         The magnetometer's is in the accelerometer's frame where that is known.
         """
@@ -151,8 +171,12 @@ class Benches:
         return {
             bench.sensor: (self._usable(bench), bench.measured.circumstances)
             for bench in (self._accelerometer, gyroscope, magnetometer)
-            if bench is not None and bench.fit.terms
+            if bench is not None and not set(bench.fit.model) <= self._fitted(bench)
         }
+
+    def _fitted(self, bench: Bench) -> set[str]:
+        """Terms that need no bench."""
+        return {*bench.whole, *self.report.sensors[bench.sensor].model}
 
     def _usable(self, bench: Bench) -> Extended:
         if not isinstance(bench.measured, FieldData):

@@ -142,16 +142,17 @@ class Bench:
     def retrace(self, before: "Bench") -> None:
         """Climb the same ladder as another bench has, on the data of this one.
 
-        A rung that these data do not carry is left out.
+        Effects that these data cannot show are left out, and rungs that they do not carry.
         """
         for effect in before.catalogue:
             if all(effect.name != one.name for one in self.catalogue):
                 self.offer(effect)
         for fit, rung_before in zip(before._fits[1:], before.ladder[1:], strict=True):
-            if any(self.lacking(term.effect) is not None for term in fit.terms):
+            terms = tuple(term for term in fit.terms if self.lacking(term.effect) is None)
+            if (*fit.base, *(term.name for term in terms)) == self.fit.model:
                 continue
             try:
-                again = fit_with(self.measured, fit.terms, fit.base)
+                again = fit_with(self.measured, terms, fit.base)
             except DataError:
                 continue
             self._climb(again, rung_before.added)
@@ -188,10 +189,11 @@ class Bench:
         def fit(term: Term) -> Extended:
             return fit_with(self.measured, (*self.fit.terms, term), self.fit.base)
 
-        if variant is not None:
+        settings = effect.variants(self.measured.circumstances)
+        if variant is not None or settings == (None,):
             return fit(Term(effect, variant))
         begin = self.likeliest_variant(effect.name) if near is None else near
-        return settled(fit, Term(effect, begin), effect.variants(self.measured.circumstances))
+        return settled(fit, Term(effect, begin), settings)
 
     def _climb(self, fit: Extended, added: str | None) -> Rung:
         left = misfit_of(fit.linear, self.sensor, self.measured.circumstances, ())

@@ -14,7 +14,7 @@ from imucal_wizard.bench.survey import survey
 from imucal_wizard.bench.verdict import Verdict
 from imucal_wizard.devices.virtual.magnetometer import FieldModel
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting import FitOptions, with_field
+from imucal_wizard.fitting import FitOptions, fit_readings, with_field
 from imucal_wizard.solver.extended.field_data import FieldData
 from tests.bench.recordings import tumbled
 
@@ -37,6 +37,46 @@ def test_the_angle_between_the_chips_is_named_and_found_from_the_dip() -> None:
     np.testing.assert_allclose(size, truth, atol=float(4.0 * error.max()) + 0.1)
     assert bench.confirmed()
     assert bench.look().opinion.verdict is Verdict.COMPLETE
+
+
+def test_what_the_fit_has_aligned_is_in_the_model_from_the_start_and_can_be_taken_out() -> None:
+    """To nobody who has the second stage's result is the misalignment said to be missing."""
+    made = tumbled()
+    assert made.readings is not None
+    report = fit_readings(made.readings)
+    assert report.second_stage is not None
+    benches = Benches(report, made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    assert [rung.added for rung in bench.ladder] == [None, "misalignment"]
+    assert bench.look().opinion.verdict is Verdict.COMPLETE
+    bench.remove("misalignment")
+    assert bench.look().opinion.families == ("misalignment",)
+    again = Benches(report, made.readings, before=benches).magnetometer
+    assert again is not None
+    assert [rung.model for rung in again.ladder] == [rung.model for rung in bench.ladder]
+    climbed = Benches(report, made.readings, {"magnetometer": ("bias",)}).magnetometer
+    assert climbed is not None
+    assert climbed.fit.model == ("bias",)
+
+
+def test_while_the_accelerometer_is_worked_on_the_magnetometers_other_effects_are_kept() -> None:
+    """Without the dip only the misalignment has to go, and it comes back with the dip."""
+    made = tumbled("magnetometer/current:0.3:x")
+    assert made.readings is not None
+    benches = Benches(fit_readings(made.readings), made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    bench.add("current")
+    benches.accelerometer.remove("non-orthogonality")
+    assert not benches.passed
+    bench = benches.magnetometer
+    assert bench is not None
+    assert bench.fit.model == ("bias", "soft-iron", "current")
+    benches.accelerometer.undo()
+    bench = benches.magnetometer
+    assert bench is not None
+    assert set(bench.fit.model) == {"bias", "soft-iron", "current", "misalignment"}
 
 
 @pytest.mark.parametrize(
