@@ -77,12 +77,6 @@ def _rms(readings: FloatArray, matrix: FloatArray, bias: FloatArray) -> float:
     return float(np.sqrt(np.mean((lengths - STANDARD_GRAVITY) ** 2)))
 
 
-def sensitivity_errors(case: Case, fits: Sequence[SensorFit]) -> FloatArray:
-    """Deviation of the mean sensitivities from the truth, per cent, shape (3,)."""
-    found = np.mean([np.diag(np.linalg.inv(fit.matrix)) for fit in fits], axis=0)
-    return np.asarray(100.0 * (found / np.diag(case.accelerometer.sensitivity) - 1.0))
-
-
 METHODS = ("static", "dynamic", "vector")
 
 

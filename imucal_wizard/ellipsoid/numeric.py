@@ -12,7 +12,6 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 
 MAX_ITERATIONS = 2000
-DIAGONAL = (3, 6, 8)
 CROSS = (4, 5, 7)
 
 

@@ -51,16 +51,6 @@ class Asked:
         return spoken_up(self.direction)
 
 
-def pose_asked(pose: str, why: str = "", *, warm: bool = False) -> Asked:
-    """A named pose.
-
-    Raises:
-        KeyError: there is no such pose.
-    """
-    x, y, z = DIRECTIONS[pose].tolist()
-    return Asked((x, y, z), pose, why, warm)
-
-
 def to_text(asked: Sequence[Asked]) -> str:
     """What ``from_text`` reads."""
     return msgspec.json.encode(list(asked)).decode()

@@ -36,12 +36,8 @@ OVERLAP = 0.05
 MEANING_OF_GAP = 2.5
 
 
-def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
-    """The holds under limits at this multiple of the quietest variance."""
-    return _holds_under(stream, stream.noise.limits(float(np.sqrt(variance_factor))))
-
-
-def _holds_under(stream: Stream, limits: Limits) -> list[Hold]:
+def holds_under(stream: Stream, limits: Limits) -> list[Hold]:
+    """The holds that these limits call still, long enough to be one."""
     still = stream.windows.still(limits)
     holds = []
     for first, past in still_runs(still):
@@ -67,7 +63,7 @@ def _different(
 ) -> Iterator[tuple[float, list[Hold]]]:
     seen: set[tuple[float, ...]] = set()
     for factor, one in limits:
-        holds = _holds_under(stream, one)
+        holds = holds_under(stream, one)
         key = tuple(hold.start for hold in holds) + tuple(hold.end for hold in holds)
         if key not in seen:
             seen.add(key)

@@ -9,8 +9,9 @@ from imucal_wizard.devices.virtual import VirtualHand
 from imucal_wizard.devices.virtual.simulate import recording_script
 from imucal_wizard.fitting import fit_readings
 from imucal_wizard.procedure import reduction
-from imucal_wizard.procedure.reduction import reduce
-from imucal_wizard.procedure.segmentation import candidates, holds_at, rests, rotations_between
+from imucal_wizard.procedure.holds import Hold
+from imucal_wizard.procedure.reduction import Stream, reduce
+from imucal_wizard.procedure.segmentation import candidates, holds_under, rests, rotations_between
 from imucal_wizard.readings import FloatArray, Readings, Series
 from tests.fitting.sessions import RATE, session, with_accelerometer, with_gyroscope
 
@@ -25,6 +26,11 @@ def _moving(seed: int = 0) -> FloatArray:
         motion = hand.advance(count)
         times.append(motion.time[np.linalg.norm(motion.rate, axis=1) > np.radians(0.5)])
     return np.concatenate(times)
+
+
+def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
+    """The holds under limits at this multiple of the quietest variance."""
+    return holds_under(stream, stream.noise.limits(float(np.sqrt(variance_factor))))
 
 
 def _gyroscope(readings: Readings) -> Series:

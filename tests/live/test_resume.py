@@ -8,11 +8,12 @@ from imucal_wizard.devices.intake import StreamSetup
 from imucal_wizard.errors import SessionError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.resume import begin, resume
-from imucal_wizard.procedure.asked import pose_asked, to_text
+from imucal_wizard.procedure.asked import to_text
 from imucal_wizard.procedure.poses import CORNERS, FACES
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.sessions import Session
 from tests.live.performance import pieces, recorded, same, settings
+from tests.procedure.device import pose_asked
 
 
 def _receive(engine: Engine, first: int, past: int) -> None:

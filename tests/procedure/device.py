@@ -4,7 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from imucal_wizard.procedure.poses import NAMED
+from imucal_wizard.procedure.asked import Asked
+from imucal_wizard.procedure.poses import DIRECTIONS, NAMED
 from imucal_wizard.procedure.state import Event, EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine, Procedure, standard
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -185,3 +186,9 @@ def kinds(events: Iterable[Event]) -> list[EventKind]:
 def texts(events: Iterable[Event], kind: EventKind) -> list[str]:
     """What was said with events of one kind."""
     return [event.text for event in events if event.kind is kind]
+
+
+def pose_asked(pose: str, why: str = "", *, warm: bool = False) -> Asked:
+    """A named pose."""
+    x, y, z = DIRECTIONS[pose].tolist()
+    return Asked((x, y, z), pose, why, warm)

@@ -3,10 +3,10 @@
 import pytest
 
 from imucal_wizard.errors import UsageError
-from imucal_wizard.procedure.asked import pose_asked, to_text
+from imucal_wizard.procedure.asked import to_text
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
-from tests.procedure.device import RATE, Device, kinds, machine_at, texts
+from tests.procedure.device import RATE, Device, kinds, machine_at, pose_asked, texts
 
 
 def test_skipping_states_the_consequence() -> None:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from imucal_wizard.errors import UsageError
-from imucal_wizard.procedure.asked import Asked, from_text, pose_asked, to_text
+from imucal_wizard.procedure.asked import Asked, from_text, to_text
 from imucal_wizard.procedure.poses import DIRECTIONS, TILTS
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
-from tests.procedure.device import Device, machine_at, part, texts
+from tests.procedure.device import Device, machine_at, part, pose_asked, texts
 
 CORNERS = ("+x+y+z", "-x-y+z")
 

@@ -96,16 +96,6 @@ def point_at(
     )
 
 
-def settled_point(
-    data: TurnData, terms: Terms, matrix: FloatArray, bias: FloatArray, sizes: FloatArray
-) -> TurnPoint:
-    """The same with the effects at this point's own rates and forces."""
-    point = point_at(data, terms, matrix, bias, sizes)
-    for _ in range(4 if len(terms) else 0):
-        point = point_at(data, terms, matrix, bias, sizes, point)
-    return point
-
-
 def base_columns(data: TurnData, point: TurnPoint) -> tuple[FloatArray, FloatArray]:
     """Derivative by M's nine entries and the biases: of closures (m, 3, 12), of stills (h, 3, 12).
 

@@ -14,8 +14,15 @@ from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import across, fit_turns, residual_of
 from imucal_wizard.solver.extended.turn_judging import held_out_rotations, held_out_stills
-from imucal_wizard.solver.extended.turn_model import settled_point
-from tests.solver.extended.turns import DEGREE, Noise, course, measured, twenty_turns, without
+from tests.solver.extended.turns import (
+    DEGREE,
+    Noise,
+    course,
+    measured,
+    settled_point,
+    twenty_turns,
+    without,
+)
 from tests.solver.truth import in_counts, typical_gyroscope
 
 EFFECTS = effects_for("gyroscope")

@@ -18,9 +18,8 @@ from imucal_wizard.solver.extended.terms import Term
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import fit_turns
 from imucal_wizard.solver.extended.turn_judging import held_out_rotations
-from imucal_wizard.solver.extended.turn_model import settled_point
 from tests.shared_data import shared_data
-from tests.solver.extended.turns import without
+from tests.solver.extended.turns import settled_point, without
 
 G_SENSITIVITY = Term(effect("g-sensitivity"))
 PAIR = ("imu_tk_xsens/xsens_acc.mat", "imu_tk_xsens/xsens_gyro.mat")

@@ -16,6 +16,7 @@ from imucal_wizard.solver.extended.samples import lay_samples
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_measuring import turn_data
+from imucal_wizard.solver.extended.turn_model import TurnPoint, point_at
 from tests.solver.motions import free_turns
 from tests.solver.truth import TWENTY_SIX, Motion, Truth, typical_accelerometer, typical_gyroscope
 
@@ -181,3 +182,13 @@ def without(data: TurnData, index: int) -> TurnData:
         closing_noise=data.closing_noise[kept],
         motion=data.motion.select(rows),
     )
+
+
+def settled_point(
+    data: TurnData, terms: Terms, matrix: FloatArray, bias: FloatArray, sizes: FloatArray
+) -> TurnPoint:
+    """A calibration's rates and closures, its effects taken at its own rates and forces."""
+    point = point_at(data, terms, matrix, bias, sizes)
+    for _ in range(4 if len(terms) else 0):
+        point = point_at(data, terms, matrix, bias, sizes, point)
+    return point
