@@ -31,10 +31,15 @@ def temperatures(c: Circumstances) -> str | None:
 
 
 def currents(c: Circumstances) -> str | None:
-    """Whether the current or the throttle is known and changes."""
+    """Whether the current or the throttle is known all the time and changes."""
     known = c.current[np.isfinite(c.current)]
     if len(known) == 0:
         return "no current was recorded; add a column current[A] or throttle[%] to the readings"
+    if len(known) < len(c):
+        return (
+            f"the current was recorded for {len(known)} of {len(c)} means only; record it from "
+            "the beginning to the end"
+        )
     if not float(np.ptp(known)) > 0.0:
         return (
             f"only one current, {known.mean():.3g} {c.current_unit}; record each direction with "

@@ -135,6 +135,18 @@ def test_a_current_that_was_not_recorded_is_not_looked_for() -> None:
         bench.add("current")
 
 
+def test_a_current_that_was_recorded_for_half_of_the_time_is_not_made_up_for_the_rest() -> None:
+    made = tumbled("magnetometer/current:0.3:x")
+    assert made.readings is not None
+    assert made.readings.current is not None
+    series = made.readings.current
+    half = series.between(series.time[0], float(np.median(series.time)))
+    bench = field_bench(Benches(made.report, replace(made.readings, current=half)))
+    current = next(one for one in bench.catalogue if one.name == "current")
+    assert "record it from the beginning to the end" in (bench.lacking(current) or "")
+    assert "current" not in [suspect.term for suspect in bench.look().suspects]
+
+
 def test_a_throttle_is_fitted_per_per_cent() -> None:
     """The unit of the size is that of what was recorded."""
     benches = tumbled("magnetometer/current:0.3:x")

@@ -85,6 +85,11 @@ def test_every_effect_has_its_lesson_with_sizes_and_the_cost_in_degrees_of_headi
     [
         ("current", {"current": np.full(300, np.nan)}, "current[A] or throttle[%]"),
         ("current", {"current": np.full(300, 2.0)}, "only one current, 2 A"),
+        (
+            "current",
+            {"current": np.append(np.arange(299.0), np.nan)},
+            "recorded for 299 of 300 means",
+        ),
         ("misalignment", {"force": np.full((300, 3), np.nan)}, "0 still poses"),
         ("misalignment", {"magnetic": np.full((300, 3), np.nan)}, "0 still poses"),
     ],

@@ -8,12 +8,31 @@ from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings, Series
 
+REACH = 5.0
+"""Seconds from where a current was recorded within which it is taken to flow still."""
+
 
 def beside_at(series: Series | None, time: FloatArray) -> FloatArray:
     """A slower series at other times, in between by straight lines; NaN without one."""
     if series is None or not len(series):
         return np.full(len(time), np.nan)
     return np.interp(time, series.time, series.values[:, 0])
+
+
+def current_at(series: Series | None, time: FloatArray) -> FloatArray:
+    """A current or throttle at other times, shape (n,); NaN far from where it was recorded."""
+    values = beside_at(series, time)
+    if series is None or not len(series):
+        return values
+    ends = np.concatenate([[-np.inf], series.time, [np.inf]])
+    after = np.searchsorted(series.time, time) + 1
+    away = np.minimum(time - ends[after - 1], ends[after] - time)
+    return np.where(away <= REACH, values, np.nan)
+
+
+def flows(series: Series | None) -> bool:
+    """Whether a current was recorded that changes, and so may explain what looks disturbed."""
+    return series is not None and len(series) > 1 and float(np.ptp(series.values)) > 0.0
 
 
 def recorded(time: FloatArray, readings: Readings, holds: Sequence[Hold]) -> FloatArray:
@@ -23,7 +42,7 @@ def recorded(time: FloatArray, readings: Readings, holds: Sequence[Hold]) -> Flo
     if told and not np.isfinite(temperature).any():
         middle = [0.5 * (hold.start + hold.end) for hold in told]
         temperature = np.interp(time, middle, [float(h.temperature or 0.0) for h in told])
-    return np.column_stack([temperature, beside_at(readings.current, time)])
+    return np.column_stack([temperature, current_at(readings.current, time)])
 
 
 def around(

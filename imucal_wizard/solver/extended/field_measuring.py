@@ -10,7 +10,7 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings, Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.extended.field_around import around, recorded
+from imucal_wizard.solver.extended.field_around import around, flows, recorded
 from imucal_wizard.solver.extended.field_data import SMALLEST_NOISE, Dips, FieldData, within
 from imucal_wizard.solver.extended.field_dips import middle_of, still_poses
 from imucal_wizard.solver.extended.field_groups import cut, noise_of, visits_of
@@ -52,7 +52,7 @@ def field_data(
         raise DataError("there is no magnetometer in these readings")
     field = ASSUMED if found.fit.unit == COUNT else found.magnitude
     start = found.fit.matrix * (field / found.magnitude), found.fit.bias
-    series = _kept(series, start, found.left_out if readings.current is None else ())
+    series = _kept(series, start, () if flows(readings.current) else found.left_out)
     corrected = (series.values - start[1]) @ start[0].T
     beside = recorded(series.time, readings, holds)
     pieces = cut(series.time, series.values, corrected, beside)
