@@ -15,7 +15,7 @@ COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
 among them. ``part``: one of two. ``listed``: no name, but the truth among the explanations.
 ``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden.
-``seen``: p ≤ 0.01. ``inside``: the size ± 1.96 standard errors, once added, holds the truth."""
+``seen``: p ≤ 0.01. ``inside``: the size, once added, ± its 95 % interval holds the truth."""
 
 
 class Answered(Protocol):
@@ -69,7 +69,7 @@ def line(scenario: Scenario, trials: Sequence[Trialled]) -> str:
     cells = "".join(f"{share * counts[name]:9.1f}" for name in COLUMNS)
     seen = share * sum(one.opinion.p <= 0.01 for one in trials)
     errors = np.array([(one.before, one.linear, one.after) for one in trials])
-    sure = [abs(one.sure) < 1.96 for one in trials if one.sure is not None]
+    sure = [abs(one.sure) < 1.0 for one in trials if one.sure is not None]
     inside = f"{100.0 * np.mean(sure):.0f}" if sure else ""
     before, linear, after = np.sqrt(np.nanmean(errors**2, axis=0))
     fall = f"{before:.3f} → {linear:.3f} / {after:.3f}"

@@ -28,6 +28,7 @@ from imucal_wizard.solver.extended.fit import fit_with
 from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.solver.student import quantile
 
 Seed = Sequence[int]
 
@@ -44,7 +45,8 @@ class Trialled:
         linear: the same with the hidden effects added (the first suspect where there are none), as
             foretold by the linear model, mg.
         after: the same by fitting again, mg.
-        sure: for a single effect, (size − truth) / standard error of its parameter, once added.
+        sure: for a single effect, (size − truth) of its parameter, once added, in units of the
+            interval that is to hold the truth 95 times in 100 (Student, as ``SensorFit`` says).
     """
 
     hidden: tuple[Hidden, ...]
@@ -137,13 +139,14 @@ def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Cand
 
 
 def _sure(fit: Extended, hidden: Sequence[Hidden]) -> float | None:
-    """How far the size that was fitted is from the truth, in its own standard errors."""
+    """How far the size that was fitted is from the truth, in units of its own interval."""
     if len(hidden) != 1:
         return None
+    reach = quantile(0.95, max(fit.fit.degrees_of_freedom, 1))
     letters = "".join("xyz"[axis] for axis in hidden[0].axes)
     names = [one.name for one in effect(hidden[0].term).parameters(ACCELEROMETER)]
     place = names.index(letters)
-    return float((fit.sizes[0][place] - hidden[0].size) / fit.errors[0][place])
+    return float((fit.sizes[0][place] - hidden[0].size) / (reach * fit.errors[0][place]))
 
 
 def _milli(rms: float | None) -> float:

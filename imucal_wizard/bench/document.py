@@ -39,6 +39,7 @@ def _sensor(said: Statement) -> dict[str, Any]:
         "model": [] if bench is None else list(bench.fit.model),
         "unit": None if bench is None else bench.fit.fit.unit,
         "parameters": {} if bench is None else _parameters(bench.fit.fit),
+        "degrees_of_freedom": None if bench is None else bench.fit.fit.degrees_of_freedom,
         "ladder": [] if bench is None else [_rung(one) for one in bench.ladder],
         "noise": None if bench is None else _noise(bench.ladder[-1]),
         "suspects": [] if findings is None else _suspects(findings.suspects),

@@ -10,7 +10,16 @@ from imucal_wizard import cli
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from tests.commands.flat import flat_recording
 
-KEYS = {"model", "ladder", "suspects", "explanations", "verdict", "disturbed_holds", "next_poses"}
+KEYS = {
+    "model",
+    "degrees_of_freedom",
+    "ladder",
+    "suspects",
+    "explanations",
+    "verdict",
+    "disturbed_holds",
+    "next_poses",
+}
 RUNG = {"model", "added", "rms_fitted", "rms_held_out", "floor"}
 SUSPECT = {"term", "p", "size", "standard_error", "unit", "rms_after", "rms_held_out_after"}
 
