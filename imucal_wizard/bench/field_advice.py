@@ -35,7 +35,7 @@ def circles(
 def field_advice(data: FieldData, findings: Findings, verdict: Verdict) -> tuple[NextPose, ...]:
     """The circles that would help after this verdict."""
     if verdict is Verdict.AMBIGUOUS:
-        return circles("once more with the device warmer tells a drift from warmth", warm=True)
+        return _apart(findings)
     if verdict is Verdict.UNEXPLAINED:
         return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
     if verdict is Verdict.DISTURBED:
@@ -43,6 +43,15 @@ def field_advice(data: FieldData, findings: Findings, verdict: Verdict) -> tuple
     if verdict is Verdict.INSUFFICIENT:
         return circles("the magnetometer needs the field from every side")
     return ()
+
+
+def _apart(findings: Findings) -> tuple[NextPose, ...]:
+    """Circles that change one cause and leave the others as they were."""
+    if any("current" in terms for terms in findings.opinion.explanations):
+        return circles(
+            "once more, half of it with the motors on, tells a current from what is slow"
+        )
+    return circles("once more with the device warmer tells a drift from warmth", warm=True)
 
 
 def accused_field(

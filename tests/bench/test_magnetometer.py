@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.bench.automatic import add_by_itself
 from imucal_wizard.bench.benches import Benches
+from imucal_wizard.bench.field_advice import field_advice
 from imucal_wizard.bench.says import says
 from imucal_wizard.bench.session import Bench
 from imucal_wizard.bench.statement import statement
@@ -192,6 +193,27 @@ def test_while_the_accelerometer_is_not_complete_the_dip_is_not_looked_at() -> N
     assert again is not None
     assert isinstance(again.measured, FieldData)
     assert len(again.measured.dips) >= 18
+
+
+@pytest.mark.parametrize(
+    ("explanations", "says", "warm"),
+    [
+        ((("bias-drift",), ("bias-temperature",)), "tells a drift from warmth", True),
+        ((("bias-drift",), ("current",)), "half of it with the motors on", False),
+    ],
+)
+def test_what_would_decide_changes_the_one_cause_and_not_the_other(
+    explanations: tuple[tuple[str, ...], ...], says: str, warm: bool
+) -> None:
+    bench = field_bench(tumbled())
+    findings = bench.look()
+    undecided = replace(
+        findings, opinion=replace(findings.opinion, explanations=explanations, families=())
+    )
+    assert isinstance(bench.measured, FieldData)
+    poses = field_advice(bench.measured, undecided, Verdict.AMBIGUOUS)
+    assert len(poses) == 6
+    assert all(says in pose.why and pose.warm is warm for pose in poses)
 
 
 def test_of_counts_in_an_unknown_field_it_is_said_on_what_the_sizes_rest() -> None:
