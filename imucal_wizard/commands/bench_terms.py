@@ -30,12 +30,14 @@ def base_terms(text: str) -> dict[str, tuple[str, ...]]:
         if sensor == "magnetometer" and "non-orthogonality" in asked:
             asked.add("soft-iron")
         found[sensor] = tuple(term for term in whole if term in asked) if asked else whole
-    known = {"none", "soft-iron", *BASES["accelerometer"]}
+    inertial = {"none", *BASES["accelerometer"]}
+    known = {*inertial, "soft-iron"}
     for word in words:
         sensor, slash, term = word.rpartition("/")
-        if term not in known or (slash and sensor not in BASES):
+        own_terms = known if sensor in ("", "magnetometer") else inertial
+        if term not in own_terms or (slash and sensor not in BASES):
             raise UsageError(
-                f"--base: {word!r} is not in the base; it has {', '.join(sorted(known))}"
+                f"--base: {word!r} is not in the base; it has {', '.join(sorted(own_terms))}"
             )
     return found
 

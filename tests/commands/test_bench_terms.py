@@ -4,6 +4,8 @@ import pytest
 
 from imucal_wizard.commands.bench_terms import BASES, base_terms, wanted_terms
 from imucal_wizard.errors import UsageError
+from imucal_wizard.solver.extended.field_data import FIELD_BASE
+from imucal_wizard.solver.extended.hold_data import BASE
 
 WHOLE = BASES["accelerometer"]
 
@@ -27,7 +29,13 @@ def test_the_base_is_said_for_all_sensors_or_for_one(
     assert found["magnetometer"] == magnetometer
 
 
-@pytest.mark.parametrize("text", ["bias,colour", "compass/bias", "bias,magnetometer/size"])
+def test_the_command_line_knows_the_solvers_bases_without_loading_it() -> None:
+    assert BASES == {"accelerometer": BASE, "gyroscope": BASE, "magnetometer": FIELD_BASE}
+
+
+@pytest.mark.parametrize(
+    "text", ["bias,colour", "compass/bias", "bias,magnetometer/size", "gyroscope/soft-iron"]
+)
 def test_what_is_in_no_base_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="is not in the base; it has bias"):
         base_terms(text)
