@@ -15,8 +15,8 @@ STIRS = 0.1
 """Share of the field by which the readings of a second differ when the device turns."""
 LARGEST = 1e15
 """No magnetometer reads more, in whatever unit."""
-_SECOND = 10
-"""Moments."""
+_SECOND = 1.0
+"""Seconds of readings in which a turn shows."""
 
 
 class Gathering:
@@ -86,8 +86,9 @@ class Gathering:
 
     def _rests(self) -> bool:
         """Whether the device does not turn; a smooth turn is seen by a gyroscope or the field."""
-        fit, second = self.survey.fit, self.survey.log.reading[-_SECOND:]
-        if not self._scene.still or fit is None or len(second) < _SECOND:
+        fit, log = self.survey.fit, self.survey.log
+        second = log.reading[log.end > self._scene.time - _SECOND]
+        if not self._scene.still or fit is None or not len(second):
             return self._scene.still
         return bool(np.ptp(second, axis=0).max() < STIRS * fit.magnitude)
 

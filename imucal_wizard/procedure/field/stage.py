@@ -183,7 +183,8 @@ class FieldStage:
 
     def _be_disturbed(self, seconds: float) -> None:
         survey = self.gathered.survey
-        if not len(survey.disturbed) or not survey.disturbed[-1]:
+        silent = self.gathered.silent >= trouble.SILENT  # nobody knows what the field is by now
+        if silent or not len(survey.disturbed) or not survey.disturbed[-1]:
             self.disturbed, self._lasting = "", 0.0
             return
         magnitude = None if survey.fit is None else survey.fit.magnitude

@@ -111,6 +111,30 @@ def test_a_device_that_lies_still_is_told_to_turn() -> None:
     assert session.field.counts.sum() == 0
 
 
+def test_a_reading_that_rests_with_the_device_is_no_turn() -> None:
+    """A coarse sensor gives no new value at rest; what it gave before is not looked at any more."""
+    readings = turned((*circle("-z", degrees=180.0), Rest(12.0)))
+    series, values = readings.magnetometer, field_of(readings).copy()
+    assert series is not None
+    values[series.time > series.time[-1] - 12.3] = values[-1]
+    session = Session(with_field(readings, values)).play()
+    assert "does not turn" in session.field.trouble
+
+
+def test_a_sensor_that_falls_silent_while_disturbed_is_missed_all_the_same() -> None:
+    """What disturbed it then is no news any more."""
+    readings = turned(STEEL)
+    start, end = steel_passes(readings)
+    series = readings.magnetometer
+    assert series is not None
+    cut = series.between(0.0, 0.5 * (start + end))
+    session = Session(Readings(readings.accelerometer, readings.gyroscope, cut))
+    assert session.play(until=cut.time[-1] + 0.5).field.disturbed
+    session.play(until=cut.time[-1] + 3.0)
+    assert session.field.disturbed == ""
+    assert "has sent nothing" in session.field.trouble
+
+
 def test_on_a_face_that_is_done_it_is_not_told_to_turn() -> None:
     """It is told the way to the next face, and that a plane is too little."""
     session = Session(turned((*circle("-z"), Rest(12.0)))).play()
