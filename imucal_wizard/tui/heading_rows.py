@@ -56,9 +56,14 @@ def course(compass: Compass, stream: StreamStatus) -> Course | None:
         after % 360.0,
         float(error),
         size,
-        math.degrees(-math.asin(float(up @ field) / size)),
-        math.degrees(math.asin(min(1.0, max(-1.0, float(up[0]))))),
+        -_rise(float(up @ field) / size),
+        _rise(float(up[0])),
     )
+
+
+def _rise(sine: float) -> float:
+    """Degrees above the horizon; a unit vector's component may be a bit more than one."""
+    return math.degrees(math.asin(min(1.0, max(-1.0, sine))))
 
 
 def large(degrees: float) -> str:

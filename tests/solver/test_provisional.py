@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
-from imucal_wizard.ellipsoid.provisional import Provisional, provisional
+from imucal_wizard.ellipsoid.provisional import MISFIT, Provisional, provisional
 from imucal_wizard.ellipsoid.quality import gaps, quality
 from imucal_wizard.readings import FloatArray
 from tests.solver.field_truth import CORRECTION, NOISE, OFFSET, all_over, recorded, six_circles
@@ -40,7 +40,7 @@ def test_no_reading_of_the_same_field_looks_like_a_disturbance(faces: tuple[int,
     for seed in range(10):
         fit = found(circles(seed, faces))
         distance = np.abs(fit.look(everywhere)[0])
-        limit = np.hypot(fit.doubt(everywhere), np.hypot(fit.noise, 0.006))
+        limit = np.hypot(fit.doubt(everywhere), np.hypot(fit.noise, MISFIT))
         assert (distance < 6.0 * limit).all()
 
 
@@ -91,7 +91,7 @@ def test_from_what_does_not_bend_nothing_is_made(readings: FloatArray) -> None:
 def test_a_perfect_sphere_has_no_gap_no_variance_no_wobble_and_no_error() -> None:
     """Three samples in the middle of each area."""
     seen = np.tile(centres().T, 3)
-    figures = quality(48.0 / 48.0 * seen, bin_of(seen))
+    figures = quality(seen, bin_of(seen))
     assert figures is not None
     assert figures.gaps == 0.0
     assert figures.variance == pytest.approx(0.0, abs=1e-9)

@@ -17,9 +17,9 @@ from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
 from imucal_wizard.readings import FloatArray
 
 SHARE = 0.7
-"""A nearer face is as good as one that fills up to so much more ..."""
+"""A face that fills so much of what the best would fill is good enough to be the next ..."""
 TIE_DEG = 15.0
-"""... and turns that differ by less than this are equally near."""
+"""... if it is nearer; turns that differ by less than this are equally near."""
 STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
 """Of a circle, rad: some for each area that it crosses."""
 

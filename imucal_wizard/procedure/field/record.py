@@ -13,11 +13,6 @@ class FieldRecord:
         self._rows = Growing(4)
         self._unit = ""
 
-    @property
-    def there(self) -> bool:
-        """Whether any sample has come."""
-        return len(self._rows) > 0
-
     def add(self, series: Series) -> None:
         """Take the next samples."""
         self._unit = series.unit
@@ -25,7 +20,7 @@ class FieldRecord:
 
     def series(self) -> Series | None:
         """All of them, or None."""
-        if not self.there:
+        if not len(self._rows):
             return None
         rows = self._rows.rows
         return Series(rows[:, 0], rows[:, 1:], self._unit)
