@@ -49,7 +49,7 @@ def make_cloud(readings: FloatArray) -> Cloud:
     Raises:
         DataError: all readings are the same.
     """
-    columns = np.ascontiguousarray(readings.T)
+    columns = np.array(readings.T, order="C")  # a copy, even of readings stored column by column
     low, high = columns.min(axis=1), columns.max(axis=1)
     span = 0.5 * float((high - low).max())
     if not span > 0.0:

@@ -1,5 +1,7 @@
 """Ellipsoid fits against closed forms, SciPy, and N's Matlab written out again."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from scipy.linalg import sqrtm
@@ -202,3 +204,12 @@ def test_folds_leave_out_scattered_areas() -> None:
 def test_one_value_alone_is_no_cloud() -> None:
     with pytest.raises(DataError, match="one and the same value"):
         make_cloud(np.ones((5, 3)))
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_readings_stay_as_they_were_measured(order: Literal["C", "F"]) -> None:
+    """Stored row by row, or column by column as they come from a session's raw bytes."""
+    readings = np.array(on_ellipsoid(200, np.random.default_rng(8)).T, order=order)
+    before = readings.copy()
+    make_cloud(readings)
+    np.testing.assert_array_equal(readings, before)
