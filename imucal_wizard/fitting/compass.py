@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import parameters, symmetric_matrix
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment, exponential
 from imucal_wizard.solver.second_stage.heading import Bearings, heading, heading_error
 from imucal_wizard.units import COUNT
-
-ROWS = ([0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2])
-"""Rows and columns of the six entries of a symmetric matrix."""
 
 
 def up_in(fit: SensorFit, force: FloatArray) -> FloatArray:
@@ -50,12 +48,11 @@ class Compass:
         before = heading(up if self.accelerometer.bias_unit == COUNT else force, readings)
 
         def after(theta: FloatArray) -> FloatArray:
-            matrix = np.empty((3, 3))
-            matrix[ROWS], matrix[ROWS[::-1]] = theta[3:9], theta[3:9]
             rotation = exponential(theta[9:]) @ self.alignment.rotation
-            return heading(up, (readings - theta[:3]) @ (rotation @ matrix).T)
+            matrix = rotation @ symmetric_matrix(theta[:9])
+            return heading(up, (readings - theta[:3]) @ matrix.T)
 
-        theta = np.concatenate([fit.bias, fit.matrix[ROWS], np.zeros(3)])
+        theta = np.concatenate([parameters(fit.matrix, fit.bias), np.zeros(3)])
         covariance = np.zeros((12, 12))
         if fit.covariance is not None:
             covariance[:9, :9] = fit.covariance

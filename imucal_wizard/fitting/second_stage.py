@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.shape import symmetric_matrix
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.both_references import unit_of, up_of, with_gyroscope
-from imucal_wizard.fitting.compass import ROWS, Compass
+from imucal_wizard.fitting.compass import Compass
 from imucal_wizard.fitting.passages import Crossing, field_at
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
@@ -63,9 +64,7 @@ def _doubt(fit: SensorFit, field: FloatArray) -> FloatArray | None:
     offsets = field @ np.linalg.inv(fit.matrix).T
     out = []
     for change in (vectors[:, seen] * np.sqrt(values[seen])).T:
-        matrix = np.zeros((3, 3))
-        matrix[ROWS], matrix[ROWS[::-1]] = change[3:], change[3:]
-        moved = field + offsets @ matrix.T - change[:3] @ fit.matrix.T
+        moved = field + offsets @ symmetric_matrix(change).T - change[:3] @ fit.matrix.T
         out.append(unit_of(moved) - unit_of(field))
     return np.stack(out, axis=-1) if out else None
 
