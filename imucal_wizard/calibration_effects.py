@@ -19,7 +19,7 @@ class SavedEffect(msgspec.Struct, frozen=True):
 
     Attributes:
         term: its name.
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: whose.
         equation: as it is written, sizes in ``unit``.
         parameters: names of the sizes.
         sizes: in ``unit``.

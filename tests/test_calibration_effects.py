@@ -12,6 +12,7 @@ from imucal_wizard.errors import UsageError
 from imucal_wizard.fitting import fit_readings
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.field_data import FieldData
+from imucal_wizard.tui.bench.kept_rows import kept_rows
 from tests.bench.recordings import MG, fitted, tumbled
 
 
@@ -132,5 +133,20 @@ def test_the_alignment_of_the_second_stage_is_applied_once_with_the_bench_and_wi
         assert saved.frame == "accelerometer"
         assert scatter_of_dip(saved, benches) < 0.1
     assert benches.report.magnetic is not None
+    assert benches.found("magnetometer") == ("bias-drift",)
     own = sensor_record(benches.report.magnetic.fit)
     assert scatter_of_dip(own, benches) > 0.5
+
+
+def test_a_mounting_that_only_the_bench_has_found_is_said_to_be_saved() -> None:
+    """It is in the matrix, and no effect of its own in the model that is saved."""
+    made = tumbled()
+    benches = Benches(made.report, made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    assert kept_rows(benches, 200) == []
+    bench.add("misalignment")
+    model, _ = benches.models()["magnetometer"]
+    assert model.terms == ()
+    (row,) = kept_rows(benches, 200)
+    assert "✓ from the bench: magnetometer + misalignment" in "".join(text for text, _ in row)

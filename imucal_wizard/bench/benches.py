@@ -171,12 +171,16 @@ class Benches:
         return {
             bench.sensor: (self._usable(bench), bench.measured.circumstances)
             for bench in (self._accelerometer, gyroscope, magnetometer)
-            if bench is not None and not set(bench.fit.model) <= self._fitted(bench)
+            if bench is not None and self.found(bench.sensor)
         }
 
-    def _fitted(self, bench: Bench) -> set[str]:
-        """Terms that need no bench."""
-        return {*bench.whole, *self.report.sensors[bench.sensor].model}
+    def found(self, sensor: str) -> tuple[str, ...]:
+        """Effects in the model of a sensor that its plain fit lacks; its mounting may be one."""
+        bench = self.bench(sensor)
+        if bench is None:
+            return ()
+        fitted = self.report.sensors[sensor].model
+        return tuple(term.name for term in bench.fit.terms if term.name not in fitted)
 
     def _usable(self, bench: Bench) -> Extended:
         if not isinstance(bench.measured, FieldData):

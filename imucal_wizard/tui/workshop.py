@@ -17,8 +17,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.live.snapshot import Snapshot
     from imucal_wizard.procedure.state import Collected
     from imucal_wizard.sessions import SessionInfo
-    from imucal_wizard.solver.extended.result import Extended
-    from imucal_wizard.solver.result import FitReport, SensorFit
+    from imucal_wizard.solver.result import FitReport
 
 _LISTED = 4
 """So many earlier sessions are offered."""
@@ -97,10 +96,11 @@ class Workshop(Opening):
         models = {} if benches is None else benches.models()
         made = from_report(report, self.title, now.isoformat(timespec="seconds"), models)
         path = self._written(made)
-        found = [
-            f"{name}: with {', '.join(_new(model, report.sensors[name]))} from the bench"
-            for name, (model, _) in models.items()
-        ]
+        found: list[str] = []
+        if benches is not None:
+            found += [
+                f"{one}: with {', '.join(benches.found(one))} from the bench" for one in models
+            ]
         return Saved(path, (summary(report), *found, f"saved: {path}"))
 
     def _written(self, made: "Calibration") -> Path:
@@ -161,8 +161,3 @@ def _offered(session: "SessionInfo") -> SourceChoice:
         f"resume session of {when}, at {step}",
         f"{plural(session.holds, 'hold')} in {clock(session.seconds)}, {session.source}",
     )
-
-
-def _new(model: "Extended", plain: "SensorFit") -> list[str]:
-    """Effects that only the bench has found, a magnetometer's mounting among them."""
-    return [term for term in model.model if term not in (*model.base, *plain.model)]

@@ -8,8 +8,10 @@ from imucal_wizard.tui.text import Line, wrapped
 def kept_rows(benches: Benches | None, width: int) -> list[Line]:
     """A row for each sensor whose model has effects; none without."""
     rows: list[Line] = []
-    for name, (model, _) in ({} if benches is None else benches.models()).items():
-        terms = " + ".join(term.name for term in model.terms)
+    if benches is None:
+        return rows
+    for name, (model, _) in benches.models().items():
+        terms = " + ".join(benches.found(name))
         unit = model.fit.unit
         errors = f"{shown(model.rms_fitted, unit)} fitted, {shown(model.rms_held_out, unit)}"
         words = f"✓ from the bench: {name} + {terms}, {errors} held out; saved with it"
