@@ -15,9 +15,8 @@ from imucal_wizard.procedure.wording import TITLES, label, plural
 
 AFTERWARDS = (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which there is a result, so that the bench may ask for more."""
-
-
 _NOUNS = {StepKind.ROTATIONS: "rotation", StepKind.FIELD: "circle"}
+"""What is taken in a step, where it is no hold."""
 
 
 class Commands:

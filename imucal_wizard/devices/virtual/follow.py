@@ -21,13 +21,10 @@ TURN_PATIENCE = 4.0
 """How much longer than needed the hand waits, s, for a turn to be counted."""
 START_ERROR_DEG = 12.0
 """A turn begins with its axis level within this; else the hand goes to the start pose first."""
-
-
 FACE_SECONDS = 1.2
 """A face lies on the table for so long before it is turned, s."""
 CIRCLE_DEG = 372.0
 """A hand that turns a device once round turns a little more."""
-
 SHAKEN_EVERY = 3
 SHAKE_RMS = 0.5
 """Vibration per axis of an idling machine on which every third pose is held, m/s²."""

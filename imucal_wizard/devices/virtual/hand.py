@@ -33,8 +33,6 @@ REACTION = 1.5
 """From the wizard's word to the hand's move, s of samples."""
 PREVIEW = 2.0
 """What a device that waits for the wizard puts out before the first word, s of samples."""
-
-
 FASTEST = 100_000.0
 """Samples per second that are made at most: no IMU gives more, and more would fill the memory."""
 

@@ -36,8 +36,6 @@ SHAKE_RMS = 0.1
 No search for holds in a recording calls a device at rest that is shaken harder. The hand that
 follows the wizard, whose limits can be loosened, shakes it harder.
 """
-
-
 COMMENT = "# a virtual IMU"
 """How every simulated recording begins."""
 
