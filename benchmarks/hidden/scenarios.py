@@ -84,10 +84,10 @@ def everywhere(term: str, times: float) -> Scenario:
 
 
 def two(times: float) -> Scenario:
-    """Two effects of different families."""
+    """Two effects of different families, of those that the session shows at any size."""
 
     def draw(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
-        known = list(EFFECTS)
+        known = [term for term in EFFECTS if np.isfinite(sizes[term]).any()]
         while True:
             first, second = rng.choice(known, 2, replace=False)
             if FAMILY[first] != FAMILY[second]:
