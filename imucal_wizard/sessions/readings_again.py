@@ -5,6 +5,7 @@ be looked at sample by sample. A stream of hours does not lie in memory, so a se
 its file, in a thread, when the bench is opened.
 """
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,6 +19,10 @@ from imucal_wizard.recordings import read
 SAME = 1e-6
 """Relative difference of a hold's mean up to which it was made of these readings."""
 
+BEHIND = 3.0
+"""Seconds for which a file that is being written may lack the newest samples."""
+PAUSE = 0.2
+
 
 def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:
     """What a session has written down; None where that is not what the holds were made of.
@@ -28,11 +33,19 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
     """
     if path is None or not path.is_file():
         return None
-    try:
-        readings = read([path])
-    except ImucalError:  # the bench works without them, it only knows less
-        return None
-    return readings if belongs(readings, holds) else None
+    patience = time.monotonic() + BEHIND
+    while True:
+        try:
+            readings = read([path])
+        except ImucalError:  # the bench works without them, it only knows less
+            return None
+        if belongs(readings, holds):
+            return readings
+        ends = max((hold.end for hold in holds), default=0.0)
+        complete = len(readings) > 0 and readings.accelerometer.time[-1] > ends
+        if complete or time.monotonic() > patience:
+            return None
+        time.sleep(PAUSE)  # who writes the file does so in batches
 
 
 def belongs(readings: Readings, holds: Sequence[Hold]) -> bool:
