@@ -1,5 +1,6 @@
 """Changes of the field that no effect of a magnetometer makes."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +17,12 @@ ARM = 0.08
 """From the middle of a turn to the magnetometer, m."""
 
 
-class Extra:
+class Extra(ABC):
     """Something that no effect of the catalogue makes."""
 
+    @abstractmethod
     def error(self, session: Session, rng: np.random.Generator) -> FloatArray:
         """Error of the field in the magnetometer's axes, µT, shape (n, 3)."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

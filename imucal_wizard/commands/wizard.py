@@ -1,6 +1,6 @@
 """``imucal-wizard``: the app that leads through the calibration."""
 
-from argparse import Namespace
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,18 @@ def parser() -> Parser:
         prog="imucal-wizard",
         description="Open the wizard: on the virtual IMU, on a port, or on a recording.",
     )
-    source = made.add_argument_group("source")
+    _add_source(made.add_argument_group("source"))
+    _add_virtual(made.add_argument_group("virtual IMU"))
+    _add_procedure(made.add_argument_group("procedure"))
+    add_recording_options(made)
+    add_gravity(made)
+    add_methods(made)
+    add_magnetometer(made)
+    return made
+
+
+def _add_source(source: "argparse._ArgumentGroup") -> None:
+    """Where the samples come from."""
     source.add_argument(
         "--port",
         metavar="PORT_OR_URL",
@@ -63,7 +74,10 @@ def parser() -> Parser:
         metavar="X",
         help="let a recording, or the virtual IMU, run X times faster (default 1)",
     )
-    virtual = made.add_argument_group("virtual IMU")
+
+
+def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:
+    """What the virtual IMU is, and who moves it."""
     virtual.add_argument(
         "--auto", action="store_true", help="let the virtual hand perform the whole procedure"
     )
@@ -82,7 +96,10 @@ def parser() -> Parser:
     )
     virtual.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
     add_exercise(virtual, "hide an effect by chance and seal the answer")
-    way = made.add_argument_group("procedure")
+
+
+def _add_procedure(way: "argparse._ArgumentGroup") -> None:
+    """What is asked for, and where it goes."""
     way.add_argument(
         "--rotations",
         type=int,
@@ -122,11 +139,6 @@ def parser() -> Parser:
     )
     add_effects(way)
     way.add_argument("--mute", action="store_true", help="no sounds")
-    add_recording_options(made)
-    add_gravity(made)
-    add_methods(made)
-    add_magnetometer(made)
-    return made
 
 
 def run(argv: Sequence[str]) -> int:
@@ -182,7 +194,7 @@ def run(argv: Sequence[str]) -> int:
     )
 
 
-def _mystery(arguments: Namespace) -> dict[str, Any]:
+def _mystery(arguments: argparse.Namespace) -> dict[str, Any]:
     """Number, grade and key of an exercise; nothing without one."""
     if not arguments.mystery:
         return {}

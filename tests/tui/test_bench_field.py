@@ -40,6 +40,11 @@ async def test_the_magnetometer_is_one_key_away_and_its_error_falls(
         await shows(pilot, "magnetometer's model is complete")
         await pilot.press("3")
         await shows(pilot, "▸LADDER", "+ current", "µT", "noise alone")
+    bench = drawing.bench("magnetometer")
+    assert bench is not None
+    before, aligned, known = (rung.rms_held_out or 0.0 for rung in bench.ladder)
+    assert known < 0.5 * aligned
+    assert aligned < before
 
 
 async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the_field_was(
