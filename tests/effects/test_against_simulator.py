@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand, parse_hidden
+from imucal_wizard.devices.virtual import VirtualHand, parse_hidden
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake, Turn
 from imucal_wizard.devices.virtual.hidden import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.devices.virtual.motion import Motion
@@ -13,6 +13,7 @@ from imucal_wizard.devices.virtual.stream import Samples, VirtualStream
 from imucal_wizard.effects.catalogue import effect
 from imucal_wizard.effects.effect import Circumstances, Effect
 from imucal_wizard.readings import FloatArray
+from tests.virtual.sensors import ideal
 
 POSES = ["+x-y", "-z+x", "+x+y+z", "-x-y", "+y-z", "-z"]
 SCRIPT: list[Action] = [
@@ -35,7 +36,7 @@ VARIANTS = {"warm-up": 180.0, "bias-step": 60.0 * STEP_MINUTES}
 def _take(*hidden: str) -> Samples:
     hand = VirtualHand()
     hand.perform(SCRIPT)
-    return VirtualStream(hand, SensorModel.ideal(), hidden, step=STEP_MINUTES).take(COUNT)
+    return VirtualStream(hand, ideal(), hidden, step=STEP_MINUTES).take(COUNT)
 
 
 @cache

@@ -10,6 +10,7 @@ from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.simulate import Truth, recording_script, truth
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.readings import FloatArray, Readings, Series
+from tests.virtual.sensors import offset_binary
 
 RATE = 100.0
 
@@ -42,7 +43,7 @@ def recorded(hand: VirtualHand, model: SensorModel, rate: float, seed: int = 0) 
 
 def _model(seed: int, counts: bool) -> SensorModel:
     model = SensorModel.drawn(seed)
-    return model.offset_binary() if counts else model
+    return offset_binary(model) if counts else model
 
 
 def true(seed: int = 0, counts: bool = False) -> Truth:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel
 from imucal_wizard.devices.virtual.line import LinePrinter
+from tests.virtual.sensors import ideal
 
 FIRMWARE = Path(__file__).parents[2] / "assets" / "firmware"
 
@@ -14,7 +14,7 @@ FIRMWARE = Path(__file__).parents[2] / "assets" / "firmware"
 def test_sketches_print_the_header_of_the_virtual_imu_and_enough_decimals(sketch: str) -> None:
     """The same columns and units; acceleration with five decimals, rate with six."""
     source = (FIRMWARE / sketch / f"{sketch}.ino").read_text(encoding="utf-8")
-    header = LinePrinter(SensorModel.ideal(), "").header.decode()
+    header = LinePrinter(ideal(), "").header.decode()
     assert f'"{header}"' in source
     assert "* ACCELERATION, 5)" in source
     assert "* RATE, 6)" in source

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand, parse_hidden
+from imucal_wizard.devices.virtual import VirtualHand, parse_hidden
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Shake, Turn
 from imucal_wizard.devices.virtual.hidden import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.devices.virtual.motion import Motion
@@ -12,6 +12,7 @@ from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.virtual.sensors import ideal
 
 SCRIPT: list[Action] = [
     Rest(2.0),
@@ -34,8 +35,8 @@ def _hand() -> VirtualHand:
 
 def _difference(*hidden: str) -> tuple[FloatArray, FloatArray, Motion]:
     """What the effects add to the readings of a perfect sensor: mg, °/s; and the motion."""
-    ideal = SensorModel.ideal()
-    with_it = VirtualStream(_hand(), ideal, hidden).take(COUNT)
+    perfect = ideal()
+    with_it = VirtualStream(_hand(), perfect, hidden).take(COUNT)
     motion = _hand().advance(COUNT)
     force = (with_it.accelerometer - motion.specific_force) / MILLI_G
     rate = (with_it.gyroscope - motion.rate) / DEGREE
@@ -47,7 +48,7 @@ def _force(motion: Motion, axis: int) -> FloatArray:
 
 
 def _temperature(motion: Motion) -> FloatArray:
-    return SensorModel.ideal().thermal.at(motion.time) - 25.0
+    return ideal().thermal.at(motion.time) - 25.0
 
 
 def _expected(term: str, m: Motion) -> FloatArray:

@@ -15,6 +15,7 @@ from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.line import LinePrinter
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import LinkError, UsageError
+from tests.virtual.sensors import ideal, offset_binary
 
 HEADER = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"
 SCRIPT: list[Action] = [Rest(1.0), Place("+x"), Rest(1.0), Turn("z", 90.0), Rest(1.0)]
@@ -167,7 +168,7 @@ def test_it_runs_once_at_a_time_and_can_start_again() -> None:
 @needs_pty
 def test_keys_move_the_device_while_it_streams() -> None:
     """After a turn by 90° about x, gravity is read on the y axis."""
-    with VirtualImu(speed=20.0, sensor=SensorModel.ideal()) as imu, _port(imu.start()) as port:
+    with VirtualImu(speed=20.0, sensor=ideal()) as imu, _port(imu.start()) as port:
         _read(port, lambda data: data.count(b"\n") > 20)
         imu.hand.turn("x", 90.0)
 
@@ -180,7 +181,7 @@ def test_keys_move_the_device_while_it_streams() -> None:
 
 def test_raw_counts_are_printed_as_whole_numbers() -> None:
     """The header says count, and no decimals follow."""
-    with VirtualImu(speed=UNHURRIED, sensor=SensorModel.drawn(1).offset_binary()) as imu:
+    with VirtualImu(speed=UNHURRIED, sensor=offset_binary(SensorModel.drawn(1))) as imu:
         lines = _lines(imu.start(), 3)
     assert lines[0] == HEADER.replace(b"m/s^2", b"count").replace(b"rad/s", b"count")
     assert all(32768 - 6000 < int(field) < 32768 + 6000 for field in lines[1].split(b",")[1:7])

@@ -12,6 +12,7 @@ from imucal_wizard.devices.virtual.sensor import DEGREE, MILLI_G, Triad
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.virtual.sensors import ideal, offset_binary
 
 FACES = {"+x": 0, "-x": 0, "+y": 1, "-y": 1, "+z": 2, "-z": 2}
 
@@ -78,26 +79,22 @@ def test_readings_are_multiples_of_the_step_within_the_range() -> None:
 
 
 def test_raw_counts_are_whole_numbers_around_their_offset() -> None:
-    """Offset-binary lies around 32768, signed counts around 0; gains as named."""
-    model = SensorModel.drawn(2)
-    for counts, offset, gain in (
-        (model.offset_binary(), 32768.0, 415.0),
-        (model.signed_counts(), 0.0, 8192.0 / STANDARD_GRAVITY),
-    ):
-        assert counts.accelerometer.unit == counts.gyroscope.unit == "count"
-        samples = VirtualStream(VirtualHand(), counts).take(500)
-        for values in (samples.accelerometer, samples.gyroscope):
-            np.testing.assert_array_equal(values, np.round(values))
-        g = samples.accelerometer.mean(0) - counts.accelerometer.bias
-        assert g[2] == pytest.approx(gain * STANDARD_GRAVITY, rel=0.04)
-        np.testing.assert_allclose(counts.accelerometer.bias, offset, atol=gain)
-        huge = counts.accelerometer.reading(np.array([[1e4, -1e4, 0.0]]))[0]
-        assert huge[0] - huge[1] == 65535.0
+    """Offset-binary lies around 32768, with the gain as named, and clips at its 16 bits."""
+    counts, gain = offset_binary(SensorModel.drawn(2)), 415.0
+    assert counts.accelerometer.unit == counts.gyroscope.unit == "count"
+    samples = VirtualStream(VirtualHand(), counts).take(500)
+    for values in (samples.accelerometer, samples.gyroscope):
+        np.testing.assert_array_equal(values, np.round(values))
+    g = samples.accelerometer.mean(0) - counts.accelerometer.bias
+    assert g[2] == pytest.approx(gain * STANDARD_GRAVITY, rel=0.04)
+    np.testing.assert_allclose(counts.accelerometer.bias, 32768.0, atol=gain)
+    huge = counts.accelerometer.reading(np.array([[1e4, -1e4, 0.0]]))[0]
+    assert huge[0] - huge[1] == 65535.0
 
 
 def test_the_chip_warms_up_after_switching_on() -> None:
     """It ends one rise above the ambient temperature, 63 % of it after one time constant."""
-    thermal = SensorModel.ideal().thermal
+    thermal = ideal().thermal
     at = thermal.at(np.array([0.0, thermal.tau, 1e5]))
     np.testing.assert_allclose(
         at - thermal.ambient, thermal.rise * np.array([0.0, 0.632121, 1.0]), rtol=1e-5

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand, VirtualImu
+from imucal_wizard.devices.virtual import VirtualHand, VirtualImu
 from imucal_wizard.devices.virtual.follow import SHAKE_RMS
 from imucal_wizard.devices.virtual.scripts import FACES
 from imucal_wizard.devices.virtual.stream import VirtualStream
@@ -15,6 +15,7 @@ from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.procedure.steps import Machine, standard
 from imucal_wizard.readings import FloatArray, Readings, Series, join
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.virtual.sensors import ideal
 
 RECTIFICATION = 100.0
 """mg/g², as consumer parts have."""
@@ -25,8 +26,8 @@ LONGEST = 900.0
 
 def _held() -> tuple[Machine, Readings]:
     """Settle and six poses on a sensor with noise and no other error; two poses are shaken."""
-    ideal = SensorModel.ideal()
-    sensor = replace(ideal, accelerometer=replace(ideal.accelerometer, density=NOISE))
+    perfect = ideal()
+    sensor = replace(perfect, accelerometer=replace(perfect.accelerometer, density=NOISE))
     hand = VirtualHand(seed=3, shaken=True)
     hidden = [f"vibration-rectification:{RECTIFICATION}:{axis}" for axis in "xyz"]
     stream = VirtualStream(hand, sensor, hidden, seed=3)

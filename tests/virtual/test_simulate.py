@@ -15,6 +15,7 @@ from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.virtual.sensors import ideal
 
 
 def _table(path: Path) -> FloatArray:
@@ -47,7 +48,7 @@ def test_a_recording_is_the_csv_of_the_contract(tmp_path: Path) -> None:
 def test_every_pose_of_the_set_is_held(tmp_path: Path, poses: str) -> None:
     """A first rest of 20 s, then each pose once, or again where repeats are asked for."""
     path = tmp_path / "out.csv"
-    simulate_recording(path, poses=poses, rotations=0, hold=2.0, model=SensorModel.ideal())
+    simulate_recording(path, poses=poses, rotations=0, hold=2.0, model=ideal())
     table = _table(path)
     rests = _rests(table[:, 4:7], 0.0, 150)
     names = pose_names(poses, generator(0, Chance.POSES))
@@ -68,7 +69,7 @@ def test_repeats_come_after_all_poses_have_been_held() -> None:
 def test_rotations_come_last_and_end_in_rests(tmp_path: Path) -> None:
     """Six turns per axis by default, both senses, below 250 °/s, then still."""
     path = tmp_path / "out.csv"
-    simulate_recording(path, poses="6", hold=2.0, model=SensorModel.ideal())
+    simulate_recording(path, poses="6", hold=2.0, model=ideal())
     table = _table(path)
     rests = _rests(table[:, 4:7], 0.0, 400)
     assert len(rests) == 1 + 3 * 7

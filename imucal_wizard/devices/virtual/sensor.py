@@ -5,14 +5,14 @@ The body frame is the accelerometer's: its x axis is the x axis of the body and 
 triangular, so the true ``M = S⁻¹`` is what a triangular calibration should find.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.devices.virtual import attitude
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.units import STANDARD_GRAVITY
 
 MILLI_G = STANDARD_GRAVITY / 1000.0
 DEGREE = np.pi / 180.0
@@ -60,19 +60,6 @@ class Triad:
             exact = np.round(exact / self.step) * self.step
         return np.asarray(np.clip(exact, self.lowest, self.highest), np.float64)
 
-    def in_counts(self, gain: float, offset: float, bits: int = 16) -> "Triad":
-        """The same sensor read as raw counts: ``gain`` counts per SI unit around ``offset``."""
-        lowest = -float(2 ** (bits - 1)) + offset
-        return replace(
-            self,
-            sensitivity=self.sensitivity * gain,
-            bias=self.bias * gain + offset,
-            unit=COUNT,
-            step=1.0,
-            lowest=lowest,
-            highest=lowest + 2.0**bits - 1.0,
-        )
-
 
 @dataclass(frozen=True)
 class Thermal:
@@ -103,15 +90,6 @@ class SensorModel:
     gyroscope: Triad
     thermal: Thermal = Thermal()
     temperature_step: float = 1.0 / 16.0
-
-    @classmethod
-    def ideal(cls) -> "SensorModel":
-        """No bias, no error, no noise, no rounding."""
-        return cls(
-            Triad(np.eye(3), np.zeros(3), "m/s^2"),
-            Triad(np.eye(3), np.zeros(3), "rad/s"),
-            temperature_step=0.0,
-        )
 
     @classmethod
     def drawn(cls, seed: int = 0) -> "SensorModel":
@@ -148,22 +126,6 @@ class SensorModel:
             highest=2000.0 * DEGREE,
         )
         return cls(accelerometer, gyroscope)
-
-    def offset_binary(self) -> "SensorModel":
-        """Read as unsigned 16-bit counts around 32768, with the gains of an Xsens MTi-G."""
-        return replace(
-            self,
-            accelerometer=self.accelerometer.in_counts(415.0, 32768.0),
-            gyroscope=self.gyroscope.in_counts(4778.0, 32768.0),
-        )
-
-    def signed_counts(self) -> "SensorModel":
-        """Read as signed 16-bit counts, ±4 g and ±500 °/s full scale."""
-        return replace(
-            self,
-            accelerometer=self.accelerometer.in_counts(8192.0 / STANDARD_GRAVITY, 0.0),
-            gyroscope=self.gyroscope.in_counts(65.5 / DEGREE, 0.0),
-        )
 
 
 def _signed(rng: np.random.Generator, smallest: float, largest: float) -> FloatArray:
