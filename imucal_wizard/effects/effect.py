@@ -97,6 +97,20 @@ class Circumstances:
             current=self.current[rows],
         )
 
+    def joined(self, other: "Circumstances") -> "Circumstances":
+        """These rows and then the other's, with the reference of these."""
+        return replace(
+            self,
+            force=np.concatenate([self.force, other.force]),
+            rate=np.concatenate([self.rate, other.rate]),
+            temperature=np.concatenate([self.temperature, other.temperature]),
+            time=np.concatenate([self.time, other.time]),
+            previous=np.concatenate([self.previous, other.previous]),
+            vibration=np.concatenate([self.vibration, other.vibration]),
+            magnetic=np.concatenate([self.magnetic, other.magnetic]),
+            current=np.concatenate([self.current, other.current]),
+        )
+
 
 @dataclass(frozen=True)
 class EffectParameter:

@@ -16,7 +16,7 @@ from imucal_wizard.solver.extended.field_dips import middle_of, still_poses
 from imucal_wizard.solver.extended.field_groups import cut, noise_of, visits_of
 from imucal_wizard.solver.magnetometer.disturbances import LeftOut
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
-from imucal_wizard.units import COUNT
+from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
 ASSUMED = 50.0
 """Field in µT on which the sizes rest where readings are in counts and nothing tells it."""
@@ -33,7 +33,7 @@ def field_data(
     readings: Readings,
     holds: Sequence[Hold] = (),
     accelerometer: AccelerometerFit | None = None,
-    gravity: float = 9.80665,
+    gravity: float = STANDARD_GRAVITY,
 ) -> FieldData:
     """All that is known of a magnetometer.
 
@@ -61,7 +61,6 @@ def field_data(
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity)
     dips = still_poses(series, start, holds, accelerometer, noise, field)
     still = _still(series, dips, start, holds, readings, samples)
-    groups = within(samples, pieces)
     return FieldData(
         unit=series.unit,
         field=field,
@@ -71,7 +70,7 @@ def field_data(
         noise=np.maximum(noise / pieces.samples, (SMALLEST_NOISE * field) ** 2),
         visits=visits_of(pieces),
         dips=dips,
-        circumstances=_joined(groups, still),
+        circumstances=within(samples, pieces).joined(still),
         start=start,
         carried=found.fit.model,
         gravity=gravity,
@@ -113,21 +112,4 @@ def _still(
         force=samples.gravity * dips.up,
         reference_temperature=samples.reference_temperature,
         reference_time=samples.reference_time,
-    )
-
-
-def _joined(groups: Circumstances, still: Circumstances) -> Circumstances:
-    def both(name: str) -> FloatArray:
-        return np.concatenate([getattr(groups, name), getattr(still, name)])
-
-    return replace(
-        groups,
-        force=both("force"),
-        rate=both("rate"),
-        temperature=both("temperature"),
-        time=both("time"),
-        previous=both("previous"),
-        vibration=both("vibration"),
-        magnetic=both("magnetic"),
-        current=both("current"),
     )

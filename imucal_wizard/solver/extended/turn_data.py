@@ -1,7 +1,7 @@
 """What is known of a gyroscope: rotations, still means, their noise and circumstances."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -90,13 +90,4 @@ class TurnData:
 
     def everything(self) -> Circumstances:
         """The circumstances of holds and of samples in motion, one after the other."""
-        still, motion = self.circumstances, self.motion
-        return replace(
-            still,
-            force=np.concatenate([still.force, motion.force]),
-            rate=np.concatenate([still.rate, motion.rate]),
-            temperature=np.concatenate([still.temperature, motion.temperature]),
-            time=np.concatenate([still.time, motion.time]),
-            previous=np.concatenate([still.previous, motion.previous]),
-            vibration=np.concatenate([still.vibration, motion.vibration]),
-        )
+        return self.circumstances.joined(self.motion)
