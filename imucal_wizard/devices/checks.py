@@ -16,6 +16,12 @@ _RUN = 4
 """So many equal extremes in a row are no chance."""
 _JUMP = 5
 """Steps of the readings from which on a run of equal extremes is entered at once."""
+_LEAST_FORCE = 1.7 * units.STANDARD_GRAVITY
+"""Below this no accelerometer ends: the smallest usual range is ±2 g."""
+_LEAST_RATE = 2.0
+"""Below this no gyroscope ends, rad/s: the smallest usual range is ±125 °/s, 2.18 rad/s."""
+_SMALLEST_SPAN = 1000.0
+"""Counts over which an axis must have moved before its farthest value can be an end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +131,8 @@ def zero_rate(window: Window) -> str:
 def clipped(window: Window) -> str:
     """An axis stands at the end of its range."""
     limits = [
-        ("accelerometer", window.acceleration, window.acceleration_unit, 1.7 * 9.80665),
-        ("gyroscope", window.rate, window.rate_unit, 2.0),
+        ("accelerometer", window.acceleration, window.acceleration_unit, _LEAST_FORCE),
+        ("gyroscope", window.rate, window.rate_unit, _LEAST_RATE),
     ]
     for sensor, values, unit, least in limits:
         if values is None:
@@ -153,7 +159,7 @@ def _at_end(column: FloatArray, unit: str, least: float) -> bool:
     if unit == units.COUNT:
         if extreme in (32767.0, -32768.0, 65535.0):
             return True
-        if float(np.ptp(column)) < 1000:
+        if float(np.ptp(column)) < _SMALLEST_SPAN:
             return False
     elif abs(extreme) < least:
         return False

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.tui.text import Line, known_as, line, number, unit_sign, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.live.snapshot import StreamStatus
 
-_GRAVITY = 9.80665
 _NEAR = 0.15
 """A gravity within 15 % of what it should be is a matter of calibration, not of units."""
 _FEW_DIGITS = 3
@@ -101,7 +101,7 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
     size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
     if stream.accelerometer_unit == "count":
         return [_pair("gravity", f"{size}; the fit finds the scale")]
-    if math.isclose(stream.gravity, _GRAVITY, rel_tol=_NEAR):
+    if math.isclose(stream.gravity, STANDARD_GRAVITY, rel_tol=_NEAR):
         return [_pair("gravity", f"{size}  ✓ right at rest", "good")]
     advice = "▲ at rest it should be near 9.81 m/s²: is it moving, or is the unit wrong?"
     return [_pair("gravity", size, "warn"), *wrapped(advice, width, "warn", indent="  ")]
