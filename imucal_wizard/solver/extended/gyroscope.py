@@ -18,7 +18,6 @@ from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import TurnFit, fit_turns, stacked
 from imucal_wizard.solver.extended.turn_judging import (
     held_out_rotations,
-    held_out_stills,
     later,
     row_times,
     witnesses,
@@ -47,7 +46,7 @@ def fit_gyroscope_with(
     base = checked_base(base)
     fit = fit_turns(data, terms, base)
     covariance = _block(fit, slice(len(fit.free), fit.model))
-    late, still_out = later(fit), held_out_stills(fit)
+    late = later(fit)
     return Extended(
         fit=_sensor_fit(fit, base, held_out_rotations(fit)),
         base=base,
@@ -56,11 +55,8 @@ def fit_gyroscope_with(
         errors=fit.terms.split(size_errors(fit.terms, covariance)),
         covariance=covariance,
         linear=_linear(fit),
-        rms_late=None if late is None else root_mean_square(late[1]),
-        late=None if late is None else np.linalg.norm(late[1], axis=1),
-        still_rms_fitted=root_mean_square(fit.point.still),
-        still_rms_held_out=None if still_out is None else root_mean_square(still_out),
-        still_rms_late=None if late is None else root_mean_square(late[0]),
+        rms_late=None if late is None else root_mean_square(late),
+        late=None if late is None else np.linalg.norm(late, axis=1),
         witnesses=witnesses(fit) if terms else None,
     )
 

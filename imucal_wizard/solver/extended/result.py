@@ -44,9 +44,6 @@ class Extended:
         rms_late: error of the later part of the data under the fit of the earlier part, in the
             unit of ``fit``; None where the earlier part does not carry the base.
         late: these errors, one per later hold or rotation, or None.
-        still_rms_fitted: of the gyroscope, error of the still means, rad/s; None otherwise.
-        still_rms_held_out: the same with each direction left out in turn.
-        still_rms_late: the same of the later holds under the fit of the earlier part.
         witnesses: of the gyroscope, what the still means alone and the rotations alone say of all
             sizes; None without effects.
         accelerometer: of the accelerometer, what the gyroscope's fit needs of it; None otherwise.
@@ -61,9 +58,6 @@ class Extended:
     linear: Linear
     rms_late: float | None
     late: FloatArray | None = None
-    still_rms_fitted: float | None = None
-    still_rms_held_out: float | None = None
-    still_rms_late: float | None = None
     witnesses: tuple[Witness, Witness] | None = None
     accelerometer: AccelerometerFit | None = None
 

@@ -44,26 +44,11 @@ def held_out_rotations(fit: TurnFit) -> FloatArray | None:
     return np.array(kept) if len(kept) == len(found) else None
 
 
-def held_out_stills(fit: TurnFit) -> FloatArray | None:
-    """Error of each still mean when its direction is left out, rad/s, shape (h, 3)."""
-    errors = np.empty((len(fit.data.stills), 3))
-    for label in np.unique(fit.data.labels):
-        holds = np.flatnonzero(fit.data.labels == label)
-        found = left_out(fit, (3 * holds[:, None] + np.arange(3)).ravel())
-        if found is None:
-            return None
-        errors[holds] = found.reshape(-1, 3)
-    return errors
-
-
-def later(fit: TurnFit) -> tuple[FloatArray, FloatArray] | None:
-    """Errors of the later part under the fit of the earlier one.
+def later(fit: TurnFit) -> FloatArray | None:
+    """Closures of the later rotations under the fit of the earlier part, rad, shape (l, 2).
 
     The gains, which nothing slow moves, are kept from all data, so that rotations one axis after
-    another leave something to predict.
-
-    Returns:
-        Still means (k, 3), rad/s, and closures (l, 2), rad; None when too few are later.
+    another leave something to predict. None when too few are later.
     """
     early, late = _split(fit)
     if late[fit.stills :].sum() < 2 * FEWEST_LATER:
@@ -77,8 +62,7 @@ def later(fit: TurnFit) -> tuple[FloatArray, FloatArray] | None:
     step = -inverted(columns.T @ weighted + np.diag(precision)) @ pull
     known = slice(gains, fit.model)
     errors = fit.plain + fit.system.columns[:, known] @ step[: fit.model - gains]
-    still = errors[: fit.stills][late[: fit.stills]]
-    return still.reshape(-1, 3), errors[fit.stills :][late[fit.stills :]].reshape(-1, 2)
+    return np.asarray(errors[fit.stills :][late[fit.stills :]].reshape(-1, 2))
 
 
 def _split(fit: TurnFit) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

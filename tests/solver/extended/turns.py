@@ -12,7 +12,9 @@ from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.accelerometer import fit_accelerometer_with
 from imucal_wizard.solver.extended.hold_data import hold_data
+from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.samples import lay_samples
+from imucal_wizard.solver.extended.sizes import root_mean_square
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_measuring import turn_data
@@ -192,3 +194,10 @@ def settled_point(
     for _ in range(4 if len(terms) else 0):
         point = point_at(data, terms, matrix, bias, sizes, point)
     return point
+
+
+def still_rms(found: Extended) -> float:
+    """What a fit leaves of the still means, rad/s."""
+    still = np.array([row.kind == "still" for row in found.linear.rows])
+    left = (found.linear.residual * found.linear.sigma)[still].reshape(-1, 3)
+    return root_mean_square(left)
