@@ -11,6 +11,7 @@ from imucal_wizard.fitting.passages import Crossing, field_at, passages
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import lay_out
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
@@ -33,11 +34,6 @@ def up_of(fit: SensorFit, holds: list[Hold]) -> FloatArray:
     """Unit up in the body frame in each hold, shape (n, 3)."""
     force = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
     return up_in(fit, force)
-
-
-def unit_of(vectors: FloatArray) -> FloatArray:
-    """The vectors, shape (n, 3), at length 1."""
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
 def with_gyroscope(
@@ -64,7 +60,7 @@ def with_gyroscope(
     stage = replace(stage, clock=clock)
     offset = 0.0 if clock is None else clock.seconds
     places, field = field_at(report.holds, series, None, clock=offset)
-    known = dict(zip(places, unit_of((field - aligned.bias) @ aligned.matrix.T), strict=True))
+    known = dict(zip(places, unit_vectors((field - aligned.bias) @ aligned.matrix.T), strict=True))
     turns = [turn for turn in turns if turn.before in known and turn.after in known]
     if len(turns) < FEWEST_TURNS:
         note = f"{len(turns)} turns are too few to close the gyroscope by both references"

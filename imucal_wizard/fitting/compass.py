@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.ellipsoid.shape import parameters, symmetric_matrix
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment, exponential
 from imucal_wizard.solver.second_stage.heading import Bearings, heading, heading_error
@@ -14,8 +15,7 @@ from imucal_wizard.units import COUNT
 
 def up_in(fit: SensorFit, force: FloatArray) -> FloatArray:
     """Unit up in the body frame from readings of a calibrated accelerometer, both (n, 3)."""
-    true = (force - fit.bias) @ fit.matrix.T
-    return np.asarray(true / np.linalg.norm(true, axis=1)[:, None])
+    return unit_vectors((force - fit.bias) @ fit.matrix.T)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,11 @@ import numpy as np
 
 from imucal_wizard.ellipsoid.shape import symmetric_matrix
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting.both_references import unit_of, up_of, with_gyroscope
+from imucal_wizard.fitting.both_references import up_of, with_gyroscope
 from imucal_wizard.fitting.compass import Compass
 from imucal_wizard.fitting.passages import Crossing, field_at
 from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment, align, rotation_vector
@@ -44,7 +45,7 @@ def _second_stage(
 ) -> FitReport:
     places, field = field_at(report.holds, series, found)
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
-    alignment = align(up, unit_of(field), _doubt(found.fit, field))
+    alignment = align(up, unit_vectors(field), _doubt(found.fit, field))
     aligned = _aligned(found.fit, alignment)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment)
     stage = SecondStage(alignment, _headings(report, compass, places, series))
@@ -65,7 +66,7 @@ def _doubt(fit: SensorFit, field: FloatArray) -> FloatArray | None:
     out = []
     for change in (vectors[:, seen] * np.sqrt(values[seen])).T:
         moved = field + offsets @ symmetric_matrix(change).T - change[:3] @ fit.matrix.T
-        out.append(unit_of(moved) - unit_of(field))
+        out.append(unit_vectors(moved) - unit_vectors(field))
     return np.stack(out, axis=-1) if out else None
 
 

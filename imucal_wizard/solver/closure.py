@@ -26,6 +26,7 @@ from imucal_wizard.solver.attitude import (
     rotation_vectors,
     total,
 )
+from imucal_wizard.solver.directions import unit_vectors
 
 MATRIX = slice(0, 9)
 BIAS = slice(9, 12)
@@ -112,8 +113,7 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
 def _across(a: FloatArray) -> FloatArray:
     """A unit vector across each unit vector."""
     axis = np.eye(3)[np.abs(a).argmin(axis=1)]
-    normal = cross(a.T, axis.T).T
-    return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+    return unit_vectors(cross(a.T, axis.T).T)
 
 
 def linearise(turns: Turns, matrix: FloatArray, bias: FloatArray) -> Linearised:

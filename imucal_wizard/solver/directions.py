@@ -10,6 +10,11 @@ SAME_DIRECTION = np.radians(12.0)
 """Holds closer than this are repeats: left out together, compared with one another."""
 
 
+def unit_vectors(vectors: FloatArray) -> FloatArray:
+    """The vectors, shape (…, 3), at length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1)[..., None])
+
+
 def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
     """Number of the direction of each hold; a new direction begins beyond ``limit`` of all leaders.
 

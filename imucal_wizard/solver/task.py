@@ -13,7 +13,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS, all_or_no_angles, by_ellipsoid
 from imucal_wizard.solver.carried import Carried, decide
-from imucal_wizard.solver.directions import group_directions
+from imucal_wizard.solver.directions import group_directions, unit_vectors
 from imucal_wizard.solver.least_squares import Solution, least_squares
 from imucal_wizard.solver.magnitude import Problem, corrected, make_problem, triangle
 from imucal_wizard.solver.newton import newton
@@ -162,4 +162,4 @@ def _leaders(up: FloatArray, labels: IntArray) -> FloatArray:
     """The middle of each direction's holds, shape (d, 3), so that no single hold decides."""
     sums = np.zeros((int(labels.max()) + 1, 3))
     np.add.at(sums, labels, up)
-    return np.asarray(sums / np.linalg.norm(sums, axis=1)[:, None])
+    return unit_vectors(sums)

@@ -15,6 +15,7 @@ from imucal_wizard.solver.closure import (
     frame_shift,
     linearise,
 )
+from imucal_wizard.solver.directions import unit_vectors
 from tests.solver.truth import Truth, even_directions, in_counts, turn, typical_gyroscope
 
 
@@ -149,12 +150,8 @@ def test_doubt_about_the_frame_is_carried_into_the_closure() -> None:
     for k in range(2):
         moved = Turns(
             turns.steps,
-            _unit(turns.before + before[:, :, k]),
-            _unit(turns.after + after[:, :, k]),
+            unit_vectors(turns.before + before[:, :, k]),
+            unit_vectors(turns.after + after[:, :, k]),
         )
         change = errors(moved, truth.matrix, truth.bias) - errors(turns, truth.matrix, truth.bias)
         assert np.abs(change - shift[:, :, k]).max() < 1e-9
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])

@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.extended.hold_data import (
     BASE,
     HoldData,
@@ -150,7 +151,7 @@ def _for_gyroscope(fit: HoldFit, sensor: SensorFit) -> AccelerometerFit:
     gravity = fit.data.gravity
     return AccelerometerFit(
         sensor,
-        _unit(fit.point.force[0]),
+        unit_vectors(fit.point.force[0]),
         fit.data.task.labels,
         fit.variance / gravity**2,
         _up_doubt(fit),
@@ -172,9 +173,5 @@ def _up_doubt(fit: HoldFit) -> FloatArray | None:
         np.repeat(fit.point.force, 2 * len(steps), axis=0),
         np.repeat(fit.point.residual, 2 * len(steps), axis=0),
     )
-    up = _unit(fit.free.moved(both, np.concatenate([steps, -steps])).force)
+    up = unit_vectors(fit.free.moved(both, np.concatenate([steps, -steps])).force)
     return np.asarray(np.moveaxis(0.5 * (up[: len(steps)] - up[len(steps) :]), 0, 2))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1)[..., None])

@@ -7,7 +7,7 @@ import numpy as np
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.directions import group_directions
+from imucal_wizard.solver.directions import group_directions, unit_vectors
 from imucal_wizard.solver.extended.field_data import SMALLEST_NOISE, Dips
 from imucal_wizard.solver.second_stage.dip import quarter_turns
 
@@ -50,7 +50,7 @@ def still_poses(
         up=up @ turn,
         doubt=np.einsum("ji,hjd->hid", turn, doubt[hold_rows]),
         noise=np.maximum(own, (SMALLEST_NOISE * field) ** 2),
-        labels=group_directions(corrected / np.linalg.norm(corrected, axis=1)[:, None]),
+        labels=group_directions(unit_vectors(corrected)),
         turn=turn,
     )
 

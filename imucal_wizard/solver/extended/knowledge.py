@@ -3,6 +3,7 @@
 import numpy as np
 
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.extended.hold_fit import HoldFit
 from imucal_wizard.solver.slow_noise import Shown, slow_covariances, spans_of, unseen
 
@@ -25,8 +26,7 @@ def theta_covariance(fit: HoldFit) -> FloatArray | None:
 
 def _slow(fit: HoldFit) -> FloatArray:
     """Covariance of the errors of holds by slow noise, in units of their own, shape (n, n)."""
-    force = fit.point.force[0]
-    up = force / np.linalg.norm(force, axis=1)[:, None]
+    up = unit_vectors(fit.point.force[0])
     columns = fit.columns * np.sqrt(fit.variance)[:, None]
     shown = Shown(fit.residual, columns, fit.data.noise, up @ up.T)
     slow = slow_covariances(spans_of(fit.data.holds), [shown])[0]

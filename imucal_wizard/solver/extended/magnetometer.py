@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.extended.field_data import FIELD_BASE, FieldData
 from imucal_wizard.solver.extended.field_fit import (
     FieldFit,
@@ -152,7 +153,7 @@ def _linear(fit: FieldFit) -> Linear:
         sigma=sigma,
         floor=np.sqrt(fit.system.known),
         lift_of=lift,
-        seen=Seen(field / np.linalg.norm(field, axis=1)[:, None], shown(data, lever)),
+        seen=Seen(unit_vectors(field), shown(data, lever)),
     )
 
 
