@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
+from imucal_wizard.solver.carried import names_of
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.extended.hold_data import (
     BASE,
@@ -128,7 +129,7 @@ def _linear(fit: HoldFit) -> Linear:
         residual=fit.residual / sigma,
         base=fit.columns,
         precision=fit.free.precision,
-        names=(*_base_names(fit.free.basis), *model.terms.names),
+        names=(*names_of(fit.free.basis, NAMES), *model.terms.names),
         rows=tuple(RowInfo("hold", index) for index in range(len(sigma))),
         groups=data.task.labels,
         visits=data.visits,
@@ -137,14 +138,6 @@ def _linear(fit: HoldFit) -> Linear:
         floor=np.sqrt(data.noise),
         lift_of=lift,
     )
-
-
-def _base_names(basis: FloatArray) -> list[str]:
-    """Of the free base parameters; several that move together are one scale."""
-    return [
-        NAMES[int(np.flatnonzero(column)[0])] if np.count_nonzero(column) == 1 else "scale"
-        for column in basis.T
-    ]
 
 
 def _for_gyroscope(fit: HoldFit, sensor: SensorFit) -> AccelerometerFit:

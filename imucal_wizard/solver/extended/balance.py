@@ -75,6 +75,10 @@ class Balance:
         """The step in standard deviations, over all parameters together."""
         return float(np.sqrt(self.step @ self.normal @ self.step))
 
+    def known(self, part: slice) -> FloatArray | None:
+        """Covariance of some parameters; None when nothing is left over to judge it by."""
+        return self.covariance[part, part] if self.freedom.min() >= 1.0 else None
+
 
 def balanced(system: System) -> Balance:
     """Fit the parameters, the variance of each kind of row, and the width of the priors.

@@ -45,7 +45,7 @@ def fit_gyroscope_with(
     """
     base = checked_base(base)
     fit = fit_turns(data, terms, base)
-    covariance = _block(fit, slice(len(fit.free), fit.model))
+    covariance = fit.found.known(slice(len(fit.free), fit.model))
     late = later(fit)
     return Extended(
         fit=_sensor_fit(fit, base, held_out_rotations(fit)),
@@ -89,14 +89,9 @@ def _before(data: TurnData) -> FloatArray:
     return point_at(data, Terms("gyroscope", ()), *data.begin(()), np.zeros(0)).closure
 
 
-def _block(fit: TurnFit, part: slice) -> FloatArray | None:
-    """Covariance of some parameters; None when nothing is left over to judge it by."""
-    return fit.found.covariance[part, part] if fit.found.freedom.min() >= 1.0 else None
-
-
 def _base_covariance(fit: TurnFit) -> FloatArray | None:
     """Of M's nine entries by rows and the biases, shape (12, 12)."""
-    free = _block(fit, slice(0, len(fit.free)))
+    free = fit.found.known(slice(0, len(fit.free)))
     if free is None:
         return None
     covariance = np.zeros((SIZE, SIZE))
@@ -121,7 +116,7 @@ def _name(data: TurnData, index: int) -> str:
 
 
 def _size_parameters(fit: TurnFit) -> tuple[Parameter, ...]:
-    covariance = _block(fit, slice(len(fit.free), fit.model))
+    covariance = fit.found.known(slice(len(fit.free), fit.model))
     return size_parameters(fit.terms, fit.point.sizes, size_errors(fit.terms, covariance))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.carried import names_of
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.extended.field_data import FIELD_BASE, FieldData
 from imucal_wizard.solver.extended.field_fit import (
@@ -28,7 +29,7 @@ from imucal_wizard.solver.extended.linear import Linear, RowInfo, Seen
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
 from imucal_wizard.solver.extended.terms import Term, Terms
-from imucal_wizard.solver.magnetometer.parameters import AXES
+from imucal_wizard.solver.magnetometer.parameters import AXES, unit_of
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.units import COUNT
 
@@ -53,7 +54,7 @@ def fit_magnetometer_with(
     """
     base = checked_base(base, FIELD_BASE)
     fit = fit_field(data, terms, base)
-    covariance = _block(fit, fit.sizes)
+    covariance = fit.found.known(fit.sizes)
     late, out = later(fit), held_out(fit)
     return Extended(
         fit=_sensor_fit(fit, base, covariance, out),
@@ -66,11 +67,6 @@ def fit_magnetometer_with(
         rms_late=None if late is None else root_mean_square(late),
         late=late,
     )
-
-
-def _block(fit: FieldFit, part: slice) -> FloatArray | None:
-    """Covariance of some parameters; None when nothing is left over to judge it by."""
-    return fit.found.covariance[part, part] if fit.found.freedom.min() >= 1.0 else None
 
 
 def _sensor_fit(
@@ -107,7 +103,7 @@ def _sensor_fit(
 
 def _base_covariance(fit: FieldFit) -> FloatArray | None:
     """Of b and M's six entries, reading units and µT per reading, shape (9, 9)."""
-    free = _block(fit, slice(0, fit.basis.shape[1]))
+    free = fit.found.known(slice(0, fit.basis.shape[1]))
     if free is None:
         return None
     gain = fit.data.gain
@@ -119,7 +115,7 @@ def _base_parameters(fit: FieldFit, covariance: FloatArray | None) -> tuple[Para
     matrix, unit = fit.point.matrix, fit.data.unit
     values = [*fit.point.bias, *(matrix[i, j] for i, j in TRIANGLE)]
     carried = (fit.basis != 0.0).any(axis=1).tolist()
-    units = [unit] * 3 + ["1" if unit == "uT" else f"uT/{unit}"] * 6
+    units = [unit_of(name, unit, fit.data.field) for name in (*BIASES, *ENTRIES)]
     errors = [None] * 9 if covariance is None else [*np.sqrt(np.diag(covariance))]
     return tuple(
         Parameter(name, float(value), float(e) if own and e is not None else None, word, own)
@@ -142,7 +138,7 @@ def _linear(fit: FieldFit) -> Linear:
         residual=fit.system.residual / sigma,
         base=fit.system.columns / sigma[:, None],
         precision=fit.found.precision,
-        names=(*_base_names(fit), *fit.terms.names, *_place_names(fit)),
+        names=(*names_of(fit.basis, (*BIASES, *ENTRIES)), *fit.terms.names, *_place_names(fit)),
         rows=(
             *(RowInfo("field", index) for index in range(len(data))),
             *(RowInfo("dip", len(data) + index, 1) for index in range(len(data.dips))),
@@ -155,15 +151,6 @@ def _linear(fit: FieldFit) -> Linear:
         lift_of=lift,
         seen=Seen(unit_vectors(field), shown(data, lever)),
     )
-
-
-def _base_names(fit: FieldFit) -> list[str]:
-    """Of the free base parameters; those that move together are one scale."""
-    names = (*BIASES, *ENTRIES)
-    return [
-        names[int(np.flatnonzero(column)[0])] if np.count_nonzero(column) == 1 else "scale"
-        for column in fit.basis.T
-    ]
 
 
 def _place_names(fit: FieldFit) -> list[str]:
