@@ -85,6 +85,18 @@ async def test_a_terminal_that_changes_its_size_while_a_screen_is_left_is_no_fau
     assert app.return_code in (None, 0)
 
 
+@pytest.mark.parametrize("turns", range(6))
+async def test_an_app_that_ends_while_a_screen_is_being_made_is_no_fault(turns: int) -> None:
+    """However many of the screen's parts are there by then."""
+    app = BenchApp(never)
+    async with app.run_test(size=(80, 24)):
+        app.push_screen(BenchScreen(never))
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        app.exit()
+    assert app.return_code in (None, 0)
+
+
 async def test_a_fault_of_the_bench_is_one_line_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

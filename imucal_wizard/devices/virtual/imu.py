@@ -90,6 +90,7 @@ class VirtualImu:
         self._patience = patience
         self._header_in = 0
         self._pending = b""
+        self._cut = False
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
 
@@ -149,7 +150,8 @@ class VirtualImu:
     def _serve(self, endpoint: Endpoint, wake: socket.socket) -> None:
         """Write to one listener until it goes."""
         endpoint.settle(wake, GRACE)
-        self._pending, self._header_in = b"", 0
+        # the rest of a cut line may still be in the buffer of whoever opened the port meanwhile
+        self._pending, self._header_in = b"\r\n" if self._cut else b"", 0
         pace = _Pace()
         while not self._stopping.is_set():
             if endpoint.read():
@@ -159,6 +161,8 @@ class VirtualImu:
             if not self._pending:
                 self._pending = self._batch(self._allowed(pace))
             sent = endpoint.write(self._pending) if self._pending else 0
+            if sent:
+                self._cut = self._pending[sent - 1 : sent] != b"\n"
             self._pending = self._pending[sent:]
             if self._pending or not sent or not math.isinf(self.speed):
                 endpoint.wait(wake, TICK, to_write=bool(self._pending))

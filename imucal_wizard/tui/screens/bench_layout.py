@@ -69,7 +69,7 @@ class BenchLayout(SizedScreen[tuple[Asked, ...]]):
         yield KeyFooter()
         yield from self.too_small()
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Show what there is to show."""
         self.query_one("#compare", Lines).border_title = "what the model leaves"
         for k, name in enumerate(PANELS):

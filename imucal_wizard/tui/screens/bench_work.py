@@ -36,9 +36,9 @@ class BenchWork(BenchLayout):
         self._chosen = ""
         self.busy = "Opening the bench …"
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Make the benches."""
-        super().on_mount()
+        super().begin()
         self.open()
 
     @work

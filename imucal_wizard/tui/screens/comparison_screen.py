@@ -49,9 +49,9 @@ class ComparisonScreen(LiveScreen):
         with VerticalScroll(classes="page"):
             yield Lines(id="methods")
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Fit at once."""
-        super().on_mount()
+        super().begin()
         self.query_one(VerticalScroll).focus()
         self.compare()
 

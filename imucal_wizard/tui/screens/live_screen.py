@@ -54,10 +54,6 @@ class LiveScreen(SizedScreen[str]):
         """What is between header and footer."""
         yield from ()
 
-    def on_mount(self) -> None:
-        """Show what there is to show."""
-        self.redraw()
-
     def redraw(self) -> None:
         """Show everything for the size there is."""
         self.footer()

@@ -58,9 +58,9 @@ class ResultScreen(ReportScreen):
             yield Lines(id="report")
         yield Lines(id="next")
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Fit at once."""
-        super().on_mount()
+        super().begin()
         self.query_one(VerticalScroll).focus()
         if self.wizard.report is None and not self._problem:
             self.fit()

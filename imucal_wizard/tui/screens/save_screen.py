@@ -57,9 +57,9 @@ class SaveScreen(ReportScreen):
         with VerticalScroll(classes="page"):
             yield Lines(id="report")
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Save at once."""
-        super().on_mount()
+        super().begin()
         self.query_one(VerticalScroll).focus()
         if not self._begun:
             self._begun = True

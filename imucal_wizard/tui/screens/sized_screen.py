@@ -36,6 +36,15 @@ class SizedScreen(Screen[Result], Generic[Result]):
         """The word that a terminal which is too small shows instead of all else."""
         yield Static(id="too-small", markup=False)
 
+    def on_mount(self) -> None:
+        """Begin, unless the screen is left before it was ever shown."""
+        if not being_left(self):
+            self.begin()
+
+    def begin(self) -> None:
+        """Show what there is to show; a screen that has work to do sets about it here."""
+        self.redraw()
+
     def redraw(self) -> None:
         """Show everything for the size there is."""
 

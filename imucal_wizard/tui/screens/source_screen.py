@@ -93,9 +93,9 @@ class SourceScreen(LiveScreen):
                 yield Input(placeholder="file or URL, then enter", id="typed")
             yield Preview()
 
-    def on_mount(self) -> None:
+    def begin(self) -> None:
         """Show what is known at once; look for ports and sessions meanwhile."""
-        super().on_mount()
+        super().begin()
         if self._chosen is not None:
             return
         self.query_one("#question", Lines).show([line(_QUESTION, "strong")])
