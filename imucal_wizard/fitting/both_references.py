@@ -16,6 +16,7 @@ from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
 from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.second_stage.attitude_fit import AttitudeFit, fit_attitude
 from imucal_wizard.solver.second_stage.clock import clock_offset
 from imucal_wizard.solver.second_stage.found import Added, SecondStage
@@ -117,10 +118,10 @@ def _added(data: References, fit: SensorFit, better: AttitudeFit) -> Added:
         ratio = float(np.sqrt(after[seen] / before[seen]).mean()) if seen.any() else None
     return Added(
         len(data),
-        fit.rms_held_out or _rms(np.linalg.norm(first.tilt, axis=1)),
-        _rms(better.tilt_held_out),
-        _rms(first.heading),
-        _rms(better.heading_held_out),
+        fit.rms_held_out or root_mean_square(first.tilt),
+        root_mean_square(better.tilt_held_out),
+        root_mean_square(first.heading),
+        root_mean_square(better.heading_held_out),
         ratio,
     )
 
@@ -142,8 +143,8 @@ def _by_both(fit: SensorFit, better: AttitudeFit) -> SensorFit:
         matrix=better.matrix,
         bias=better.bias,
         parameters=parameters,
-        rms_fitted=_rms(better.tilt),
-        rms_held_out=_rms(better.tilt_held_out),
+        rms_fitted=root_mean_square(better.tilt),
+        rms_held_out=root_mean_square(better.tilt_held_out),
         residuals=better.tilt,
         held_out=better.tilt_held_out,
         covariance=better.covariance,
@@ -151,7 +152,3 @@ def _by_both(fit: SensorFit, better: AttitudeFit) -> SensorFit:
         suspects=(),
         not_held_out="",
     )
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.asarray(values) ** 2)))

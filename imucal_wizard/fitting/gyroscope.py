@@ -22,6 +22,7 @@ from imucal_wizard.solver.gyroscope_start import start_matrix
 from imucal_wizard.solver.outliers import Suspect, suspect_rotation
 from imucal_wizard.solver.parameters import full_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import AxisComparison, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.units import COUNT
 
 ALL_NEEDED = (
@@ -140,9 +141,9 @@ def _sensor_fit(bench: Bench, vector: VectorFit, unit: str) -> SensorFit:
         bias_unit=unit,
         parameters=parameters,
         unit="rad",
-        rms_before=_rms(_before(bench, vector, unit)),
-        rms_fitted=_rms(vector.closure),
-        rms_held_out=None if vector.held_out is None else _rms(vector.held_out),
+        rms_before=root_mean_square(_before(bench, vector, unit)),
+        rms_fitted=root_mean_square(vector.closure),
+        rms_held_out=None if vector.held_out is None else root_mean_square(vector.held_out),
         floor=_floor(bench, vector),
         residuals=np.linalg.norm(vector.closure, axis=1),
         held_out=None if vector.held_out is None else np.linalg.norm(vector.held_out, axis=1),
@@ -196,7 +197,3 @@ def _suspect(bench: Bench, vector: VectorFit) -> Suspect | None:
 
 def _stands_out(vector: VectorFit) -> Suspect | None:
     return suspect_rotation(vector.weighted, vector.drops, vector.degrees_of_freedom)
-
-
-def _rms(vectors: FloatArray) -> float:
-    return float(np.sqrt(np.mean((vectors**2).sum(axis=1))))

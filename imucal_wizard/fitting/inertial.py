@@ -17,6 +17,7 @@ from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, neares
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
 from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.units import STANDARD_GRAVITY
 
 
@@ -117,5 +118,4 @@ def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorF
         return fit
     readings = np.array([hold.accelerometer for hold in holds])
     errors = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1) - gravity
-    rms = float(np.sqrt(np.mean(errors**2)))
-    return replace(fit, validation_rms=rms, validation=tuple(errors.tolist()))
+    return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))

@@ -10,6 +10,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.closure import Turns, errors
 from imucal_wizard.solver.gyroscope import VectorFit
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.single_axis import ScaleAndBias
 
 FITTED = {"static": 1, "dynamic": 2}
@@ -51,8 +52,8 @@ def by_single_axis(
         matrix=matrix,
         bias=bias,
         parameters=tuple(_parameter(one, rows, vector) for one in fit.parameters),
-        rms_fitted=_rms(closure),
-        rms_held_out=None if out is None else _rms(out),
+        rms_fitted=root_mean_square(closure),
+        rms_held_out=None if out is None else root_mean_square(out),
         not_held_out="" if out is not None else _needed(single, method),
         residuals=np.linalg.norm(closure, axis=1),
         held_out=None if out is None else np.linalg.norm(out, axis=1),
@@ -123,7 +124,3 @@ def _parameter(parameter: Parameter, rows: list[ScaleAndBias], vector: VectorFit
     # slow noise shifts the rests of all turns alike, so that their scatter does not show it
     error = None if error is None else float(np.hypot(error, np.sqrt(vector.slow[axis])))
     return replace(parameter, value=row.bias, standard_error=error, carried=True)
-
-
-def _rms(vectors: FloatArray) -> float:
-    return float(np.sqrt(np.mean((vectors**2).sum(axis=1))))

@@ -17,6 +17,7 @@ from imucal_wizard.solver.noise import hold_noise
 from imucal_wizard.solver.outliers import Suspect, suspect_hold
 from imucal_wizard.solver.parameters import triangular_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.slow_noise import spans_of
 from imucal_wizard.solver.start import errors_before, six_position
 from imucal_wizard.solver.task import Task, face_rows, make_task, up_directions
@@ -164,10 +165,10 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
             known.by_repeats,
         ),
         unit="m/s^2",
-        rms_before=_rms(errors_before(problem, unit)),
-        rms_fitted=_rms(errors) * gravity,
-        rms_held_out=None if out is None else _rms(out) * gravity,
-        floor=_rms(np.sqrt(noise)) * gravity,
+        rms_before=root_mean_square(errors_before(problem, unit)),
+        rms_fitted=root_mean_square(errors) * gravity,
+        rms_held_out=None if out is None else root_mean_square(out) * gravity,
+        floor=root_mean_square(np.sqrt(noise)) * gravity,
         residuals=errors * gravity,
         held_out=None if out is None else out * gravity,
         covariance=problem.covariance(known.whole),
@@ -206,7 +207,3 @@ def _suspect(task: Task, theta: FloatArray) -> Suspect | None:
     columns = task.weights[:, None] * jacobian(theta, task.problem.points) @ task.carried.basis
     errors = task.weights * residuals(theta, task.problem.points)
     return suspect_hold(errors, columns)
-
-
-def _rms(errors: FloatArray) -> float:
-    return float(np.sqrt(np.mean(errors**2)))

@@ -13,6 +13,7 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.units import COUNT
 
@@ -49,7 +50,7 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
     left = means - bias
     spread = left.std(axis=0) * np.sqrt(count / (count - 1.0))
     lengths = np.linalg.norm(left, axis=1)
-    rms = float(np.sqrt(np.mean(lengths**2)))
+    rms = root_mean_square(lengths)
     shares = np.array([1.0 / count / np.sum(labels[known] == label) for label in labels[known]])
     slow = slow_rate([holds[i] for i in known], shares)
     errors = np.sqrt(spread**2 / count + slow)
@@ -66,7 +67,7 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
             for axis, b, e in zip("xyz", bias, errors, strict=True)
         ),
         unit="rad/s",
-        rms_before=float(np.sqrt(np.mean((means**2).sum(axis=1)))),
+        rms_before=root_mean_square(means),
         rms_fitted=rms,
         # the mean of the others is off by n/(n − 1) times as much
         rms_held_out=rms * count / (count - 1.0),

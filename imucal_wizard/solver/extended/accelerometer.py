@@ -20,10 +20,11 @@ from imucal_wizard.solver.extended.hold_model import HoldPoint, levers
 from imucal_wizard.solver.extended.knowledge import size_covariance, theta_covariance
 from imucal_wizard.solver.extended.linear import Linear, RowInfo
 from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
+from imucal_wizard.solver.extended.sizes import size_errors, size_parameters
 from imucal_wizard.solver.extended.terms import Term, columns_of
 from imucal_wizard.solver.parameters import triangular_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.start import errors_before
 
 NAMES = ("bias_x", "bias_y", "bias_z", "xx", "xy", "xz", "yy", "yz", "zz")

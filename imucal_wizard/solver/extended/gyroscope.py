@@ -12,7 +12,7 @@ from imucal_wizard.solver.extended.hold_data import BASE, checked_base
 from imucal_wizard.solver.extended.levers import coarse_levers, effect_columns
 from imucal_wizard.solver.extended.linear import Linear, RowInfo
 from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
+from imucal_wizard.solver.extended.sizes import size_errors, size_parameters
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import TurnFit, fit_turns, stacked
@@ -25,6 +25,7 @@ from imucal_wizard.solver.extended.turn_judging import (
 from imucal_wizard.solver.extended.turn_model import point_at
 from imucal_wizard.solver.parameters import full_parameters, unit_of, with_errors
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 
 AXES = "xyz"
 

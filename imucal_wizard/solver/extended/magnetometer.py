@@ -27,10 +27,11 @@ from imucal_wizard.solver.extended.field_model import (
 from imucal_wizard.solver.extended.hold_data import checked_base
 from imucal_wizard.solver.extended.linear import Linear, RowInfo, Seen
 from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.solver.extended.sizes import root_mean_square, size_errors, size_parameters
+from imucal_wizard.solver.extended.sizes import size_errors, size_parameters
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.magnetometer.parameters import AXES, unit_of
 from imucal_wizard.solver.result import Parameter, SensorFit
+from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.units import COUNT
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)

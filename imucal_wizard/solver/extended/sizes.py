@@ -20,9 +20,3 @@ def size_parameters(terms: Terms, sizes: FloatArray, errors: FloatArray) -> tupl
         Parameter(name, float(size), float(error) if np.isfinite(error) else None, one.unit)
         for name, size, error, one in zip(terms.names, sizes, errors, terms.parameters, strict=True)
     )
-
-
-def root_mean_square(errors: FloatArray) -> float:
-    """Of errors of any shape; of vectors, of their lengths when they are the last axis."""
-    squares = errors**2 if errors.ndim == 1 else (errors**2).sum(axis=-1)
-    return float(np.sqrt(squares.mean()))

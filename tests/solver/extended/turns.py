@@ -14,11 +14,11 @@ from imucal_wizard.solver.extended.accelerometer import fit_accelerometer_with
 from imucal_wizard.solver.extended.hold_data import hold_data
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.samples import lay_samples
-from imucal_wizard.solver.extended.sizes import root_mean_square
 from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_measuring import turn_data
 from imucal_wizard.solver.extended.turn_model import TurnPoint, point_at
+from imucal_wizard.solver.rms import root_mean_square
 from tests.solver.motions import free_turns
 from tests.solver.truth import TWENTY_SIX, Motion, Truth, typical_accelerometer, typical_gyroscope
 
