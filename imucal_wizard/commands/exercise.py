@@ -1,10 +1,22 @@
-"""Options of an exercise for a class, the same for a recording and for a wizard's virtual IMU."""
+"""Which virtual sensor, and what is hidden in it: the same for a recording and for the wizard."""
 
 import argparse
 
 from imucal_wizard.errors import UsageError
 
 GRADES = ("consumer", "industrial", "tactical")
+
+
+def add_sensor(group: "argparse._ActionsContainer") -> None:
+    """Which sensor, and the effects of the user's choice that it has."""
+    group.add_argument(
+        "--hidden",
+        action="append",
+        default=[],
+        metavar="TERM:SIZE:AXIS",
+        help="hide an effect in the sensor, like second-order:5:y; may be given several times",
+    )
+    group.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
 
 
 def add_exercise(group: "argparse._ArgumentGroup", mystery: str) -> None:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from imucal_wizard.commands.arguments import Parser
-from imucal_wizard.commands.exercise import add_exercise, check_exercise
+from imucal_wizard.commands.exercise import add_exercise, add_sensor, check_exercise
 from imucal_wizard.commands.places import file_to_write
 from imucal_wizard.errors import UsageError
 from imucal_wizard.output import say
@@ -21,14 +21,7 @@ def parser() -> Parser:
     made.add_argument(
         "out", type=file_to_write, nargs="?", metavar="OUT.csv", help="the recording to write"
     )
-    made.add_argument(
-        "--hidden",
-        action="append",
-        default=[],
-        metavar="TERM:SIZE:AXIS",
-        help="an effect hidden in the sensor, like second-order:5:y; may be given several times",
-    )
-    made.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
+    add_sensor(made)
     made.add_argument(
         "--rate", type=float, default=100.0, metavar="HZ", help="samples per second (default 100)"
     )

@@ -15,7 +15,7 @@ from imucal_wizard.commands.arguments import (
     positive,
     recording_options,
 )
-from imucal_wizard.commands.exercise import add_exercise, check_exercise
+from imucal_wizard.commands.exercise import add_exercise, add_sensor, check_exercise
 from imucal_wizard.commands.places import file_to_write, spare
 from imucal_wizard.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
@@ -87,14 +87,7 @@ def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:
     virtual.add_argument(
         "--magnetometer", action="store_true", help="give it a magnetometer, and the step for it"
     )
-    virtual.add_argument(
-        "--hidden",
-        action="append",
-        default=[],
-        metavar="TERM:SIZE:AXIS",
-        help="hide an effect in the sensor, like second-order:5:y; may be given several times",
-    )
-    virtual.add_argument("--seed", type=int, metavar="N", help="which sensor and hand (default 0)")
+    add_sensor(virtual)
     add_exercise(virtual, "hide an effect by chance and seal the answer")
 
 
@@ -144,6 +137,18 @@ def _add_procedure(way: "argparse._ArgumentGroup") -> None:
 def run(argv: Sequence[str]) -> int:
     """Open the wizard and stay until it is left."""
     arguments = parser().parse_args(argv)
+    _check(arguments)
+    from imucal_wizard.tui.run import run_wizard
+
+    return run_wizard(_options(arguments))
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what contradicts itself, before anything is opened.
+
+    Raises:
+        UsageError: two sources, an option of another source, or a number out of its range.
+    """
     chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
     elsewhere = chosen == ["port", "resume"]  # the device has another name than it had then
     if len(chosen) > 1 and not elsewhere:
@@ -160,37 +165,37 @@ def run(argv: Sequence[str]) -> int:
         raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:
         raise UsageError("--rotations must lie between 1 and 100 for each axis")
-    from imucal_wizard.tui.run import run_wizard
 
-    return run_wizard(
-        WizardOptions(
-            port=arguments.port,
-            baud=arguments.baud,
-            format=arguments.format,
-            replay=tuple(arguments.replay),
-            recording=recording_options(arguments),
-            speed=arguments.speed,
-            auto=arguments.auto,
-            quit=arguments.quit,
-            hidden=tuple(arguments.hidden),
-            magnetometer=arguments.magnetometer,
-            seed=arguments.seed or 0,
-            gravity=arguments.gravity,
-            gyroscope_range=arguments.gyro_range,
-            rotations=arguments.rotations,
-            count_faces=arguments.count_faces,
-            poses=arguments.poses,
-            resume=arguments.resume,
-            sessions=arguments.sessions,
-            save=arguments.save,
-            muted=arguments.mute,
-            method=arguments.method,
-            gyroscope_method=arguments.gyro_method,
-            magnetometer_method=arguments.mag_method,
-            field=arguments.field,
-            effects=tuple(arguments.effects),
-            **_mystery(arguments),
-        )
+
+def _options(arguments: argparse.Namespace) -> WizardOptions:
+    """The options as the wizard takes them."""
+    return WizardOptions(
+        port=arguments.port,
+        baud=arguments.baud,
+        format=arguments.format,
+        replay=tuple(arguments.replay),
+        recording=recording_options(arguments),
+        speed=arguments.speed,
+        auto=arguments.auto,
+        quit=arguments.quit,
+        hidden=tuple(arguments.hidden),
+        magnetometer=arguments.magnetometer,
+        seed=arguments.seed or 0,
+        gravity=arguments.gravity,
+        gyroscope_range=arguments.gyro_range,
+        rotations=arguments.rotations,
+        count_faces=arguments.count_faces,
+        poses=arguments.poses,
+        resume=arguments.resume,
+        sessions=arguments.sessions,
+        save=arguments.save,
+        muted=arguments.mute,
+        method=arguments.method,
+        gyroscope_method=arguments.gyro_method,
+        magnetometer_method=arguments.mag_method,
+        field=arguments.field,
+        effects=tuple(arguments.effects),
+        **_mystery(arguments),
     )
 
 
