@@ -13,9 +13,10 @@ import pytest
 
 from imucal_wizard.errors import SessionError
 from imucal_wizard.live.resume import begin, resume
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected, Event, EventKind
+from imucal_wizard.procedure.state import Event, EventKind
 from imucal_wizard.recordings import session_file
 from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_path
 

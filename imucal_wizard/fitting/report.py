@@ -11,9 +11,9 @@ from imucal_wizard.fitting.passages import crossings, crossings_of
 from imucal_wizard.fitting.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.fitting.second_stage import with_second_stage
 from imucal_wizard.fitting.verdict import verdict
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.segmentation import rotations_between
-from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
 from imucal_wizard.solver.result import FitReport

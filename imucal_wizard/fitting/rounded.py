@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.rounding import noise_before, rounding_variance, steps_of
-from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 

@@ -2,7 +2,8 @@
 
 from imucal_wizard.errors import UsageError
 from imucal_wizard.live.settings import Settings
-from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Listener, Machine
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings

@@ -13,7 +13,8 @@ from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
 from imucal_wizard.live.stream import Stream
 from imucal_wizard.live.view import View
-from imucal_wizard.procedure.state import Collected, Event, EventKind, Status, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Event, EventKind, Status, StepKind
 from imucal_wizard.procedure.steps import Listener
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.errors import SessionError
-from imucal_wizard.procedure.state import Collected, Event
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Event
 from imucal_wizard.sessions import Session
 
 SETUP = "setup"

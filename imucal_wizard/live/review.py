@@ -6,7 +6,8 @@ from pathlib import Path
 from imucal_wizard.fitting import FitOptions, fit_collected
 from imucal_wizard.live.past import Past
 from imucal_wizard.live.snapshot import StreamStatus
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.session import with_options
 from imucal_wizard.sessions import KeptSession

@@ -11,7 +11,7 @@ from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.procedure.state import Collected
+from imucal_wizard.procedure.collected import Collected
 
 FRAME = 0.03
 """Snapshots are made at most so often, s, and only when somebody has asked for one."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.field.record import FieldRecord
 from imucal_wizard.procedure.field.words import left_out
 from imucal_wizard.procedure.holding import Holding
@@ -12,7 +13,7 @@ from imucal_wizard.procedure.plan import Procedure
 from imucal_wizard.procedure.route import Route
 from imucal_wizard.procedure.scales import Scales, excess
 from imucal_wizard.procedure.scene import Scene
-from imucal_wizard.procedure.state import Collected, EventKind, StepKind
+from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.procedure.taking import Taking
 

@@ -1,9 +1,9 @@
 """The still run under way and the hold that it has become."""
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold, HoldBuilder
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.scene import Run, Scene
-from imucal_wizard.procedure.state import Collected
 
 LONGEST_HOLD = 300.0
 """A hold ends after this, s: it says nothing more, and memory stays flat."""

@@ -5,9 +5,10 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.readings import FloatArray
 
 

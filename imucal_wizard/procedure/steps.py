@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.commands import Commands
 from imucal_wizard.procedure.conductor import Conductor
 from imucal_wizard.procedure.moments import MomentMaker
 from imucal_wizard.procedure.overview import overview
 from imucal_wizard.procedure.plan import Procedure, Step, standard
 from imucal_wizard.procedure.scales import Scales
-from imucal_wizard.procedure.state import Collected, Event, Status, StepKind
+from imucal_wizard.procedure.state import Event, Status, StepKind
 from imucal_wizard.procedure.stillness import Noise
 from imucal_wizard.readings import Readings
 from imucal_wizard.units import STANDARD_GRAVITY

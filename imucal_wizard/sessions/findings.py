@@ -4,9 +4,9 @@ import json
 import sqlite3
 from typing import Any
 
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected
 
 _Row = tuple[Any, ...]
 

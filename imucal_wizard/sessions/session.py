@@ -14,7 +14,8 @@ from typing import Any
 
 from imucal_wizard import __version__
 from imucal_wizard.errors import SessionError
-from imucal_wizard.procedure.state import Collected, Event
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Event
 from imucal_wizard.recordings import session_file
 from imucal_wizard.sessions.findings import Findings
 from imucal_wizard.sessions.kept import KeptSession

@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
     from imucal_wizard.fitting.methods import MethodRow
     from imucal_wizard.live.snapshot import Snapshot
-    from imucal_wizard.procedure.state import Collected
+    from imucal_wizard.procedure.collected import Collected
     from imucal_wizard.solver.result import FitReport
 
 

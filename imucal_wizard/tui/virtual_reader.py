@@ -8,7 +8,8 @@ from imucal_wizard.devices.virtual import VirtualHand, VirtualImu
 from imucal_wizard.devices.virtual.hand import PREVIEW
 from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.reader import Prepare, Reader
-from imucal_wizard.procedure.state import Collected, Status
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Status
 
 _CATCH_UP = 5.0
 """Wall seconds, beyond those of the samples, after which an order waits no more for the samples."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.calibration import Calibration
     from imucal_wizard.fitting.methods import MethodRow
     from imucal_wizard.live.snapshot import Snapshot
-    from imucal_wizard.procedure.state import Collected
+    from imucal_wizard.procedure.collected import Collected
     from imucal_wizard.sessions import SessionInfo
     from imucal_wizard.solver.result import FitReport
 

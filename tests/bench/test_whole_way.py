@@ -15,7 +15,8 @@ from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.fitting import fit_collected, fit_readings
 from imucal_wizard.mystery import make_exercise, reveal
 from imucal_wizard.mystery.guess import Guess, Outcome, judged
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.procedure.steps import Machine, standard
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.fitting import fit_readings
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.solver.result import FitReport
 from tests.solver.whole_session import Session

@@ -10,9 +10,9 @@ from hypothesis.extra.numpy import arrays
 
 from imucal_wizard.errors import ImucalError
 from imucal_wizard.fitting import FitOptions, fit_collected
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.result import FitReport
 

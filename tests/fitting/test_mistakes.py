@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting import FitOptions, fit_collected, fit_readings
-from imucal_wizard.procedure.state import Collected
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import STANDARD_GRAVITY

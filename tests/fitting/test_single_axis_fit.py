@@ -7,8 +7,8 @@ import pytest
 
 from imucal_wizard.fitting import FitOptions, fit_collected, fit_readings
 from imucal_wizard.fitting.turns import examined, make_bench
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Collected
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import fit_accelerometer
 from imucal_wizard.solver.closure import errors

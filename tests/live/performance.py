@@ -10,8 +10,9 @@ import numpy as np
 
 from imucal_wizard.devices.virtual import simulate_recording
 from imucal_wizard.live.settings import Settings
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.plan import Procedure, standard
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.state import StepKind
 
 DEADLINE = 20.0
 """Seconds after which a test gives up waiting for a condition."""

@@ -9,9 +9,10 @@ from imucal_wizard.devices.virtual import VirtualImu
 from imucal_wizard.errors import UsageError
 from imucal_wizard.live.resume import begin, resume
 from imucal_wizard.live.settings import Settings
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.field_status import FieldStatus
 from imucal_wizard.procedure.plan import Procedure, standard
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.sessions import Session
 from imucal_wizard.tui.virtual_reader import VirtualReader
 from tests.live.performance import wait_for

@@ -19,8 +19,9 @@ from imucal_wizard.live.resume import begin, resume
 from imucal_wizard.live.review import fit_stream, review
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.tape import ReadingsTape
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.plan import Procedure, standard
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.recordings import read
 from imucal_wizard.recordings.options import RecordingOptions

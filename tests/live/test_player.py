@@ -10,7 +10,8 @@ from imucal_wizard.live.engine import Engine
 from imucal_wizard.live.player import Player
 from imucal_wizard.live.settings import Settings
 from imucal_wizard.live.tape import ReadingsTape
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.readings import Readings, Series
 from imucal_wizard.recordings import read
 from tests.live.performance import recorded, same, settings, wait_for

@@ -6,7 +6,8 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imucal_wizard.procedure.state import Collected, Event
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Event
 from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import Readings
 from tests.procedure.device import QUICK, RATE, Device, part

@@ -12,12 +12,12 @@ from imucal_wizard.bench.benches import Benches
 from imucal_wizard.devices.setup import StreamSetup
 from imucal_wizard.fitting.methods import MethodRow, method_rows
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import DIRECTIONS, EDGES, FACES
 from imucal_wizard.procedure.state import (
     AxisMotion,
     AxisStart,
-    Collected,
     Event,
     EventKind,
     RotationStatus,

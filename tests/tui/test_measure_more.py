@@ -5,7 +5,8 @@ from dataclasses import replace
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.live.snapshot import Snapshot
 from imucal_wizard.procedure.asked import from_text
-from imucal_wizard.procedure.state import Collected, RotationStatus, Status, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import RotationStatus, Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.source import Services

@@ -11,7 +11,8 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.compass import compass_of
 from imucal_wizard.fitting.methods import MethodRow, method_rows
 from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.procedure.state import Collected, Status, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp

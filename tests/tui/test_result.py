@@ -7,7 +7,8 @@ import pytest
 
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.live.snapshot import Snapshot
-from imucal_wizard.procedure.state import Collected, Status, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import Status, StepKind
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.report_rows import summary_rows

@@ -12,8 +12,8 @@ from imucal_wizard.devices.virtual.follow import tilt_about
 from imucal_wizard.devices.virtual.hand import REACTION
 from imucal_wizard.devices.virtual.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
 from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.state import (
-    Collected,
     RotationStatus,
     Status,
     StepKind,

@@ -15,7 +15,8 @@ from imucal_wizard.calibration import from_report
 from imucal_wizard.devices.virtual import VirtualImu
 from imucal_wizard.fitting import fit_collected
 from imucal_wizard.live.resume import begin
-from imucal_wizard.procedure.state import Collected, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.sessions import Session
 from imucal_wizard.tui.virtual_reader import VirtualReader
 from tests.live.performance import settings, wait_for

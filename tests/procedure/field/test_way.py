@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.devices.virtual.actions import Place, Rest
-from imucal_wizard.procedure.state import Collected, EventKind, StepKind
+from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import Readings
 from tests.procedure.field.compass import QUICK, RATE, Session, circle, circles, turned
