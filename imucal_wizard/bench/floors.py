@@ -19,8 +19,7 @@ import numpy as np
 from imucal_wizard.effects.catalogue import effect
 from imucal_wizard.effects.effect import MAGNETOMETER
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray, Series
 from imucal_wizard.solver.extended.result import Extended
 
 WITHIN_FREEDOM = 0.6 * 12.0

@@ -8,12 +8,11 @@ wins. Disturbances last for a while, so that one of the starts is free of any si
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.algebraic import algebraic
 from imucal_wizard.ellipsoid.shape import look
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 LOOKED_AT = 5000
 CELLS = 5.0
@@ -37,8 +36,6 @@ CLEAN = 5.0
 """Standard deviations within which all samples lie when none is disturbed: one start is enough."""
 NORMAL = 1.4826
 """Standard deviation over median absolute value, of normal noise."""
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

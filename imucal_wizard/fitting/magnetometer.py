@@ -9,8 +9,7 @@ from imucal_wizard.ellipsoid.checks import check_readings, check_saturation, stu
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.inertial import FitOptions
 from imucal_wizard.fitting.verdict import verdict
-from imucal_wizard.readings import Series
-from imucal_wizard.solver.magnetometer.disturbances import BoolArray
+from imucal_wizard.readings import BoolArray, Series
 from imucal_wizard.solver.magnetometer.elsewhere import judged_elsewhere
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit

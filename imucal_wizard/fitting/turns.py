@@ -8,9 +8,9 @@ import numpy as np
 from imucal_wizard.fitting.rounded import rate_shift
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.attitude import IntArray, advancing, lay_out
+from imucal_wizard.solver.attitude import advancing, lay_out
 from imucal_wizard.solver.closure import Turns
 from imucal_wizard.solver.gyroscope_start import Path
 from imucal_wizard.solver.noise import has_rate, hold_noise

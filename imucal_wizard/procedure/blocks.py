@@ -8,11 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray, Readings, Series, join
-
-BoolArray = NDArray[np.bool_]
+from imucal_wizard.readings import BoolArray, FloatArray, Readings, Series, join
 
 BLOCK_SECONDS = 0.1
 GAP_FACTOR = 2.5

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.procedure.blocks import Blocks, BoolArray, join_blocks
+from imucal_wizard.procedure.blocks import Blocks, join_blocks
 from imucal_wizard.procedure.rounding import rounding_variance
 from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.alignment import aligned
-from imucal_wizard.procedure.blocks import BlockCutter, Blocks, BoolArray, join_blocks
+from imucal_wizard.procedure.blocks import BlockCutter, Blocks, join_blocks
 from imucal_wizard.procedure.rounding import step_noise, steps_of
 from imucal_wizard.procedure.stillness import Noise, WindowMaker, Windows
-from imucal_wizard.readings import FloatArray, Readings, Series
+from imucal_wizard.readings import BoolArray, FloatArray, Readings, Series
 
 QUIET_BLOCKS = 20
 SLAB = 200_000

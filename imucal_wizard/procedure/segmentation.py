@@ -8,14 +8,13 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.procedure.holds import Hold, hold_from, settled, still_runs
 from imucal_wizard.procedure.reduction import Stream
 from imucal_wizard.procedure.rotation_check import clipped
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.stillness import Limits
-from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.readings import FloatArray, IntArray, Series
 
 SHORTEST_HOLD = 1.0
 """Seconds; shorter rests are as often a slow moment of a turn as a hold."""
@@ -26,7 +25,6 @@ LOOSEST_FORCE = 0.05
 LOOSEST_RATE = 0.2
 """The same of rates, in units of what the liveliest windows of the recording show."""
 LIVELIEST = 95.0
-IntArray = NDArray[np.int64]
 SHORTEST_TURN = 2.5
 """Seconds within which no hand turns a device all the way round and back to the same place."""
 SAME_PLACE = 0.01

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.procedure.blocks import Blocks, BoolArray, join_blocks
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.procedure.blocks import Blocks, join_blocks
+from imucal_wizard.readings import BoolArray, FloatArray
 
 WINDOW_BLOCKS = 5
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS
 from imucal_wizard.solver.least_squares import Solution
 from imucal_wizard.solver.magnitude import jacobian, residuals, triangle

@@ -23,9 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray
-
-IntArray = NDArray[np.int64]
+from imucal_wizard.readings import FloatArray, IntArray
 
 PIECE = 32
 """Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.procedure.blocks import BoolArray
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 
 SAME_DIRECTION = np.radians(12.0)
 """Holds closer than this are repeats: left out together, compared with one another."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import IntArray
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.slow_noise import slow_rate

@@ -7,8 +7,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.carried import expected_error
 from imucal_wizard.solver.magnitude import jacobian, residuals
 from imucal_wizard.solver.outliers import suspect_hold

@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.procedure.blocks import BoolArray
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import FACES, POSE_TOLERANCE_DEG
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS, all_or_no_angles, by_ellipsoid
 from imucal_wizard.solver.carried import Carried, decide
 from imucal_wizard.solver.directions import group_directions, unit_vectors

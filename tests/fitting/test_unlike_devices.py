@@ -10,8 +10,7 @@ from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Turn
 from imucal_wizard.devices.virtual.scripts import EDGES, FACES, START_POSE, next_angle
 from imucal_wizard.fitting import FitOptions, fit_readings
-from imucal_wizard.procedure.blocks import BoolArray
-from imucal_wizard.readings import FloatArray, Readings, Series
+from imucal_wizard.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.solver.gauge import triangular
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY

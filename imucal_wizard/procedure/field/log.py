@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.procedure.field.growing import Growing
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
-BoolArray = NDArray[np.bool_]
 APART = 1.0
 """Moments farther apart than this, s, are not of one stretch."""
 MIDDLE = 3

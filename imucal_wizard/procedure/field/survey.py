@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from imucal_wizard.ellipsoid.bins import BINS, bin_of
 from imucal_wizard.ellipsoid.provisional import MISFIT, Provisional, provisional
 from imucal_wizard.ellipsoid.quality import Quality, quality
-from imucal_wizard.procedure.field.log import BoolArray, Log, Passed
+from imucal_wizard.procedure.field.log import Log, Passed
 from imucal_wizard.procedure.field.thinned import Thinned
 from imucal_wizard.procedure.field.turning import covered, headings
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 FAR = 6.0
 """Standard deviations beyond which a moment is disturbed."""

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.inverse import inverted
 from imucal_wizard.solver.extended.terms import WIDE, widened
 

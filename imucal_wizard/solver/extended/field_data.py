@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.carried import basis_of
 from imucal_wizard.solver.extended.field_groups import Pieces
 from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE

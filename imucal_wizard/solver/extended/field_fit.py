@@ -7,8 +7,7 @@ import numpy as np
 
 from imucal_wizard.ellipsoid.shape import TRIANGLE
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.balance import Balance, System, balanced
 from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.field_model import (

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.poses import CORNERS, FACES
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.field_slices import slices
 
 MOST = 72

@@ -8,8 +8,7 @@ import heapq
 
 import numpy as np
 
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 
 
 def slices(features: FloatArray, weight: FloatArray, most: int) -> IntArray:

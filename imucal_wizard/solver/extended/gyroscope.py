@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.effects.effect import Effect
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.closure import SIZE
 from imucal_wizard.solver.extended.hold_data import BASE, checked_base
 from imucal_wizard.solver.extended.levers import coarse_levers, effect_columns

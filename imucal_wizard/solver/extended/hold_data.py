@@ -8,8 +8,7 @@ import numpy as np
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.errors import UsageError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray, Readings
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray, Readings
 from imucal_wizard.solver.carried import Carried, basis_of
 from imucal_wizard.solver.extended.surroundings import circumstances_of, visits
 from imucal_wizard.solver.magnitude import BIAS, NON_ORTHOGONALITY, SCALE, triangle

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 from imucal_wizard.solver.carried import amplification
 from imucal_wizard.solver.extended.balance import FEWEST_LEFT
 from imucal_wizard.solver.extended.hold_data import HoldData
@@ -17,8 +16,6 @@ from imucal_wizard.solver.extended.terms import WIDE, Term, Terms, widened
 from imucal_wizard.solver.magnitude import NON_ORTHOGONALITY
 from imucal_wizard.solver.task import ANGLE_XZ
 from imucal_wizard.solver.uncertainty import LARGEST_HOLE
-
-BoolArray = NDArray[np.bool_]
 
 ROUNDS = 40
 SETTLED = 1e-3

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.terms import Term, columns_of
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_model import TurnPoint, closing_slope

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from imucal_wizard.effects.effect import Effect
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import PIECE, IntArray, advancing, cross
+from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.solver.attitude import PIECE, advancing, cross
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray, Readings
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray, Readings
 from imucal_wizard.solver.directions import group_directions
 
 AWAY_AND_BACK = 3.0

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.samples import Samples
 from imucal_wizard.solver.gains import Nominal

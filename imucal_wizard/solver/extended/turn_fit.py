@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.balance import Balance, System, balanced
 from imucal_wizard.solver.extended.levers import effect_columns, levers

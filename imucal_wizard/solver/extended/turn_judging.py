@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.closure import BIAS
 from imucal_wizard.solver.extended.inverse import inverted
 from imucal_wizard.solver.extended.result import Witness

@@ -9,9 +9,8 @@ from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.readings import FloatArray, Readings
+from imucal_wizard.readings import FloatArray, IntArray, Readings
 from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.attitude import IntArray
 from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.samples import Samples, lay_samples
 from imucal_wizard.solver.extended.surroundings import circumstances_of, first_time, visits

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import BINS
 from imucal_wizard.ellipsoid.robust import NORMAL
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 BLOCKS = (0.4, 2.0)
 """Seconds of a block: no hand passes with steel in less than the first; the second is for what is
@@ -23,8 +23,6 @@ NEAR = 3.0
 """The same for the blocks beside one."""
 FEWEST = 5
 """Samples of a block, and of an area whose mean counts."""
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import numpy as np
 
 from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.robust import spread
-from imucal_wizard.readings import Series
-from imucal_wizard.solver.magnetometer.disturbances import FEWEST, BoolArray, find
+from imucal_wizard.readings import BoolArray, Series
+from imucal_wizard.solver.magnetometer.disturbances import FEWEST, find
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 
 SMALLEST = 1e-9

@@ -19,8 +19,8 @@ from imucal_wizard.ellipsoid.orthogonal import orthogonal
 from imucal_wizard.ellipsoid.robust import robust_start, spread
 from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
 from imucal_wizard.errors import DataError, UsageError
-from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.magnetometer.disturbances import BoolArray, LeftOut, find
+from imucal_wizard.readings import BoolArray, FloatArray, Series
+from imucal_wizard.solver.magnetometer.disturbances import LeftOut, find
 from imucal_wizard.solver.magnetometer.methods import METHODS, by_method, by_orthogonal
 from imucal_wizard.solver.magnetometer.model import WHOLE, FieldModel, decide
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit, Measured, report

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from imucal_wizard.ellipsoid.binned import fill
 from imucal_wizard.ellipsoid.shape import Cloud, look
 from imucal_wizard.ellipsoid.two_step import sphere
-from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.magnetometer.disturbances import BoolArray, LeftOut
+from imucal_wizard.readings import BoolArray, FloatArray, Series
+from imucal_wizard.solver.magnetometer.disturbances import LeftOut
 from imucal_wizard.solver.magnetometer.methods import Estimate
 from imucal_wizard.solver.magnetometer.model import ENOUGH, FieldModel
 from imucal_wizard.solver.magnetometer.parameters import (

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.effects.effect import ACCELEROMETER
-from imucal_wizard.procedure.blocks import BoolArray
-from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.readings import BoolArray, FloatArray, Series
 from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.result import FitReport

@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.procedure.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.solver.extended.fit import Measured
 from imucal_wizard.solver.extended.result import Extended
@@ -17,7 +16,6 @@ from imucal_wizard.tui.bench.field_views import field_abscissae
 from imucal_wizard.tui.report_rows import SHOWN
 from imucal_wizard.units import STANDARD_GRAVITY
 
-IntArray = NDArray[np.int64]
 AXES = "xyz"
 HOLDS, TURNS = "holds", "turns"
 DIRECTIONS_SEEN, DIPS = "magnitude of the field", "dip at rest"
