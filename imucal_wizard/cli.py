@@ -12,9 +12,10 @@ from imucal_wizard.output import harmless, never_fail_to_encode, note
 COMMANDS = ("fit", "compare", "bench", "simulate", "ports", "wizard")
 
 USAGE = """\
-imucal-wizard: a guided calibration of MEMS IMUs; gravity is the reference.
+imucal-wizard: a guided calibration of MEMS IMUs by gravity and the Earth's field.
 
   imucal-wizard                    open the wizard (on the virtual IMU unless a port is given)
+  imucal-wizard --magnetometer     the same with a magnetometer in the virtual IMU
   imucal-wizard --port PORT        the wizard on a serial port or URL
   imucal-wizard --replay FILE...   the wizard on a recording or session
   imucal-wizard --resume SESSION   go on where a session was left

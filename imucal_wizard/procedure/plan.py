@@ -44,7 +44,7 @@ STANDARD_STEPS: tuple[Step, ...] = (
     Step(
         StepKind.UP_DOWN,
         poses=tuple(FACES),
-        skipped="no start values: the fit starts from the nominal scale",
+        skipped="no start values: the fit begins with a sphere through the poses",
     ),
     Step(
         StepKind.POSES,
@@ -55,7 +55,8 @@ STANDARD_STEPS: tuple[Step, ...] = (
         StepKind.ROTATIONS,
         seconds=3.0,
         per_axis=6,
-        skipped="the gyroscope gets its bias only: no scale, no misalignment",
+        skipped="the gyroscope has only the motions between poses: what they do not carry stays "
+        "at its nominal value",
     ),
     Step(
         StepKind.FIELD,

@@ -13,7 +13,7 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.reduction import Stream, reduce
 from imucal_wizard.procedure.segmentation import candidates, holds_under, rests, rotations_between
 from imucal_wizard.readings import FloatArray, Readings, Series
-from tests.fitting.sessions import RATE, session, with_accelerometer, with_gyroscope
+from tests.fitting.sessions import RATE, session, true, with_accelerometer, with_gyroscope
 
 
 def _moving(seed: int = 0) -> FloatArray:
@@ -71,6 +71,15 @@ def test_every_motion_between_holds_is_a_rotation() -> None:
         assert rotation.before.start < rotation.time[0] <= rotation.before.end
         assert rotation.after.start <= rotation.time[-1] < rotation.after.end
         assert np.diff(rotation.time).max() < 1.5 / RATE
+
+
+def test_the_motions_between_poses_alone_calibrate_a_gyroscope() -> None:
+    """Nobody has to turn it on purpose: from pose to pose it turns about all axes."""
+    fit = fit_readings(session(rotations=0)).sensors["gyroscope"]
+    assert all(parameter.carried for parameter in fit.parameters)
+    assert fit.covariance is not None
+    off = (fit.matrix - true().gyroscope_matrix).ravel()
+    assert (np.abs(off) < 4.0 * np.sqrt(np.diag(fit.covariance)[:9])).all()
 
 
 def test_slabs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
