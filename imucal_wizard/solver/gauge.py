@@ -8,7 +8,7 @@ alone needs a convention for the body frame:
   ``S = M⁻¹`` the same is an RQ decomposition.
 * *symmetric* (N, eq. 7): ``M = R P`` with P symmetric, the polar decomposition; the body frame is
   the one nearest to the sensor's axes.
-* *full*: the frame is another sensor's, and M any matrix.
+* *full*: the frame is another sensor's, and M any matrix: ``rotation @ form``.
 
 R is always a proper rotation. Left-handed axes (``det M < 0``) show as a negative last scale of T,
 or as a negative P.
@@ -61,11 +61,6 @@ def symmetric(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     if np.linalg.det(rotation) < 0.0:
         rotation, root = -rotation, -root
     return rotation, 0.5 * (root + root.T)
-
-
-def full(form: FloatArray, rotation: FloatArray) -> FloatArray:
-    """``M = R F`` from a triangular or symmetric form F and the rotation of its frame."""
-    return np.asarray(rotation @ form)
 
 
 def _check(matrix: FloatArray) -> None:
