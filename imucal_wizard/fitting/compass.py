@@ -8,8 +8,9 @@ from imucal_wizard.ellipsoid.shape import parameters, symmetric_matrix
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.result import FitReport, SensorFit
-from imucal_wizard.solver.second_stage.dip import Alignment, exponential
+from imucal_wizard.solver.second_stage.dip import Alignment
 from imucal_wizard.solver.second_stage.heading import Bearings, heading, heading_error
+from imucal_wizard.solver.second_stage.rotation import exponential
 from imucal_wizard.units import COUNT
 
 

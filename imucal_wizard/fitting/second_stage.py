@@ -14,8 +14,9 @@ from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
-from imucal_wizard.solver.second_stage.dip import Alignment, align, rotation_vector
+from imucal_wizard.solver.second_stage.dip import Alignment, align
 from imucal_wizard.solver.second_stage.found import Headings, SecondStage
+from imucal_wizard.solver.second_stage.rotation import rotation_vector
 
 
 def with_second_stage(

@@ -13,9 +13,10 @@ from imucal_wizard.fitting import fit_readings
 from imucal_wizard.readings import Series
 from imucal_wizard.second_stage_text import heading_summary
 from imucal_wizard.solver.result import FitReport
-from imucal_wizard.solver.second_stage.dip import align, exponential, rotation_vector
+from imucal_wizard.solver.second_stage.dip import align
 from imucal_wizard.solver.second_stage.found import SecondStage
 from imucal_wizard.solver.second_stage.heading import heading
+from imucal_wizard.solver.second_stage.rotation import exponential, rotation_vector
 from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.summary import summary
 from tests.solver.field_truth import all_over

@@ -17,8 +17,8 @@ from imucal_wizard.readings import FloatArray, Readings, Series, join
 from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.solver.second_stage.attitude_fit import fit_attitude
-from imucal_wizard.solver.second_stage.dip import exponential
 from imucal_wizard.solver.second_stage.references import References
+from imucal_wizard.solver.second_stage.rotation import exponential
 from tests.solver.whole_session import HOLD, TURN, Session, attitude
 
 RATE = 100.0

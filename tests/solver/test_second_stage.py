@@ -9,9 +9,10 @@ from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.closure import BIAS, MATRIX
 from imucal_wizard.solver.second_stage import clock
 from imucal_wizard.solver.second_stage.clock import Passage, clock_offset
-from imucal_wizard.solver.second_stage.dip import align, rotation_vector
+from imucal_wizard.solver.second_stage.dip import align
 from imucal_wizard.solver.second_stage.heading import heading, heading_error, turned
 from imucal_wizard.solver.second_stage.references import References, closed
+from imucal_wizard.solver.second_stage.rotation import rotation_vector
 from tests.solver.field_truth import all_over
 
 RATE = 100.0

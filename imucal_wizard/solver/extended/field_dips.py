@@ -9,7 +9,7 @@ from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.directions import group_directions, unit_vectors
 from imucal_wizard.solver.extended.field_data import SMALLEST_NOISE, Dips
-from imucal_wizard.solver.second_stage.dip import quarter_turns
+from imucal_wizard.solver.second_stage.rotation import quarter_turns
 
 TRIM = 0.1
 """Share of a hold left out at either end."""

@@ -6,29 +6,39 @@ calibrated in its own frame, the rotation R from the magnetometer's to the accel
     u·R m = −sin(dip)
 
 the same in every still position (u: up, m: unit field). A small rotation ω of R moves the left side
-by ``ω·(R m × u)``. The start is the best of the 24 ways in which the axes of two chips may lie.
+by ``ω·(R m × u)``.
 """
 
-import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.ellipsoid.robust import NORMAL
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import matrices, quaternions
+from imucal_wizard.solver.fisher import exceeded
+from imucal_wizard.solver.second_stage.descent import End, columns_of, descent, ends, errors
+from imucal_wizard.solver.second_stage.rotation import rotation_vector
 
+UNKNOWNS = 4
+"""Three angles and the dip."""
 FEWEST = 6
-"""Still positions: three angles and the dip, and two to contradict them."""
-MAX_ITERATIONS = 50
-TOLERANCE = 1e-10
+"""Still positions: two more, to contradict them."""
 LOOSEST = np.radians(5.0)
 """Standard error of an angle beyond which the positions do not carry the rotation."""
-BoolArray = NDArray[np.bool_]
-
+ANOTHER = np.radians(15.0)
+"""Rotations that differ by less are one, whose error says how well it is known."""
+UNLIKELY = 0.01
+"""How rarely chance makes the errors of the wrong one of two rotations so much larger."""
+FAR = 6.0
+"""Robust standard deviations beyond which a position has no part in the first fit ..."""
 OUTLIER = 4.0
-"""Robust standard deviations beyond which a position is left out (iron near that place)."""
+"""... and how many beyond which it is left out (iron near that place)."""
+SMALLEST = 1e-9
+"""Error of a sine below which positions are exact."""
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,80 +79,69 @@ def align(up: FloatArray, field: FloatArray, doubt: FloatArray | None = None) ->
             magnetometer's calibration may be wrong, shape (n, 3, k).
 
     Raises:
-        DataError: too few positions, or positions that do not carry the rotation.
+        DataError: too few positions, or positions that do not carry the rotation, or leave two.
     """
     if len(up) < FEWEST:
         raise DataError(
             f"{len(up)} still positions with a magnetometer are too few to align it: hold the "
             f"device still in at least {FEWEST} orientations while it records"
         )
-    best: tuple[float, FloatArray, float] | None = None
-    for start in quarter_turns():
-        sine = (up * (field @ start.T)).sum(axis=1)
-        cost = float(sine.var())
-        if best is None or cost < best[0]:
-            best = cost, start, float(sine.mean())
-    assert best is not None  # noqa: S101 - there are 24 starts
-    rotation, level = best[1], best[2]
-    used = np.ones(len(up), bool)
+    found = ends(up, field)
+    rotation, level = found[0]
+    used = _near(up, field, rotation, level)
     for _ in range(3):
-        rotation, level = _solve(up[used], field[used], rotation, level)
-        error = (up * (field @ rotation.T)).sum(axis=1) - level
-        spread = 1.4826 * float(np.median(np.abs(error[used])))
-        kept = np.abs(error) <= max(OUTLIER * spread, 1e-9)
+        rotation, level = descent(up[used], field[used], rotation, level)
+        kept = _fitting(up, field, rotation, level, used)
         if (kept == used).all() or kept.sum() < FEWEST:
             break
         used = kept
-    return _alignment(up, field, rotation, level, used, doubt)
+    rotation, level = descent(up[used], field[used], rotation, level)
+    alignment = _alignment(up, field, rotation, level, used, doubt)
+    _refuse_two(up[used], field[used], (rotation, level), found[1:])
+    return alignment
 
 
-def quarter_turns() -> list[FloatArray]:
-    """The 24 rotations that bring axes onto axes."""
-    out = []
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0, -1.0), repeat=3):
-            matrix = np.zeros((3, 3))
-            matrix[range(3), order] = signs
-            if np.linalg.det(matrix) > 0.0:
-                out.append(matrix)
-    return out
+def _near(up: FloatArray, field: FloatArray, rotation: FloatArray, level: float) -> BoolArray:
+    """The positions that are not far off where absolute errors are least; all if they are few."""
+    error = np.abs(errors(up, field, rotation, level))
+    # as many of them as there are unknowns were made zero
+    sigma = NORMAL * float(np.median(np.sort(error)[UNKNOWNS:]))
+    near = error <= max(FAR * sigma, SMALLEST)
+    return near if near.sum() >= FEWEST else np.ones(len(up), bool)
 
 
-def _columns(up: FloatArray, turned: FloatArray) -> FloatArray:
-    """Derivative of ``u·R m − level`` by a small rotation from the left and by the level."""
-    return np.column_stack([np.cross(turned, up), -np.ones(len(up))])
+def _fitting(
+    up: FloatArray, field: FloatArray, rotation: FloatArray, level: float, used: BoolArray
+) -> BoolArray:
+    """The positions within ``OUTLIER`` standard deviations, each where its share in the fit counts.
+
+    With leverage h the error of one that was used is ``σ √(1 − h)``, of another ``σ √(1 + h)``.
+    """
+    error, columns = errors(up, field, rotation, level), columns_of(up, field @ rotation.T)
+    sigma = np.sqrt((error[used] ** 2).sum() / (used.sum() - UNKNOWNS))
+    inverse = np.linalg.pinv(columns[used].T @ columns[used])
+    leverage = np.einsum("ni,ij,nj->n", columns, inverse, columns)
+    share = np.maximum(1.0 + np.where(used, -leverage, leverage), 0.0)
+    return np.asarray(np.abs(error) <= np.maximum(OUTLIER * sigma * np.sqrt(share), SMALLEST))
 
 
-def _solve(
-    up: FloatArray, field: FloatArray, rotation: FloatArray, level: float
-) -> tuple[FloatArray, float]:
-    """Gauss–Newton with damping.
+def _refuse_two(up: FloatArray, field: FloatArray, best: End, others: Sequence[End]) -> None:
+    """Refuse positions that fit with another rotation hardly worse.
 
     Raises:
-        DataError: it does not converge.
+        DataError: they do.
     """
-    damping = 1e-6
-    turned = field @ rotation.T
-    error = (up * turned).sum(axis=1) - level
-    for _ in range(MAX_ITERATIONS):
-        columns = _columns(up, turned)
-        normal = columns.T @ columns
-        step = -np.linalg.solve(normal + damping * np.eye(4), columns.T @ error)
-        trial = exponential(step[:3]) @ rotation
-        moved = field @ trial.T
-        new = (up * moved).sum(axis=1) - (level + step[3])
-        if new @ new <= error @ error + 1e-18:
-            rotation, level, turned, error = trial, level + float(step[3]), moved, new
-            damping = max(damping / 10.0, 1e-12)
-            if np.abs(step).max() < TOLERANCE:
-                return rotation, level
-        else:
-            damping *= 10.0
-            if damping > 1e6:
-                break
-    if damping <= 1e6:
-        return rotation, level
-    raise DataError("the rotation between magnetometer and accelerometer does not converge")
+    freedom = len(up) - UNKNOWNS
+    least = float((errors(up, field, *best) ** 2).sum())
+    for rotation, level in others:
+        angle = float(np.linalg.norm(rotation_vector(rotation @ best[0].T)))
+        ratio = float((errors(up, field, rotation, level) ** 2).sum()) / max(least, 1e-300)
+        if angle > ANOTHER and exceeded(ratio, freedom, freedom) > UNLIKELY:
+            raise DataError(
+                "the still positions leave two rotations between magnetometer and accelerometer "
+                f"possible, {np.degrees(angle):.0f}° apart: hold the device still in more "
+                "orientations, its edges and corners up too"
+            )
 
 
 def _alignment(
@@ -153,10 +152,9 @@ def _alignment(
     used: BoolArray,
     doubt: FloatArray | None,
 ) -> Alignment:
-    turned = field @ rotation.T
-    error = (up * turned).sum(axis=1) - level
-    columns = _columns(up[used], turned[used])
-    freedom = int(used.sum()) - 4
+    turned, error = field @ rotation.T, errors(up, field, rotation, level)
+    columns = columns_of(up[used], turned[used])
+    freedom = int(used.sum()) - UNKNOWNS
     variance = float(error[used] @ error[used]) / max(freedom, 1)
     values, vectors = np.linalg.eigh(columns.T @ columns)
     if values[0] < 1e-9 * values[-1]:
@@ -179,32 +177,6 @@ def _alignment(
         used,
         freedom,
     )
-
-
-def exponential(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector, rad, shape (3, 3)."""
-    return np.asarray(matrices(quaternions(vector[:, None]))[:, :, 0])
-
-
-def rotation_vector(rotation: FloatArray) -> FloatArray:
-    """The rotation vector of a rotation matrix, rad, shape (3,)."""
-    sine = 0.5 * np.array(
-        [
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        ]
-    )
-    size = float(np.linalg.norm(sine))
-    angle = float(np.arctan2(size, 0.5 * (np.trace(rotation) - 1.0)))
-    if size > 1e-9:
-        return np.asarray(sine * (angle / size))
-    if angle < 1.0:
-        return sine
-    # half a turn: the axis is the column of R + 1 that is longest
-    columns = rotation + np.eye(3)
-    longest = columns[:, np.argmax(np.diag(columns))]
-    return np.asarray(np.pi * longest / np.linalg.norm(longest))
 
 
 _BLIND = (
