@@ -22,6 +22,11 @@ def fixed(value: float, places: int) -> str:
     return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
 
 
+def how_often(count: int) -> str:
+    """How often: ``once``, ``7 times``."""
+    return "once" if count == 1 else f"{count} times"
+
+
 def measured(value: float, error: float) -> tuple[str, str]:
     """A value and its standard error, both to the error's second digit."""
     places = min(decimals(error), 12)

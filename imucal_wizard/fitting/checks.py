@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.digits import how_often
 from imucal_wizard.fitting.compensated import noticed
 from imucal_wizard.fitting.gyroscope import GyroscopeReport
 from imucal_wizard.procedure.holds import Hold
@@ -115,9 +116,5 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))
-    each = ", ".join(f"{texts[0]} ({_times(len(texts))})" for texts in reasons.values())
+    each = ", ".join(f"{texts[0]} ({how_often(len(texts))})" for texts in reasons.values())
     return [f"{count} of {len(rotations)} rotations are not used: {each}"]
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"

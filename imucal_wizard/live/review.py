@@ -7,6 +7,7 @@ from imucal_wizard.fitting import FitOptions, fit_collected
 from imucal_wizard.live.past import Past
 from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.procedure.commands import AFTERWARDS
 from imucal_wizard.procedure.state import StepKind
 from imucal_wizard.recordings.options import RecordingOptions
 from imucal_wizard.recordings.session import with_options
@@ -33,7 +34,7 @@ class Reviewed:
     @property
     def finished(self) -> bool:
         """Whether its result was reached."""
-        return self.step in (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)
+        return self.step in AFTERWARDS
 
 
 def review(path: Path, options: RecordingOptions) -> Reviewed:

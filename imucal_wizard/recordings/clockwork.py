@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.digits import how_often
 from imucal_wizard.readings import FloatArray
 
 _SIZES = (2.0**8, 2.0**16, 2.0**24, 2.0**32)
@@ -30,7 +31,7 @@ def unwrapped(ticks: FloatArray, what: str) -> tuple[FloatArray, tuple[str, ...]
     wraps = np.concatenate([[0], np.cumsum(np.diff(ticks) < -0.5 * size)])
     if not wraps[-1]:
         return ticks, ()
-    says = f"the {what} began again at zero {_often(int(wraps[-1]))}; put together"
+    says = f"the {what} began again at zero {how_often(int(wraps[-1]))}; put together"
     return ticks + wraps * size, (says,)
 
 
@@ -44,7 +45,7 @@ def rolled_over(time: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     if not times:
         return time, ()
     mended = time + np.concatenate([[0.0], np.cumsum(rounds)])
-    return mended, (f"the time began again at zero {_often(times)}; put together",)
+    return mended, (f"the time began again at zero {how_often(times)}; put together",)
 
 
 def in_order(
@@ -69,7 +70,7 @@ def in_order(
     back = np.flatnonzero(np.diff(time) < 0) + 1
     if len(back):
         says = (
-            f"the {what} goes back {_often(len(back))}, first after {time[back[0] - 1]:.6g};"
+            f"the {what} goes back {how_often(len(back))}, first after {time[back[0] - 1]:.6g};"
             " what follows was set after a gap (did the device restart?)"
         )
         warnings += (says,)
@@ -77,10 +78,6 @@ def in_order(
         shift[back] = time[back - 1] - time[back] + gap
         time = time + np.cumsum(shift)
     return time, kept, warnings
-
-
-def _often(times: int) -> str:
-    return "once" if times == 1 else f"{times} times"
 
 
 def _outliers(time: FloatArray, near: float) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from imucal_wizard.devices.setup import StreamSetup, named_columns
+from imucal_wizard.digits import how_often
 from imucal_wizard.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.output import harmless
 from imucal_wizard.recordings import session_file
@@ -44,10 +45,9 @@ def taken_back(path: Path) -> tuple[str, ...]:
     count = session_file.corrections(path) if is_session(path) else 0
     if not count:
         return ()
-    times = "once" if count == 1 else f"{count} times"
     says = (
-        f"in the wizard something was taken back or repeated {times}; here all samples of "
-        f"{harmless(path.name)} count, those as well"
+        f"in the wizard something was taken back or repeated {how_often(count)}; here all samples "
+        f"of {harmless(path.name)} count, those as well"
     )
     return (says,)
 

@@ -212,14 +212,7 @@ def stream_setup(options: WizardOptions) -> "StreamSetup":
     Raises:
         UsageError: a column or a unit does not exist.
     """
-    from imucal_wizard.devices.setup import StreamSetup, named_columns
+    from imucal_wizard.devices.setup import StreamSetup
+    from imucal_wizard.recordings.session import with_options
 
-    known = options.recording
-    return StreamSetup(
-        format=options.format,
-        columns=named_columns(",".join(known.columns)) if known.columns else (),
-        rate=known.rate,
-        accelerometer_unit=known.accelerometer_unit or "",
-        gyroscope_unit=known.gyroscope_unit or "",
-        magnetometer_unit=known.magnetometer_unit or "",
-    )
+    return with_options(StreamSetup(format=options.format), options.recording)

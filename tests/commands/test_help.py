@@ -7,6 +7,13 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard import cli
+from imucal_wizard.commands import bench_terms, wizard
+from imucal_wizard.fitting import methods
+from imucal_wizard.procedure.poses import POSE_SETS
+from imucal_wizard.solver import accelerometer
+from imucal_wizard.solver.extended.field_data import FIELD_BASE
+from imucal_wizard.solver.extended.hold_data import BASE
+from imucal_wizard.solver.magnetometer import methods as magnetometer
 
 
 @pytest.mark.parametrize("command", [name for name in cli.COMMANDS if name != "ports"])
@@ -16,6 +23,20 @@ def test_every_option_says_what_it_does(command: str) -> None:
     silent = [action.dest for action in made._actions if not action.help]
     assert silent == []
     assert made.description
+
+
+def test_what_is_offered_is_what_there_is() -> None:
+    """The options say it again, since numpy waits until they are known to be right."""
+    offered = {action.dest: action.choices for action in wizard.parser()._actions}
+    assert offered["method"] == accelerometer.METHODS
+    assert offered["gyro_method"] == tuple(methods.GYROSCOPE)
+    assert offered["mag_method"] == magnetometer.METHODS
+    assert offered["poses"] == tuple(POSE_SETS)
+    assert bench_terms.BASES == {
+        "accelerometer": BASE,
+        "gyroscope": BASE,
+        "magnetometer": FIELD_BASE,
+    }
 
 
 def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
