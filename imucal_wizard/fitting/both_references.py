@@ -12,6 +12,7 @@ from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.directions import unit_vectors
+from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
@@ -41,7 +42,8 @@ def with_gyroscope(
     report: FitReport,
     stage: SecondStage,
     turns: Sequence[Crossing],
-    series: Series,
+    calm: Series,
+    found: MagnetometerFit,
     aligned: SensorFit,
 ) -> tuple[SecondStage, SensorFit]:
     """Clock offset, and the gyroscope by both references.
@@ -50,18 +52,20 @@ def with_gyroscope(
         report: of each sensor by itself.
         stage: what is known so far.
         turns: the gyroscope between the holds of the report.
-        series: all the magnetometer's readings.
+        calm: all the magnetometer's undisturbed readings.
+        found: its calibration in its own frame.
         aligned: the magnetometer in the accelerometer's frame.
 
     Returns:
         The stage with clock and gain, and the better of both fits.
     """
     fit = report.sensors["gyroscope"]
-    clock = clock_offset(passages(turns, fit, series, aligned))
+    clock = clock_offset(passages(turns, fit, calm, aligned))
     stage = replace(stage, clock=clock)
     offset = 0.0 if clock is None else clock.seconds
-    places, field = field_at(report.holds, series, None, clock=offset)
-    known = dict(zip(places, unit_vectors((field - aligned.bias) @ aligned.matrix.T), strict=True))
+    places, readings = field_at(report.holds, calm, found, offset)
+    field = (readings - aligned.bias) @ aligned.matrix.T
+    known = dict(zip(places, unit_vectors(field), strict=True))
     turns = [turn for turn in turns if turn.before in known and turn.after in known]
     if len(turns) < FEWEST_TURNS:
         note = f"{len(turns)} turns are too few to close the gyroscope by both references"

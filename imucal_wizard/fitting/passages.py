@@ -57,21 +57,20 @@ class Crossing:
     rate: FloatArray
 
 
+def undisturbed(series: Series, found: MagnetometerFit) -> Series:
+    """The readings without those that the calibration has found disturbed."""
+    return Series(series.time[found.undisturbed], series.values[found.undisturbed], series.unit)
+
+
 def field_at(
-    holds: Sequence[Hold],
-    series: Series,
-    found: MagnetometerFit | None,
-    places: Sequence[int] | None = None,
-    clock: float | None = None,
+    holds: Sequence[Hold], calm: Series, found: MagnetometerFit, clock: float | None = None
 ) -> tuple[list[int], FloatArray]:
-    """Mean field in each hold that has any.
+    """Mean reading of the magnetometer in each hold in which the field stood still.
 
     Args:
         holds: still periods.
-        series: the magnetometer's readings.
-        found: its calibration, whose disturbed samples are left out, and by which the means are
-            corrected; None for the mean readings as they are.
-        places: which holds; all by default.
+        calm: the magnetometer's undisturbed readings.
+        found: its calibration.
         clock: the magnetometer's clock minus the other's, s; None when not known, and then the
             ends of each hold are left out.
 
@@ -79,24 +78,15 @@ def field_at(
         Indices of the holds, and the means, shape (k, 3).
     """
     chosen, means = [], []
-    for index in range(len(holds)) if places is None else places:
-        hold = holds[index]
+    for index, hold in enumerate(holds):
         trim = UNSURE * (hold.end - hold.start) if clock is None else 0.0
         offset = clock or 0.0
-        first, last = np.searchsorted(
-            series.time, (hold.start + trim + offset, hold.end - trim + offset)
-        )
-        rows = np.arange(first, last)
-        if found is not None:
-            rows = rows[found.undisturbed[rows]]
-        if len(rows) < FEWEST or (found is not None and _turns(series.values[rows], found)):
+        values = calm.between(hold.start + trim + offset, hold.end - trim + offset).values
+        if len(values) < FEWEST or _turns(values, found):
             continue
         chosen.append(index)
-        means.append(series.values[rows].mean(axis=0))
-    field = np.array(means, float).reshape(-1, 3)
-    if found is not None:
-        field = (field - found.fit.bias) @ found.fit.matrix.T
-    return chosen, field
+        means.append(values.mean(axis=0))
+    return chosen, np.array(means, float).reshape(-1, 3)
 
 
 def _turns(values: FloatArray, found: MagnetometerFit) -> bool:

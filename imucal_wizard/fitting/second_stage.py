@@ -9,7 +9,7 @@ from imucal_wizard.ellipsoid.shape import symmetric_matrix
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.both_references import up_of, with_gyroscope
 from imucal_wizard.fitting.compass import Compass
-from imucal_wizard.fitting.passages import Crossing, field_at
+from imucal_wizard.fitting.passages import Crossing, field_at, undisturbed
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
@@ -44,15 +44,17 @@ def with_second_stage(
 def _second_stage(
     report: FitReport, series: Series, turns: Sequence[Crossing], found: MagnetometerFit
 ) -> FitReport:
-    places, field = field_at(report.holds, series, found)
+    calm = undisturbed(series, found)
+    places, readings = field_at(report.holds, calm, found)
+    field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
     alignment = align(up, unit_vectors(field), _doubt(found.fit, field))
     aligned = _aligned(found.fit, alignment)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment)
-    stage = SecondStage(alignment, _headings(report, compass, places, series))
+    stage = SecondStage(alignment, _headings(report, compass, places, readings))
     sensors = {**report.sensors, "magnetometer": aligned}
     if "gyroscope" in report.sensors:
-        stage, better = with_gyroscope(report, stage, turns, series, aligned)
+        stage, better = with_gyroscope(report, stage, turns, calm, found, aligned)
         sensors["gyroscope"] = better
     return replace(report, sensors=sensors, second_stage=stage)
 
@@ -89,9 +91,10 @@ def _aligned(fit: SensorFit, alignment: Alignment) -> SensorFit:
     )
 
 
-def _headings(report: FitReport, compass: Compass, places: list[int], series: Series) -> Headings:
-    """In each of these holds."""
-    _, readings = field_at(report.holds, series, None, places)
+def _headings(
+    report: FitReport, compass: Compass, places: list[int], readings: FloatArray
+) -> Headings:
+    """In each of these holds, by the magnetometer's mean readings there, shape (n, 3)."""
     force = np.array([report.holds[i].accelerometer for i in places])
     found = compass.bearings(force, readings)
     return Headings(found.before, found.after, found.error, np.array(places))

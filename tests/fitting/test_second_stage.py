@@ -111,6 +111,26 @@ def test_headings_after_the_calibration_are_the_true_ones() -> None:
     assert 0.01 < np.degrees(expected) < 0.2
 
 
+def test_disturbed_samples_have_no_part_in_headings_clocks_and_turns() -> None:
+    """One sample in a hundred wild: the second stage is what it is without them."""
+    readings = SESSION.readings(0)
+    series = readings.magnetometer
+    assert series is not None
+    rng = np.random.default_rng(8)
+    wild = rng.random(len(series)) < 0.01
+    values = series.values + wild[:, None] * rng.normal(0.0, 150.0, series.values.shape)
+    spoilt = fit_readings(replace(readings, magnetometer=replace(series, values=values)))
+    found, clean = stage_of(spoilt), stage_of(reported(0))
+    off = np.angle(np.exp(1j * (found.headings.after - clean.headings.after)))
+    assert np.degrees(np.nanmax(np.abs(off))) < 0.3
+    assert found.clock is not None
+    assert clean.clock is not None
+    assert found.clock.standard_error < 1.2 * clean.clock.standard_error
+    assert found.added is not None
+    assert clean.added is not None
+    assert found.added.heading_after < 1.2 * clean.added.heading_after
+
+
 def test_a_sensor_that_lies_turned_on_the_board_is_aligned_too() -> None:
     """No start is assumed: axes exchanged and upside down, and 5° off."""
     rng = np.random.default_rng(3)
