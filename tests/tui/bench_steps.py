@@ -6,12 +6,7 @@ from textual.pilot import Pilot
 
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.tui.bench_run import BenchApp
-from imucal_wizard.tui.source import SourceChoice, SourceKind
 from tests.tui.waiting import shows
-
-USUAL = (80, 24)
-LARGE = (160, 50)
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 
 
 def app_with(benches: Benches) -> BenchApp:

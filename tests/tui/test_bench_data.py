@@ -14,14 +14,11 @@ from imucal_wizard.tui.bench.scatter import scatter
 from imucal_wizard.tui.bench.sight import Sight, look
 from imucal_wizard.tui.bench.trace_rows import trace_rows
 from imucal_wizard.tui.bench.views import HOLDS, TURNS, View
-from imucal_wizard.tui.text import Line, number, width_of
+from imucal_wizard.tui.text import number, width_of
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.tui.terminals import page
 
 MG = STANDARD_GRAVITY / 1000.0
-
-
-def plain(rows: list[Line]) -> str:
-    return "\n".join("".join(text for text, _ in row) for row in rows)
 
 
 def beside(sight: Sight, axis: int) -> View:
@@ -100,7 +97,7 @@ def test_the_gyroscope_at_rest_stands_beside_its_model(sagged: Benches) -> None:
 def test_where_model_and_measurement_meet_they_share_a_sign() -> None:
     x, y = np.array([0.0, 1.0]), np.array([2.0, 2.0])
     view = View("x axis", "t", "x", "mg", x, y, np.arange(2), None, model=np.array([2.0, 1.0]))
-    drawn = plain(scatter(view, 40, 9))
+    drawn = page(scatter(view, 40, 9))
     assert (drawn.count("⊗"), drawn.count("∘"), drawn.count("×")) == (1, 1, 1)
 
 
@@ -112,7 +109,7 @@ def test_poses_held_twice_stand_in_one_column(benches: Benches, bench: Bench) ->
 
 def test_a_point_of_the_comparison_tells_both_numbers(benches: Benches, bench: Bench) -> None:
     sight = look(benches, bench)
-    row = plain([point_row(sight, beside(sight, 1), 0)])
+    row = page([point_row(sight, beside(sight, 1), 0)])
     assert ", model " in row
 
 
@@ -120,7 +117,7 @@ def test_the_trace_shows_every_axis_with_mean_noise_and_the_part_averaged(bent: 
     benches = Benches(bent, readings_of(bent))
     sight = look(benches, benches.accelerometer)
     rows = trace_rows(sight, sight.views[0], 0, 76)
-    text = plain(rows)
+    text = page(rows)
     hold = bent.holds[int(sight.views[0].source[0])]
     assert f"pose {sight.views[0].source[0] + 1}, " in text
     for k, axis in enumerate("xyz"):
@@ -137,7 +134,7 @@ def test_a_turn_has_its_rates_even_where_the_readings_are_gone(sagged: Benches) 
     assert bench is not None
     sight = look(sagged, bench)
     view = next(view for view in sight.views if view.part == TURNS)
-    text = plain(trace_rows(sight, view, len(view.x) - 1, 76))
+    text = page(trace_rows(sight, view, len(view.x) - 1, 76))
     assert "turn " in text
     assert "largest" in text
     assert "°/s" in text
@@ -145,7 +142,7 @@ def test_a_turn_has_its_rates_even_where_the_readings_are_gone(sagged: Benches) 
 
 def test_without_readings_it_says_so(benches: Benches, bench: Bench) -> None:
     sight = look(benches, bench)
-    assert "only their means" in plain(trace_rows(sight, sight.views[0], 0, 76))
+    assert "only their means" in page(trace_rows(sight, sight.views[0], 0, 76))
 
 
 def test_nothing_picked_means_the_point_farthest_from_the_model(

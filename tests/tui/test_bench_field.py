@@ -7,7 +7,8 @@ from textual.pilot import Pilot
 
 from imucal_wizard.bench.benches import Benches
 from tests.bench.recordings import tumbled
-from tests.tui.bench_steps import LARGE, USUAL, app_with
+from tests.tui.bench_steps import app_with
+from tests.tui.terminals import LARGE, USUAL
 from tests.tui.waiting import shows
 
 

@@ -8,7 +8,8 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.source import Saved
 from tests.tui import fakes
-from tests.tui.bench_steps import USUAL, VIRTUAL, add_the_first, open_from_wizard
+from tests.tui.bench_steps import add_the_first, open_from_wizard
+from tests.tui.terminals import USUAL, VIRTUAL
 from tests.tui.waiting import seen, shows, until
 
 

@@ -21,16 +21,13 @@ from imucal_wizard.tui.bench.sight import Sight, look
 from imucal_wizard.tui.bench.suspect_rows import table_rows
 from imucal_wizard.tui.bench.views import TURNS, View
 from imucal_wizard.tui.bench.words import says
-from imucal_wizard.tui.text import Line, width_of
+from imucal_wizard.tui.text import width_of
+from tests.tui.terminals import lines
 
 
 @pytest.fixture
 def sight(benches: Benches, bench: Bench) -> Sight:
     return look(benches, bench)
-
-
-def plain(rows: list[Line]) -> list[str]:
-    return ["".join(text for text, _ in row) for row in rows]
 
 
 def test_the_added_variable_slope_is_the_least_squares_size(sight: Sight) -> None:
@@ -76,7 +73,7 @@ def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged
     assert turn.x_label == "fastest rate, °/s"
     rms = float(np.sqrt(np.mean(turn.y**2)))
     assert rms == pytest.approx(np.degrees(sight.fit.rms_fitted), rel=0.03)
-    assert "turn " in plain([point_row(sight, turn, 0)])[0]
+    assert "turn " in lines([point_row(sight, turn, 0)])[0]
     explained = added_view(sight.findings.misfit, sight.entries[0])
     assert explained is not None
     assert explained.part == "at rest, x axis"  # the axis that feels gravity shows it best
@@ -85,7 +82,7 @@ def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged
 def test_a_plot_puts_points_noise_line_and_cursor_where_they_belong() -> None:
     x = np.array([-1.0, 0.0, 1.0])
     view = View("holds", "t", "force", "mg", x, np.array([-4.0, 0.5, 4.0]), np.arange(3), 1.0, 4.0)
-    rows = plain(scatter(view, 51, 10, cursor=1))
+    rows = lines(scatter(view, 51, 10, cursor=1))
     assert rows[0].endswith("●")
     assert rows[0].lstrip().startswith("4")
     assert rows[8][10] == "●"
@@ -98,7 +95,7 @@ def test_a_plot_puts_points_noise_line_and_cursor_where_they_belong() -> None:
 
 def test_the_model_is_told_in_symbols_words_and_sizes(bench: Bench, benches: Benches) -> None:
     bench.add("second-order")
-    rows = plain(model_rows(look(benches, bench), 70, 30))
+    rows = lines(model_rows(look(benches, bench), 70, 30))
     assert rows[0].startswith("f = T·s·(y − b) − ε₁")
     text = "\n".join(rows)
     assert "true force = matrix × (reading − bias) − second-order" in text
@@ -127,7 +124,7 @@ def test_a_rung_whose_held_out_error_rose_is_marked(sight: Sight) -> None:
                     )  # fmt: skip
     risen = replace(sight, ladder=(first, worse))
     assert risen.rose(1)
-    assert "▲ only the fitted error fell" in "\n".join(plain(ladder_rows(risen, 76)))
+    assert "▲ only the fitted error fell" in "\n".join(lines(ladder_rows(risen, 76)))
     better = replace(worse, rms_held_out=0.5 * held_out)
     assert not replace(sight, ladder=(first, better)).rose(1)
 
@@ -159,14 +156,14 @@ def test_a_gyroscope_that_waits_for_the_accelerometer_is_not_ticked(benches: Ben
 
 
 def test_a_guess_is_judged_line_by_line(sight: Sight) -> None:
-    right = "\n".join(plain(reveal_rows(sight, Guess("second-order", "x", "+"), 70)))
+    right = "\n".join(lines(reveal_rows(sight, Guess("second-order", "x", "+"), 70)))
     assert right.count("✓") == 4
     assert "✗" not in right
-    wrong = "\n".join(plain(reveal_rows(sight, Guess("hysteresis", "y", "−", STAYS), 70)))
+    wrong = "\n".join(lines(reveal_rows(sight, Guess("hysteresis", "y", "−", STAYS), 70)))
     assert "✗ you: hysteresis" in wrong
-    nothing = "\n".join(plain(reveal_rows(sight, Guess(NOTHING), 70)))
+    nothing = "\n".join(lines(reveal_rows(sight, Guess(NOTHING), 70)))
     assert "✗ you: nothing is missing" in nothing
-    alike = "\n".join(plain(reveal_rows(sight, Guess("asymmetry"), 70)))
+    alike = "\n".join(lines(reveal_rows(sight, Guess("asymmetry"), 70)))
     assert "≈ you: asymmetry" in alike
 
 
@@ -175,15 +172,15 @@ def test_where_noise_explains_all_the_right_guess_is_that_nothing_is_missing(
 ) -> None:
     bench.add("second-order")
     sight = look(benches, bench)
-    assert "✓ you: nothing" in "\n".join(plain(reveal_rows(sight, Guess(NOTHING), 70)))
-    assert "✗ you: asymmetry" in "\n".join(plain(reveal_rows(sight, Guess("asymmetry"), 70)))
+    assert "✓ you: nothing" in "\n".join(lines(reveal_rows(sight, Guess(NOTHING), 70)))
+    assert "✗ you: asymmetry" in "\n".join(lines(reveal_rows(sight, Guess("asymmetry"), 70)))
 
 
 def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     bench: Bench, benches: Benches
 ) -> None:
     bench.add("second-order")
-    rows = " ".join(plain(next_rows(look(benches, bench), 76)))
+    rows = " ".join(lines(next_rows(look(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
     assert "Here it is about 5." in rows
 
@@ -225,5 +222,5 @@ def test_the_noise_in_the_ladder_is_that_of_the_model_that_shows_it_most_purely(
 ) -> None:
     mg = 9.80665e-3
     rungs = tuple(replace(sight.ladder[0], floor=floor * mg) for floor in (0.4, 0.05, 7.0))
-    noise = plain(ladder_rows(replace(sight, ladder=rungs), 90))[-1]
+    noise = lines(ladder_rows(replace(sight, ladder=rungs), 90))[-1]
     assert noise.split()[:3] == ["noise", "alone", "0.0500"]

@@ -14,7 +14,8 @@ from imucal_wizard.tui.screens.bench_screen import BenchScreen
 from imucal_wizard.tui.text import number
 from imucal_wizard.units import STANDARD_GRAVITY
 from tests.tui import fakes
-from tests.tui.bench_steps import LARGE, USUAL, VIRTUAL, app_with, open_from_wizard, ranked
+from tests.tui.bench_steps import app_with, open_from_wizard, ranked
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL
 from tests.tui.waiting import seen, shows, until
 
 SIZES = pytest.mark.parametrize("size", [USUAL, LARGE])

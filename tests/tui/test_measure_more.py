@@ -11,14 +11,8 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.source import Services
 from tests.tui import fakes
-from tests.tui.bench_steps import (
-    USUAL,
-    VIRTUAL,
-    add_the_first,
-    app_with,
-    open_from_wizard,
-    ranked,
-)
+from tests.tui.bench_steps import add_the_first, app_with, open_from_wizard, ranked
+from tests.tui.terminals import USUAL, VIRTUAL
 from tests.tui.waiting import seen, shows, until
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24)

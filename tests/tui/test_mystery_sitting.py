@@ -13,8 +13,7 @@ from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.workshop import Workshop
-
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+from tests.tui.terminals import VIRTUAL
 
 
 def begun(folder: Path, number: int = 3) -> Workshop:

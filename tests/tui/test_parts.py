@@ -23,6 +23,7 @@ from imucal_wizard.tui.widgets.key_footer import footer_row
 from imucal_wizard.tui.widgets.still_bars import compact_row
 from imucal_wizard.tui.widgets.stream_line import stream_row
 from imucal_wizard.tui.widgets.traces import trace, trace_rows
+from tests.tui.terminals import lines, plain
 
 SI = ("m/s^2", "rad/s")
 
@@ -82,7 +83,7 @@ def test_a_mere_ratio_has_no_unit() -> None:
 def test_the_axes_of_a_sensor_are_shown_with_the_same_decimals() -> None:
     values = (1.04, 0.96, 1.1)
     motions = [AxisMotion(f"a{x}", v, 5.3, "mg") for x, v in zip("xyz", values, strict=True)]
-    row = "".join(text for text, _ in compact_row(motions))
+    row = plain(compact_row(motions))
     assert [word for word in row.split() if word[0].isdigit()] == ["1.0", "1.0", "1.1"]
 
 
@@ -135,7 +136,7 @@ def test_rates_are_drawn_in_degrees_below_accelerations_and_both_as_wide() -> No
     values = np.hstack(
         [np.full((100, 3), 9.8), np.radians(np.linspace(-90, 90, 300).reshape(100, 3))]
     )
-    above, below = ("".join(text for text, _ in row) for row in trace_rows(values, SI, 80, 2))
+    above, below = (plain(row) for row in trace_rows(values, SI, 80, 2))
     assert above.startswith(" a")
     assert above.endswith(" m/s²")
     assert below.startswith(" ω")
@@ -163,7 +164,7 @@ def test_the_instruction_is_as_large_as_there_is_room(width: int, height: int, r
 
 
 def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
-    rows = ["".join(text for text, _ in row) for row in dot_plot(np.array([0.1, -0.9]), 0.1, 40)]
+    rows = lines(dot_plot(np.array([0.1, -0.9]), 0.1, 40))
     assert "∘" in rows[3]
     assert "●" in rows[6]
     assert "┼" in rows[3]
@@ -189,9 +190,9 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
 
 def test_help_and_quit_stay_in_the_footer_when_there_is_no_room_for_all_keys() -> None:
     keys = (("a", "a" * 30), ("b", "b" * 30), ("c", "c" * 30), ("?", "help"), ("q", "quit"))
-    row = "".join(text for text, _ in footer_row(keys, 80))
+    row = plain(footer_row(keys, 80))
     assert row.rstrip() == f" a {'a' * 30}  ? help  q quit"
-    row = "".join(text for text, _ in footer_row(keys, 83))
+    row = plain(footer_row(keys, 83))
     assert row.rstrip() == f" a {'a' * 30}  b {'b' * 30}  ? help  q quit"
 
 
@@ -211,8 +212,8 @@ def test_how_far_the_limits_are_loosened_is_readable_in_eighty_columns() -> None
     source = "virtual IMU on /dev/pts/4"
     stream = StreamStatus(source=source, connected=True, rate=100.0, temperature=26.4)
     noise = "1.0 1.0 1.1 mg, 0.096 0.095 0.096 °/s"
-    calm = "".join(text for text, _ in stream_row(stream, noise, 1.0, False, 80))
-    loose = "".join(text for text, _ in stream_row(stream, noise, 21.0, False, 80))
+    calm = plain(stream_row(stream, noise, 1.0, False, 80))
+    loose = plain(stream_row(stream, noise, 21.0, False, 80))
     assert "26.4 °C" in calm
     assert "limits ×21" in loose
     assert noise in loose

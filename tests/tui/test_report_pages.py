@@ -20,10 +20,10 @@ from imucal_wizard.tui.heading_rows import course, course_rows
 from imucal_wizard.tui.magnetic_rows import magnetic_rows
 from imucal_wizard.tui.rose import rose
 from imucal_wizard.tui.source import Services
-from imucal_wizard.tui.text import Line, width_of
+from imucal_wizard.tui.text import width_of
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
-from tests.tui.test_screens import LARGE, USUAL, VIRTUAL
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, page
 from tests.tui.waiting import seen, shows, until
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=40, rotations=32)
@@ -51,10 +51,6 @@ def with_report(source: fakes.FakeSource, report: FitReport, readings: Readings)
     return replace(services, compare=compare)
 
 
-def texts(rows: list[Line]) -> str:
-    return "\n".join("".join(text for text, _ in row) for row in rows)
-
-
 def level_hold(report: FitReport) -> int:
     """A hold with a heading that the calibration moves by more than 20°."""
     assert report.second_stage is not None
@@ -65,7 +61,7 @@ def level_hold(report: FitReport) -> int:
 
 def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport) -> None:
     rows = magnetic_rows(aligned, 76)
-    text = texts(rows)
+    text = page(rows)
     for parameter in aligned.sensors["magnetometer"].parameters:
         if parameter.name.startswith("soft_iron"):
             assert f"{parameter.name[-2:]} {parameter.value:.3f}"[:7].replace("-", "−") in text
@@ -75,7 +71,7 @@ def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport)
 
 
 def test_the_second_stage_is_told_with_dip_clock_closure_and_heading(aligned: FitReport) -> None:
-    text = texts(magnetic_rows(aligned, 76))
+    text = page(magnetic_rows(aligned, 76))
     for word in ("SECOND STAGE", "dip 66.", "clock is +3", "closure about the vertical", "heading"):
         assert word in text
 
@@ -96,7 +92,7 @@ def test_in_a_hold_the_live_heading_is_that_of_the_report(
     place = int(np.flatnonzero(found.hold == index)[0])
     assert abs(now.after - math.degrees(found.after[place]) % 360.0) < 0.5
     assert abs(now.dip - 66.0) < 0.5
-    text = texts(course_rows(now, aligned, 76))
+    text = page(course_rows(now, aligned, 76))
     assert text.count("✓") == 2
     assert "▲" not in text
     # 0.4 µT in a level field of 43.7 µT · cos 66° = 17.8 µT
@@ -110,7 +106,7 @@ def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned:
     assert stream.magnetometer is not None
     x, y, z = stream.magnetometer
     now = course(compass, replace(stream, magnetometer=(x + 60.0, y, z)))
-    assert "▲ iron is near it" in texts(course_rows(now, aligned, 76))
+    assert "▲ iron is near it" in page(course_rows(now, aligned, 76))
 
 
 def test_upright_there_is_no_heading_but_words(turned: Readings, aligned: FitReport) -> None:
@@ -120,7 +116,7 @@ def test_upright_there_is_no_heading_but_words(turned: Readings, aligned: FitRep
     now = course(compass, replace(stream, accelerometer=(9.9, 0.1, 0.2)))
     assert now is not None
     assert math.isnan(now.after)
-    assert "x stands upright: no heading" in texts(course_rows(now, aligned, 76))
+    assert "x stands upright: no heading" in page(course_rows(now, aligned, 76))
     assert course(compass, replace(stream, magnetometer=None)) is None
 
 

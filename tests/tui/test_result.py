@@ -14,13 +14,11 @@ from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.report_rows import summary_rows
 from imucal_wizard.tui.screens.save_screen import SaveScreen
 from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import Saved, SourceChoice, SourceKind
+from imucal_wizard.tui.source import Saved
 from tests.tui import fakes
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, lines
 from tests.tui.waiting import seen, shows, until
 
-USUAL = (80, 24)
-LARGE = (160, 50)
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
 
 
@@ -124,10 +122,12 @@ async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) 
     assert app.return_value.path == path
 
 
-async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -> None:
-    def refuse(_collected: object, _snapshot: object) -> FitReport:
-        raise DataError("4 holds do not carry a fit; hold at least 6 poses")
+def refuse(_collected: object, _snapshot: object) -> FitReport:
+    """A fit that the data do not carry."""
+    raise DataError("4 holds do not carry a fit; hold at least 6 poses")
 
+
+async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -> None:
     source = fakes.FakeSource(RESULT)
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
@@ -139,9 +139,6 @@ async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -
 
 
 async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit() -> None:
-    def refuse(_collected: object, _snapshot: object) -> FitReport:
-        raise DataError("4 holds do not carry a fit; hold at least 6 poses")
-
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
@@ -171,7 +168,7 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not(tmp_path: Pat
 
 
 def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
-    rows = ["".join(text for text, _ in row) for row in summary_rows(fakes.report(True), 76)]
+    rows = lines(summary_rows(fakes.report(True), 76))
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head

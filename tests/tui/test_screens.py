@@ -7,14 +7,10 @@ import pytest
 from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL
 from tests.tui.waiting import seen, shows, until
-
-USUAL = (80, 24)
-LARGE = (160, 50)
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 
 
 def app_with(source: fakes.FakeSource, settings: Settings | None = None) -> WizardApp:

@@ -13,9 +13,9 @@ from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from tests.tui import fakes
+from tests.tui.terminals import USUAL
 from tests.tui.waiting import shows, until
 
-USUAL = (80, 24)
 AT_ONCE = Settings(header_patience=0.0)
 """A stream without a header is asked about at once."""
 PORT = SourceChoice(SourceKind.PORT, "/dev/ttyACM0", "/dev/ttyACM0", "2341:8057  Arduino Nano")

@@ -9,6 +9,7 @@ from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
 from imucal_wizard.tui.hemispheres import FULL, GAP, HERE, THIN, half, signs
 from imucal_wizard.tui.text import width_of
 from imucal_wizard.tui.widgets.sphere import SMALLEST, sphere_rows
+from tests.tui.terminals import page
 
 ROWS = 20
 EMPTY = np.zeros(BINS, np.intp)
@@ -16,7 +17,7 @@ EMPTY = np.zeros(BINS, np.intp)
 
 def drawn(counts: np.ndarray, here: int | None = None, size: tuple[int, int] = (50, 12)) -> str:
     rows = sphere_rows(counts, here, *size)
-    return "\n".join("".join(text for text, _ in row) for row in rows)
+    return page(rows)
 
 
 def test_every_area_is_seen_once_and_as_large_as_every_other() -> None:

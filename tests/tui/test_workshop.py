@@ -25,9 +25,9 @@ from imucal_wizard.tui.workshop import Workshop
 from tests.commands.kept_sessions import sat
 from tests.fitting.collecting import with_field
 from tests.tui import fakes
+from tests.tui.terminals import VIRTUAL
 from tests.tui.waiting import shows, until
 
-VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 DEADLINE = 20.0
 
 

@@ -1,0 +1,26 @@
+"""What the screens are tried on: terminals, a source, and their rows as plain text."""
+
+from collections.abc import Iterable
+
+from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.text import Line
+
+USUAL = (80, 24)
+LARGE = (160, 50)
+"""Columns and rows."""
+VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def plain(row: Line) -> str:
+    """A row without its styles."""
+    return "".join(text for text, _ in row)
+
+
+def lines(rows: Iterable[Line]) -> list[str]:
+    """Rows without their styles."""
+    return [plain(row) for row in rows]
+
+
+def page(rows: Iterable[Line]) -> str:
+    """The same as one text."""
+    return "\n".join(lines(rows))
