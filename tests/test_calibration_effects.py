@@ -14,6 +14,7 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.extended.field_data import FieldData
 from imucal_wizard.tui.bench.kept_rows import kept_rows
 from tests.bench.recordings import MG, fitted, tumbled
+from tests.tui.terminals import plain
 
 
 def errors(values: FloatArray, gravity: float) -> float:
@@ -149,4 +150,4 @@ def test_a_mounting_that_only_the_bench_has_found_is_said_to_be_saved() -> None:
     model, _ = benches.models()["magnetometer"]
     assert model.terms == ()
     (row,) = kept_rows(benches, 200)
-    assert "✓ from the bench: magnetometer + misalignment" in "".join(text for text, _ in row)
+    assert "✓ from the bench: magnetometer + misalignment" in plain(row)

@@ -4,7 +4,6 @@ import os
 import socket
 import sys
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,13 +15,6 @@ from imucal_wizard.errors import LinkError
 from tests.devices.ports import Pty, link, server, until, url_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
-
-
-@pytest.fixture
-def pty() -> Iterator[Pty]:
-    device = Pty()
-    yield device
-    device.unplug()
 
 
 def test_what_a_device_prints_is_read_whole(pty: Pty) -> None:

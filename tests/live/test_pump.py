@@ -13,14 +13,6 @@ from tests.live.performance import wait_for
 
 
 @pytest.fixture
-def pty() -> Iterator[Pty]:
-    """A device on a pseudo-terminal."""
-    device = Pty()
-    yield device
-    device.unplug()
-
-
-@pytest.fixture
 def pump(pty: Pty) -> Iterator[Pump]:
     """What fetches from it."""
     made = Pump(Transport(pty.path))

@@ -18,15 +18,6 @@ from tests.devices.ports import Pty, link
 from tests.devices.streams import contract
 from tests.live.performance import same, settings, wait_for
 
-
-@pytest.fixture
-def pty() -> Iterator[Pty]:
-    """A device on a pseudo-terminal."""
-    device = Pty()
-    yield device
-    device.unplug()
-
-
 Run = Callable[[Reader], Reader]
 
 

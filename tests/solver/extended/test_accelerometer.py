@@ -17,6 +17,7 @@ from imucal_wizard.solver.extended.hold_fit import fit_holds
 from imucal_wizard.solver.extended.result import Extended, correct
 from imucal_wizard.solver.extended.terms import Term, Terms
 from tests.solver.extended.holds import BIAS, MATRIX, G, Session, circumstances, holds, session
+from tests.solver.extended.sizes import drawn
 
 EFFECTS = effects_for("accelerometer")
 MILLI_G = G / 1000.0
@@ -26,12 +27,6 @@ def data_of(made: Session, *args: object, **kwargs: object) -> HoldData:
     """The data of holds, with the vibration that they had."""
     data = hold_data(holds(made, *args, **kwargs), G, "m/s^2")  # type: ignore[arg-type] # passed on
     return replace(data, circumstances=replace(data.circumstances, vibration=made.vibration))
-
-
-def drawn(terms: Terms, seed: int = 1) -> FloatArray:
-    """Sizes as the prior expects them."""
-    typical = np.array([one.typical for one in terms.parameters])
-    return np.asarray(np.random.default_rng(seed).normal(0.0, 1.0, len(terms)) * typical)
 
 
 @pytest.mark.parametrize("one", EFFECTS, ids=lambda one: one.name)

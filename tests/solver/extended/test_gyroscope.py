@@ -14,6 +14,7 @@ from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import across, fit_turns, residual_of
 from imucal_wizard.solver.extended.turn_judging import held_out_rotations
+from tests.solver.extended.sizes import drawn
 from tests.solver.extended.turns import (
     DEGREE,
     Noise,
@@ -31,12 +32,6 @@ G_SENSITIVITY = Term(effect("g-sensitivity"))
 COEFFICIENTS = np.array([0.05, -0.12, 0.03, 0.08, 0.02, -0.06, 0.1, 0.04, -0.07])
 QUIET = Noise(sample=0.05 * DEGREE, wander=0.004 * DEGREE, force=3e-3)
 MADE = course(twenty_turns())
-
-
-def drawn(terms: Terms, seed: int = 1) -> FloatArray:
-    """Sizes as the prior expects them."""
-    typical = np.array([one.typical for one in terms.parameters])
-    return np.asarray(np.random.default_rng(seed).normal(0.0, 1.0, len(terms)) * typical)
 
 
 @pytest.mark.parametrize("one", EFFECTS, ids=lambda one: one.name)
