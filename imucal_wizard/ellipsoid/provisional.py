@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
+from imucal_wizard.ellipsoid.checks import LOOSE
 from imucal_wizard.ellipsoid.orthogonal import rows
 from imucal_wizard.ellipsoid.robust import spread
 from imucal_wizard.ellipsoid.shape import (
@@ -20,6 +21,7 @@ from imucal_wizard.ellipsoid.shape import (
     look,
     make_cloud,
     parameters,
+    radius_of,
     symmetric_matrix,
 )
 from imucal_wizard.ellipsoid.sphere import sphere_near
@@ -33,8 +35,6 @@ MISFIT = 0.006
 """What no ellipsoid explains of one area, in radii: no number of samples makes it better known."""
 OUTLYING = 4.0
 """Standard deviations beyond which a sample hardly pulls any more."""
-LOOSE = 0.12
-"""Scatter of the distances, in radii, beyond which there is no shell but one place and noise."""
 FEWEST = 20
 ROUNDS = 4
 AGAIN = 1
@@ -66,7 +66,7 @@ class Provisional:
 
     @property
     def _radius(self) -> float:
-        return float(abs(np.linalg.det(symmetric_matrix(self.theta))) ** (-1.0 / 3.0))
+        return radius_of(self.theta)
 
     @property
     def noise(self) -> float:

@@ -67,6 +67,11 @@ def symmetric_matrix(theta: FloatArray) -> FloatArray:
     return matrix
 
 
+def radius_of(theta: FloatArray) -> float:
+    """Radius of the sphere of the same volume, dimensionless."""
+    return float(abs(np.linalg.det(symmetric_matrix(theta))) ** (-1.0 / 3.0))
+
+
 def parameters(matrix: FloatArray, bias: FloatArray) -> FloatArray:
     """θ from P and b, shape (9,)."""
     return np.concatenate([bias, matrix[ROWS, COLUMNS]])

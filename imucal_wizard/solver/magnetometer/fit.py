@@ -17,7 +17,7 @@ from imucal_wizard.ellipsoid.checks import (
 )
 from imucal_wizard.ellipsoid.orthogonal import orthogonal
 from imucal_wizard.ellipsoid.robust import robust_start, spread
-from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, symmetric_matrix
+from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, radius_of, symmetric_matrix
 from imucal_wizard.errors import DataError, UsageError
 from imucal_wizard.readings import BoolArray, FloatArray, Series
 from imucal_wizard.solver.magnetometer.disturbances import LeftOut, find
@@ -88,7 +88,7 @@ def _fitted(
 ) -> tuple[MagnetometerFit, ...]:
     cloud = make_cloud(series.values)
     start = _start(cloud, series)
-    radius = cloud.span * abs(float(np.linalg.det(symmetric_matrix(start.theta)))) ** (-1.0 / 3.0)
+    radius = cloud.span * radius_of(start.theta)
     warning = check_field(radius, series.unit, field)
     measured = Measured(
         series, cloud, start.kept, start.left_out, start.areas, start.model, field, warning
@@ -131,8 +131,7 @@ def _start(cloud: Cloud, series: Series) -> _Start:
             "the others: the field changed while the device turned. Measure again, away from iron, "
             "magnets, loudspeakers and currents"
         )
-    radius = abs(float(np.linalg.det(symmetric_matrix(theta)))) ** (-1.0 / 3.0)
-    check_scatter(float(distance[kept].std()), radius, series.values)
+    check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
     model = decide(seen[:, kept], areas[kept])
     if model is not WHOLE:
         theta, sigma = robust_start(cloud.points[:, kept], model.quadrics)
@@ -161,8 +160,7 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
         raise no_shell(readings) or error from None
     if stuck:
         check_saturation(stuck, look(theta, cloud.points)[0])
-    radius = abs(float(np.linalg.det(symmetric_matrix(theta)))) ** (-1.0 / 3.0)
-    check_scatter(sigma, radius, readings)
+    check_scatter(sigma, radius_of(theta), readings)
     try:
         return _refined(points, theta, sigma)
     except DataError as error:
