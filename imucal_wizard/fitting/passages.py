@@ -12,15 +12,9 @@ import numpy as np
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.attitude import (
-    advancing,
-    attitudes,
-    lay_out,
-    matrices,
-    quaternions,
-    rotation_vectors,
-)
+from imucal_wizard.solver.attitude import advancing, attitudes, lay_out, rotation_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+from imucal_wizard.solver.quaternions import matrices, quaternions
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.solver.second_stage.clock import Passage
 

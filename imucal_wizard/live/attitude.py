@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.readings import FloatArray, Readings
-from imucal_wizard.solver.attitude import matrices, quaternions
+from imucal_wizard.solver.quaternions import matrices, quaternions
 
 _LEANING = 0.3
 """Seconds in which the drawing leans to where gravity says up is, while the gyroscope turns it."""

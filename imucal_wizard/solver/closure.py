@@ -15,18 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import (
-    Steps,
-    attitudes,
-    cofactor,
-    coned_by,
-    cross,
-    matrices,
-    quaternions,
-    rotation_vectors,
-    total,
-)
+from imucal_wizard.solver.attitude import Steps, attitudes, coned_by, rotation_vectors, total
 from imucal_wizard.solver.directions import unit_vectors
+from imucal_wizard.solver.quaternions import cofactor, cross, matrices, quaternions
 
 MATRIX = slice(0, 9)
 BIAS = slice(9, 12)

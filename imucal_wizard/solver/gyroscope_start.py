@@ -12,9 +12,10 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import attitudes, matrices, quaternions, rotation_vectors
+from imucal_wizard.solver.attitude import attitudes, rotation_vectors
 from imucal_wizard.solver.closure import Turns
 from imucal_wizard.solver.gains import nominal_of
+from imucal_wizard.solver.quaternions import matrices, quaternions
 
 PIECE_SECONDS = 0.5
 """Long enough to turn further than a hand's jerk tilts gravity, short enough not to come round."""

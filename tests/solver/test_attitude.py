@@ -14,14 +14,11 @@ from imucal_wizard.solver.attitude import (
     Steps,
     advancing,
     attitudes,
-    cofactor,
     lay_out,
-    matrices,
-    multiply,
-    quaternions,
     rotation_vectors,
     total,
 )
+from imucal_wizard.solver.quaternions import cofactor, matrices, multiply, quaternions
 
 NOTHING = np.zeros(3)
 

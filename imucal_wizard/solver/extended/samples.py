@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.readings import FloatArray, IntArray
-from imucal_wizard.solver.attitude import PIECE, advancing, cross
+from imucal_wizard.solver.attitude import PIECE, advancing
+from imucal_wizard.solver.quaternions import cross
 
 
 @dataclass(frozen=True, eq=False)

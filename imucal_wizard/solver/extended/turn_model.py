@@ -16,10 +16,11 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import attitudes, matrices, quaternions
+from imucal_wizard.solver.attitude import attitudes
 from imucal_wizard.solver.closure import LEVI_CIVITA, averaged, between, carry, error_slope
 from imucal_wizard.solver.extended.terms import Terms
 from imucal_wizard.solver.extended.turn_data import TurnData
+from imucal_wizard.solver.quaternions import matrices, quaternions
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.attitude import matrices, quaternions
+from imucal_wizard.solver.quaternions import matrices, quaternions
 
 
 def exponential(vector: FloatArray) -> FloatArray:
