@@ -7,6 +7,9 @@ from imucal_wizard.bench.hypotheses import DISTURBED
 from imucal_wizard.bench.misfit import Misfit
 from imucal_wizard.readings import FloatArray
 
+SLIGHT = 1e-3
+"""A wander of the noise less likely than this is left out."""
+
 
 class Best:
     """The likeliest explanations, and what they take away.
@@ -20,7 +23,7 @@ class Best:
     def __init__(self, misfit: Misfit, jury: Jury, weighed: Weighed) -> None:
         self._misfit, self._jury, self._weighed = misfit, jury, weighed
         self._coordinates = jury.frame.across.T @ misfit.residual
-        self._weights = jury.frame.weights(weighed.wander)
+        self._wandering = weighed.noise.sum(axis=1)
         single, paired = weighed.single, weighed.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
         self.noise = float(
@@ -94,9 +97,22 @@ class Best:
         return found
 
     def _explained(self, patterns: list[FloatArray]) -> float:
+        """Squares that patterns take away, expected over how far the noise may wander.
+
+        A little doubt about a far wander is not a middling wander: of a slow effect that one takes
+        nearly everything.
+        """
         if not patterns:
             return 0.0
-        root = np.sqrt(self._weights)
+        weights, shares = self._jury.weights, self._wandering
+        return sum(
+            float(share) * self._explained_under(patterns, own)
+            for own, share in zip(weights, shares, strict=True)
+            if share > SLIGHT
+        )
+
+    def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
+        root = np.sqrt(weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
         left, values, _ = np.linalg.svd(columns, full_matrices=False)
         # no value at all where the model has taken up every row that was measured
