@@ -2,22 +2,21 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from imucal_wizard.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.errors import RecordingError, SessionError
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.source import Source, SourceChoice, SourceKind
 from imucal_wizard.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.devices.setup import StreamSetup
-    from imucal_wizard.devices.virtual import VirtualImu
     from imucal_wizard.live.engine import Engine
     from imucal_wizard.live.settings import Settings
-    from imucal_wizard.mystery.sitting import Sitting
     from imucal_wizard.readings import Readings
 
 
@@ -89,6 +88,7 @@ class Opening:
     def _exercise(self, number: int) -> Source:
         """A virtual IMU with an effect that chance has hidden; the answer lies beside, sealed."""
         from imucal_wizard.mystery.sitting import seal_beside, sitting
+        from imucal_wizard.tui.taking_up import virtual_imu
         from imucal_wizard.tui.virtual_reader import VirtualReader
 
         options = self._options
@@ -126,41 +126,20 @@ class Opening:
         )
 
     def _resumed(self, path: Path) -> Source:
-        from imucal_wizard.devices.link import Transport
-        from imucal_wizard.devices.virtual import VirtualImu
-        from imucal_wizard.live.reader import Reader
         from imucal_wizard.live.resume import resume
-        from imucal_wizard.mystery.sitting import sitting
-        from imucal_wizard.tui.virtual_reader import VirtualReader
+        from imucal_wizard.tui.taking_up import opened_again
 
         if not path.is_file():
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
-        taken_up, options = resume(path), self._options
+        taken_up = resume(path)
         self.session = path
-        self.gravity = options.gravity or taken_up.engine.settings.gravity
-        about, engine, prepare = taken_up.about, taken_up.engine, taken_up.prepare
-        self.title = engine.source or self.title
-        try:
-            seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
-            baud = int(about.get("baud", options.baud))
-            hides = "mystery" in about
-            made = sitting(int(about["mystery"]), str(about.get("grade"))) if hides else None
-        except (TypeError, ValueError, UsageError) as error:
-            taken_up.session.close()
-            raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
-        if about.get("kind") == "virtual":
-            if options.port:
-                taken_up.session.close()
-                raise UsageError(f"{path} is a session of the virtual IMU; leave --port out")
-            field = bool(about.get("magnetometer", False))
-            imu = VirtualImu(seed=seed, speed=options.speed, hidden=hidden, magnetometer=field)
-            imu = imu if made is None else virtual_imu(made, options.speed, magnetometer=field)
-            return VirtualReader(imu, engine, following=options.auto, prepare=prepare)
-        port = options.port or str(about.get("port", ""))
-        if not port:
-            taken_up.session.close()
-            raise SessionError(f"{path} does not say which port it was; add --port PORT")
-        return Reader(Transport(port, baud), engine, prepare=prepare)
+        self.gravity = self._options.gravity or taken_up.engine.settings.gravity
+        self.title = taken_up.engine.source or self.title
+        with ExitStack() as on_failure:
+            on_failure.callback(taken_up.session.close)
+            source = opened_again(taken_up, self._options)
+            on_failure.pop_all()
+        return source
 
     def _player(self, paths: Sequence[Path]) -> Source:
         from imucal_wizard.recordings.session import is_session
@@ -191,19 +170,6 @@ class Opening:
             options.gravity or STANDARD_GRAVITY,
             None if limit is None else math.radians(limit),
         )
-
-
-def virtual_imu(made: "Sitting", speed: float, *, magnetometer: bool = False) -> "VirtualImu":
-    """The virtual IMU of an exercise."""
-    from imucal_wizard.devices.virtual import VirtualImu
-
-    return VirtualImu(
-        seed=made.hand,
-        speed=speed,
-        sensor=made.sensor,
-        hidden=[made.truth],
-        magnetometer=magnetometer,
-    )
 
 
 def stream_setup(options: WizardOptions) -> "StreamSetup":
