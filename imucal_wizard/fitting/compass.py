@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.ellipsoid.shape import parameters, symmetric_matrix
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment
+from imucal_wizard.solver.second_stage.doubts import Doubts, field_moved, up_moved
 from imucal_wizard.solver.second_stage.heading import Bearings, heading, heading_error
 from imucal_wizard.solver.second_stage.rotation import exponential
 from imucal_wizard.units import COUNT
@@ -27,16 +27,17 @@ class Compass:
         accelerometer: its fit.
         magnetometer: its fit, in its own frame.
         alignment: how the magnetometer lies in the accelerometer's frame.
+        doubts: about the two calibrations, which move the alignment too.
     """
 
     accelerometer: SensorFit
     magnetometer: SensorFit
     alignment: Alignment
+    doubts: Doubts
 
     def field(self, readings: FloatArray) -> FloatArray:
         """Corrected field in the body frame from magnetometer readings, shape (n, 3)."""
-        matrix = self.alignment.rotation @ self.magnetometer.matrix
-        return np.asarray((readings - self.magnetometer.bias) @ matrix.T)
+        return np.asarray(self._own(readings) @ self.alignment.rotation.T)
 
     def bearings(self, force: FloatArray, readings: FloatArray) -> Bearings:
         """Headings before and after, and the error expected after.
@@ -45,25 +46,33 @@ class Compass:
             force: accelerometer readings, shape (n, 3).
             readings: magnetometer readings at the same moments, shape (n, 3).
         """
-        up, fit = up_in(self.accelerometer, force), self.magnetometer
+        up, own, doubts = up_in(self.accelerometer, force), self._own(readings), self.doubts
         before = heading(up if self.accelerometer.bias_unit == COUNT else force, readings)
+        iron = doubts.magnetometer.shape[1]
+        both = iron + doubts.accelerometer.shape[1]
 
-        def after(theta: FloatArray) -> FloatArray:
-            rotation = exponential(theta[9:]) @ self.alignment.rotation
-            matrix = rotation @ symmetric_matrix(theta[:9])
-            return heading(up, (readings - theta[:3]) @ matrix.T)
+        def after(parameters: FloatArray) -> FloatArray:
+            """Each doubt by how many standard deviations, then a rotation by itself."""
+            turn = self.alignment.shifts @ parameters[:both] + parameters[both:]
+            field = field_moved(self.magnetometer, own, doubts.magnetometer @ parameters[:iron])
+            tilted = up_moved(up, doubts.accelerometer @ parameters[iron:both])
+            return heading(tilted, field @ (exponential(turn) @ self.alignment.rotation).T)
 
-        theta = np.concatenate([parameters(fit.matrix, fit.bias), np.zeros(3)])
-        covariance = np.zeros((12, 12))
-        if fit.covariance is not None:
-            covariance[:9, :9] = fit.covariance
-        covariance[9:, 9:] = self.alignment.covariance
+        covariance = np.eye(both + 3)
+        covariance[both:, both:] = self.alignment.own
+        theta = np.zeros(both + 3)
         return Bearings(before, after(theta), heading_error(after, theta, covariance))
+
+    def _own(self, readings: FloatArray) -> FloatArray:
+        """Corrected field in the magnetometer's own frame, shape (n, 3)."""
+        fit = self.magnetometer
+        return np.asarray((readings - fit.bias) @ fit.matrix.T)
 
 
 def compass_of(report: FitReport) -> Compass | None:
     """The compass that a report makes, or None where its sensors are not aligned."""
-    if report.magnetic is None or report.second_stage is None:
+    stage = report.second_stage
+    if report.magnetic is None or stage is None:
         return None
-    alignment = report.second_stage.alignment
-    return Compass(report.sensors["accelerometer"], report.magnetic.fit, alignment)
+    fit = report.sensors["accelerometer"]
+    return Compass(fit, report.magnetic.fit, stage.alignment, stage.doubts)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.ellipsoid.shape import symmetric_matrix
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.both_references import up_of, with_gyroscope
 from imucal_wizard.fitting.compass import Compass
@@ -15,8 +14,12 @@ from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 from imucal_wizard.solver.second_stage.dip import Alignment, align
+from imucal_wizard.solver.second_stage.doubts import Doubts, of_accelerometer, of_magnetometer
 from imucal_wizard.solver.second_stage.found import Headings, SecondStage
 from imucal_wizard.solver.second_stage.rotation import rotation_vector
+
+SMALLEST_LEVEL = 1e-3
+"""Level part of the field, as a share of it, which a heading divides by."""
 
 
 def with_second_stage(
@@ -48,10 +51,11 @@ def _second_stage(
     places, readings = field_at(report.holds, calm, found)
     field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
-    alignment = align(up, unit_vectors(field), _doubt(found.fit, field))
+    doubts = _doubts(report, found)
+    alignment = align(up, unit_vectors(field), doubts.of_field(found.fit, field), doubts.of_up(up))
     aligned = _aligned(found.fit, alignment)
-    compass = Compass(report.sensors["accelerometer"], found.fit, alignment)
-    stage = SecondStage(alignment, _headings(report, compass, places, readings))
+    compass = Compass(report.sensors["accelerometer"], found.fit, alignment, doubts)
+    stage = SecondStage(alignment, doubts, _headings(report, compass, places, readings))
     sensors = {**report.sensors, "magnetometer": aligned}
     if "gyroscope" in report.sensors:
         stage, better = with_gyroscope(report, stage, turns, calm, found, aligned)
@@ -59,18 +63,10 @@ def _second_stage(
     return replace(report, sensors=sensors, second_stage=stage)
 
 
-def _doubt(fit: SensorFit, field: FloatArray) -> FloatArray | None:
-    """Change of each unit field with each principal doubt about hard and soft iron, (n, 3, k)."""
-    if fit.covariance is None:
-        return None
-    values, vectors = np.linalg.eigh(fit.covariance)
-    seen = values > 1e-12 * values[-1]
-    offsets = field @ np.linalg.inv(fit.matrix).T
-    out = []
-    for change in (vectors[:, seen] * np.sqrt(values[seen])).T:
-        moved = field + offsets @ symmetric_matrix(change).T - change[:3] @ fit.matrix.T
-        out.append(unit_vectors(moved) - unit_vectors(field))
-    return np.stack(out, axis=-1) if out else None
+def _doubts(report: FitReport, found: MagnetometerFit) -> Doubts:
+    fit = report.sensors["accelerometer"]
+    every = up_of(fit, list(report.holds))
+    return Doubts(of_magnetometer(found.fit), of_accelerometer(fit, every, report.gravity))
 
 
 def _aligned(fit: SensorFit, alignment: Alignment) -> SensorFit:
@@ -94,7 +90,13 @@ def _aligned(fit: SensorFit, alignment: Alignment) -> SensorFit:
 def _headings(
     report: FitReport, compass: Compass, places: list[int], readings: FloatArray
 ) -> Headings:
-    """In each of these holds, by the magnetometer's mean readings there, shape (n, 3)."""
+    """In each of these holds, by the magnetometer's mean readings there, shape (n, 3).
+
+    What the dip scatters by between them the field does across it, too: noise and rounding of the
+    means, iron near some place.
+    """
     force = np.array([report.holds[i].accelerometer for i in places])
     found = compass.bearings(force, readings)
-    return Headings(found.before, found.after, found.error, np.array(places))
+    alignment = compass.alignment
+    here = alignment.scatter / max(float(np.cos(alignment.dip)), SMALLEST_LEVEL)
+    return Headings(found.before, found.after, np.hypot(found.error, here), np.array(places))

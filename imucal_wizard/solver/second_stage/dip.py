@@ -47,7 +47,10 @@ class Alignment:
 
     Attributes:
         rotation: R, from the magnetometer's frame to the accelerometer's, shape (3, 3).
-        covariance: of a small rotation from the left, rad², shape (3, 3).
+        covariance: of a small rotation from the left, by all there is, rad², shape (3, 3).
+        own: the same by the errors of the dip alone.
+        shifts: small rotation from the left by which each doubt about the field, then about up,
+            moves R, rad, shape (3, k + l).
         dip: angle of the field below the horizon, rad, positive on the northern half.
         dip_error: its standard error, rad.
         residuals: error of the dip in each still position, rad, shape (n,).
@@ -57,6 +60,8 @@ class Alignment:
 
     rotation: FloatArray
     covariance: FloatArray
+    own: FloatArray
+    shifts: FloatArray
     dip: float
     dip_error: float
     residuals: FloatArray
@@ -68,15 +73,27 @@ class Alignment:
         """Of the dip's error over the positions used, rad."""
         return float(np.sqrt(np.mean(self.residuals[self.used] ** 2)))
 
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the dip in a position, rad."""
+        square = float((self.residuals[self.used] ** 2).sum())
+        return float(np.sqrt(square / self.degrees_of_freedom))
 
-def align(up: FloatArray, field: FloatArray, doubt: FloatArray | None = None) -> Alignment:
+
+def align(
+    up: FloatArray,
+    field: FloatArray,
+    field_doubt: FloatArray | None = None,
+    up_doubt: FloatArray | None = None,
+) -> Alignment:
     """R and dip from still positions.
 
     Args:
         up: unit up in the accelerometer's frame, shape (n, 3).
         field: unit field in the magnetometer's own frame, shape (n, 3).
-        doubt: change of ``field`` for one standard deviation along each of the k ways in which the
-            magnetometer's calibration may be wrong, shape (n, 3, k).
+        field_doubt: change of ``field`` for one standard deviation along each of the k ways in
+            which the magnetometer's calibration may be wrong, shape (n, 3, k).
+        up_doubt: the same of ``up`` and the l ways of the accelerometer's, shape (n, 3, l).
 
     Raises:
         DataError: too few positions, or positions that do not carry the rotation, or leave two.
@@ -96,7 +113,13 @@ def align(up: FloatArray, field: FloatArray, doubt: FloatArray | None = None) ->
             break
         used = kept
     rotation, level = descent(up[used], field[used], rotation, level)
-    alignment = _alignment(up, field, rotation, level, used, doubt)
+    turned = field @ rotation.T
+    moved = [np.zeros((len(up), 0))]
+    if field_doubt is not None:
+        moved.append(np.einsum("ni,ij,njk->nk", up, rotation, field_doubt))
+    if up_doubt is not None:
+        moved.append(np.einsum("ni,nik->nk", turned, up_doubt))
+    alignment = _alignment(up, field, rotation, level, used, np.concatenate(moved, axis=1))
     _refuse_two(up[used], field[used], (rotation, level), found[1:])
     return alignment
 
@@ -150,8 +173,9 @@ def _alignment(
     rotation: FloatArray,
     level: float,
     used: BoolArray,
-    doubt: FloatArray | None,
+    moved: FloatArray,
 ) -> Alignment:
+    """What follows at the minimum; ``moved`` is the change of the error with each doubt, (n, k)."""
     turned, error = field @ rotation.T, errors(up, field, rotation, level)
     columns = columns_of(up[used], turned[used])
     freedom = int(used.sum()) - UNKNOWNS
@@ -160,17 +184,16 @@ def _alignment(
     if values[0] < 1e-9 * values[-1]:
         raise DataError(_BLIND)
     inverse = (vectors / values) @ vectors.T
-    covariance = variance * inverse
-    if doubt is not None:
-        moved = np.einsum("ni,ij,njk->nk", up[used], rotation, doubt[used])
-        shift = inverse @ columns.T @ moved
-        covariance = covariance + shift @ shift.T
+    shifts = -inverse @ columns.T @ moved[used]
+    covariance = variance * inverse + shifts @ shifts.T
     if freedom < 1 or np.sqrt(np.diag(covariance)[:3]).max() > LOOSEST:
         raise DataError(_BLIND)
     cosine = float(np.sqrt(max(1.0 - level**2, 1e-6)))
     return Alignment(
         rotation,
         covariance[:3, :3],
+        variance * inverse[:3, :3],
+        shifts[:3],
         -float(np.arcsin(np.clip(level, -1.0, 1.0))),
         float(np.sqrt(covariance[3, 3])) / cosine,
         error / cosine,

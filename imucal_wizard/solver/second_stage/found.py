@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.solver.second_stage.clock import ClockOffset
 from imucal_wizard.solver.second_stage.dip import Alignment
+from imucal_wizard.solver.second_stage.doubts import Doubts
 from imucal_wizard.solver.second_stage.heading import Bearings
 
 
@@ -48,6 +49,7 @@ class SecondStage:
 
     Attributes:
         alignment: rotation and dip.
+        doubts: about the calibrations that it rests on.
         headings: before and after.
         clock: offset of the magnetometer's clock, or None when no turn shows it.
         added: what the gyroscope gains, or None without one.
@@ -55,6 +57,7 @@ class SecondStage:
     """
 
     alignment: Alignment
+    doubts: Doubts
     headings: Headings
     clock: ClockOffset | None = None
     added: Added | None = None
