@@ -148,3 +148,14 @@ def test_a_doubt_about_up_is_a_doubt_about_the_angles() -> None:
         change = rotation_vector(moved.rotation @ plain.rotation.T)
         assert whole.shifts[:, k] == pytest.approx(change, rel=0.02, abs=2e-6)
     assert whole.covariance == pytest.approx(whole.own + whole.shifts @ whole.shifts.T, abs=1e-15)
+
+
+def test_what_a_doubt_explains_is_no_reason_to_leave_a_position_out() -> None:
+    """Three positions tell of a bent axis; without the doubt about it they look disturbed."""
+    body = Attitude.random(18, random_state=9)
+    up, field = body.inv().apply([0.0, 0.0, 1.0]), body.inv().apply([0.0, 0.5, -np.sqrt(0.75)])
+    doubt = np.zeros((18, 3, 1))
+    doubt[:3, :, 0] = 0.01 * np.cross(np.cross(up, field), up)[:3]
+    noisy = up + doubt[:, :, 0] + 1e-4 * np.random.default_rng(10).standard_normal(up.shape)
+    assert align(noisy, field).used.sum() < 18
+    assert align(noisy, field, up_doubt=doubt).used.all()

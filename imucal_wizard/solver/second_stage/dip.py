@@ -9,36 +9,23 @@ the same in every still position (u: up, m: unit field). A small rotation ω of 
 by ``ω·(R m × u)``.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.ellipsoid.robust import NORMAL
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.fisher import exceeded
-from imucal_wizard.solver.second_stage.descent import End, columns_of, descent, ends, errors
-from imucal_wizard.solver.second_stage.rotation import rotation_vector
+from imucal_wizard.readings import BoolArray, FloatArray
+from imucal_wizard.solver.second_stage.descent import columns_of, descent, ends, errors
+from imucal_wizard.solver.second_stage.positions import (
+    FEWEST,
+    UNKNOWNS,
+    fitting,
+    near,
+    refuse_two,
+)
 
-UNKNOWNS = 4
-"""Three angles and the dip."""
-FEWEST = 6
-"""Still positions: two more, to contradict them."""
 LOOSEST = np.radians(5.0)
 """Standard error of an angle beyond which the positions do not carry the rotation."""
-ANOTHER = np.radians(15.0)
-"""Rotations that differ by less are one, whose error says how well it is known."""
-UNLIKELY = 0.01
-"""How rarely chance makes the errors of the wrong one of two rotations so much larger."""
-FAR = 6.0
-"""Robust standard deviations beyond which a position has no part in the first fit ..."""
-OUTLIER = 4.0
-"""... and how many beyond which it is left out (iron near that place)."""
-SMALLEST = 1e-9
-"""Error of a sine below which positions are exact."""
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,66 +92,35 @@ def align(
         )
     found = ends(up, field)
     rotation, level = found[0]
-    used = _near(up, field, rotation, level)
+    doubt = np.linalg.norm(_moved(up, field, rotation, field_doubt, up_doubt), axis=1)
+    used = near(up, field, found[0], doubt)
     for _ in range(3):
         rotation, level = descent(up[used], field[used], rotation, level)
-        kept = _fitting(up, field, rotation, level, used)
+        kept = fitting(up, field, (rotation, level), used, doubt)
         if (kept == used).all() or kept.sum() < FEWEST:
             break
         used = kept
     rotation, level = descent(up[used], field[used], rotation, level)
-    turned = field @ rotation.T
-    moved = [np.zeros((len(up), 0))]
-    if field_doubt is not None:
-        moved.append(np.einsum("ni,ij,njk->nk", up, rotation, field_doubt))
-    if up_doubt is not None:
-        moved.append(np.einsum("ni,nik->nk", turned, up_doubt))
-    alignment = _alignment(up, field, rotation, level, used, np.concatenate(moved, axis=1))
-    _refuse_two(up[used], field[used], (rotation, level), found[1:])
+    moved = _moved(up, field, rotation, field_doubt, up_doubt)
+    alignment = _alignment(up, field, rotation, level, used, moved)
+    refuse_two(up[used], field[used], (rotation, level), found[1:])
     return alignment
 
 
-def _near(up: FloatArray, field: FloatArray, rotation: FloatArray, level: float) -> BoolArray:
-    """The positions that are not far off where absolute errors are least; all if they are few."""
-    error = np.abs(errors(up, field, rotation, level))
-    # as many of them as there are unknowns were made zero
-    sigma = NORMAL * float(np.median(np.sort(error)[UNKNOWNS:]))
-    near = error <= max(FAR * sigma, SMALLEST)
-    return near if near.sum() >= FEWEST else np.ones(len(up), bool)
-
-
-def _fitting(
-    up: FloatArray, field: FloatArray, rotation: FloatArray, level: float, used: BoolArray
-) -> BoolArray:
-    """The positions within ``OUTLIER`` standard deviations, each where its share in the fit counts.
-
-    With leverage h the error of one that was used is ``σ √(1 − h)``, of another ``σ √(1 + h)``.
-    """
-    error, columns = errors(up, field, rotation, level), columns_of(up, field @ rotation.T)
-    sigma = np.sqrt((error[used] ** 2).sum() / (used.sum() - UNKNOWNS))
-    inverse = np.linalg.pinv(columns[used].T @ columns[used])
-    leverage = np.einsum("ni,ij,nj->n", columns, inverse, columns)
-    share = np.maximum(1.0 + np.where(used, -leverage, leverage), 0.0)
-    return np.asarray(np.abs(error) <= np.maximum(OUTLIER * sigma * np.sqrt(share), SMALLEST))
-
-
-def _refuse_two(up: FloatArray, field: FloatArray, best: End, others: Sequence[End]) -> None:
-    """Refuse positions that fit with another rotation hardly worse.
-
-    Raises:
-        DataError: they do.
-    """
-    freedom = len(up) - UNKNOWNS
-    least = float((errors(up, field, *best) ** 2).sum())
-    for rotation, level in others:
-        angle = float(np.linalg.norm(rotation_vector(rotation @ best[0].T)))
-        ratio = float((errors(up, field, rotation, level) ** 2).sum()) / max(least, 1e-300)
-        if angle > ANOTHER and exceeded(ratio, freedom, freedom) > UNLIKELY:
-            raise DataError(
-                "the still positions leave two rotations between magnetometer and accelerometer "
-                f"possible, {np.degrees(angle):.0f}° apart: hold the device still in more "
-                "orientations, its edges and corners up too"
-            )
+def _moved(
+    up: FloatArray,
+    field: FloatArray,
+    rotation: FloatArray,
+    field_doubt: FloatArray | None,
+    up_doubt: FloatArray | None,
+) -> FloatArray:
+    """Change of each position's error with each doubt, shape (n, k + l)."""
+    parts = [np.zeros((len(up), 0))]
+    if field_doubt is not None:
+        parts.append(np.einsum("ni,ij,njk->nk", up, rotation, field_doubt))
+    if up_doubt is not None:
+        parts.append(np.einsum("ni,nik->nk", field @ rotation.T, up_doubt))
+    return np.concatenate(parts, axis=1)
 
 
 def _alignment(
