@@ -14,8 +14,8 @@ from imucal_wizard.procedure.collected import Collected
 from imucal_wizard.procedure.plan import Procedure, standard
 from imucal_wizard.procedure.state import StepKind
 
-DEADLINE = 20.0
-"""Seconds after which a test gives up waiting for a condition."""
+DEADLINE = 60.0
+"""Seconds after which a test gives up waiting; a busy machine plays eighteen poses in fifteen."""
 
 
 def settings() -> Settings:
