@@ -8,10 +8,11 @@ import pytest
 
 from imucal_wizard import cli
 from imucal_wizard.calibration import load
-from imucal_wizard.devices.virtual.simulate import simulate_recording, truth
+from imucal_wizard.devices.virtual.simulate import simulate_recording
 from tests.commands.documents import fit_json
 from tests.commands.flat import flat_recording
 from tests.shared_data import shared_data
+from tests.virtual.sensors import truth
 
 
 @pytest.fixture(scope="module")

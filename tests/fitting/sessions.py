@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand
-from imucal_wizard.devices.virtual.simulate import Truth, recording_script, truth
+from imucal_wizard.devices.virtual.simulate import recording_script
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.readings import FloatArray, Readings, Series
-from tests.virtual.sensors import offset_binary
+from tests.virtual.sensors import Truth, offset_binary, truth
 
 RATE = 100.0
 

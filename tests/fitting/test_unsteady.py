@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.actions import Action, Rest, Tremble
-from imucal_wizard.devices.virtual.simulate import recording_script, truth
+from imucal_wizard.devices.virtual.simulate import recording_script
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.fitting import fit_collected
 from imucal_wizard.fitting.passages import crossings
@@ -20,6 +20,7 @@ from imucal_wizard.solver.second_stage.attitude_fit import fit_attitude
 from imucal_wizard.solver.second_stage.references import References
 from imucal_wizard.solver.second_stage.rotation import exponential
 from tests.solver.whole_session import HOLD, TURN, Session, attitude
+from tests.virtual.sensors import truth
 
 RATE = 100.0
 SEEDS = (0, 1, 2)

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from imucal_wizard.calibration import load
-from imucal_wizard.devices.virtual.simulate import truth
 from tests.terminal.compass import a_compass
 from tests.terminal.student import a_student
 from tests.terminal.terminal import Terminal
 from tests.terminal.trouble import a_trembling_hand
+from tests.virtual.sensors import truth
 
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "RESULT", "VALIDATE", "SAVE")
 SEED = 3

@@ -1,11 +1,12 @@
-"""Sensors that no chance draws: a perfect one, and one that is read as raw counts."""
+"""Virtual sensors: a perfect one, one read as raw counts, and what calibrates each of them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from imucal_wizard.devices.virtual import SensorModel
 from imucal_wizard.devices.virtual.sensor import Triad
+from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import COUNT
 
 
@@ -39,3 +40,32 @@ def _in_counts(triad: Triad, gain: float, offset: float) -> Triad:
         lowest=lowest,
         highest=lowest + 2.0**16 - 1.0,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a perfect calibration of a virtual sensor finds: ``x = M·(y − b)``.
+
+    Attributes:
+        accelerometer_matrix: ``M``, upper triangular, SI unit per reading unit, shape (3, 3).
+        accelerometer_bias: ``b``, reading unit, shape (3,).
+        gyroscope_matrix: ``M`` in the accelerometer's frame.
+        gyroscope_bias: ``b``.
+    """
+
+    accelerometer_matrix: FloatArray
+    accelerometer_bias: FloatArray
+    gyroscope_matrix: FloatArray
+    gyroscope_bias: FloatArray
+
+
+def truth(seed: int = 0, model: SensorModel | None = None) -> Truth:
+    """The true calibration of ``model``, or of the sensor that ``seed`` draws."""
+    sensor = SensorModel.drawn(seed) if model is None else model
+    force, rate = sensor.accelerometer, sensor.gyroscope
+    return Truth(_correction(force), force.bias, _correction(rate), rate.bias)
+
+
+def _correction(triad: Triad) -> FloatArray:
+    """``M = S⁻¹``, SI unit per reading unit."""
+    return np.asarray(np.linalg.inv(triad.sensitivity), np.float64)

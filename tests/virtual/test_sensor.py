@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand, truth
+from imucal_wizard.devices.virtual import SensorModel, VirtualHand
 from imucal_wizard.devices.virtual.actions import Place
 from imucal_wizard.devices.virtual.noise import Noise
 from imucal_wizard.devices.virtual.sensor import DEGREE, MILLI_G, Triad
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
-from tests.virtual.sensors import ideal, offset_binary
+from tests.virtual.sensors import ideal, offset_binary, truth
 
 FACES = {"+x": 0, "-x": 0, "+y": 1, "-y": 1, "+z": 2, "-z": 2}
 

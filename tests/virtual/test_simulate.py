@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand, simulate_recording, truth
+from imucal_wizard.devices.virtual import SensorModel, VirtualHand, simulate_recording
 from imucal_wizard.devices.virtual.actions import direction
 from imucal_wizard.devices.virtual.chance import Chance, generator
 from imucal_wizard.devices.virtual.line import LinePrinter
@@ -15,7 +15,7 @@ from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import RecordingError, UsageError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
-from tests.virtual.sensors import ideal
+from tests.virtual.sensors import ideal, truth
 
 
 def _table(path: Path) -> FloatArray:

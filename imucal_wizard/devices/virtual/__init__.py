@@ -5,7 +5,7 @@ from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
 from imucal_wizard.devices.virtual.imu import VirtualImu
 from imucal_wizard.devices.virtual.scripts import perform_procedure
 from imucal_wizard.devices.virtual.sensor import SensorModel
-from imucal_wizard.devices.virtual.simulate import simulate_recording, truth
+from imucal_wizard.devices.virtual.simulate import simulate_recording
 
 __all__ = [
     "Hidden",
@@ -15,5 +15,4 @@ __all__ = [
     "parse_hidden",
     "perform_procedure",
     "simulate_recording",
-    "truth",
 ]

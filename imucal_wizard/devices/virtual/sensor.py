@@ -42,11 +42,6 @@ class Triad:
     lowest: float = -np.inf
     highest: float = np.inf
 
-    @property
-    def correction(self) -> FloatArray:
-        """``M = S⁻¹``: what a perfect calibration finds, SI unit per reading unit."""
-        return np.asarray(np.linalg.inv(self.sensitivity), np.float64)
-
     def reading(self, felt: FloatArray, noise: FloatArray | float = 0.0) -> FloatArray:
         """Readings of the input ``x + ε``.
 

@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +23,11 @@ from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotat
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import RecordingError
-from imucal_wizard.readings import FloatArray
 
 FIRST_REST = 20.0
 TURN_HOLD = 5.0
+PLACING = 1.2
+"""Seconds that it takes about to bring the device into the next pose."""
 BATCH = 4096
 SHAKEN_EVERY = 3
 SHAKE_RMS = 0.1
@@ -38,34 +38,6 @@ follows the wizard, whose limits can be loosened, shakes it harder.
 """
 COMMENT = "# a virtual IMU"
 """How every simulated recording begins."""
-
-
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """What a perfect calibration of a virtual sensor finds: ``x = M·(y − b)``.
-
-    Attributes:
-        accelerometer_matrix: ``M``, upper triangular, SI unit per reading unit, shape (3, 3).
-        accelerometer_bias: ``b``, reading unit, shape (3,).
-        gyroscope_matrix: ``M`` in the accelerometer's frame.
-        gyroscope_bias: ``b``.
-    """
-
-    accelerometer_matrix: FloatArray
-    accelerometer_bias: FloatArray
-    gyroscope_matrix: FloatArray
-    gyroscope_bias: FloatArray
-
-
-def truth(seed: int = 0, model: SensorModel | None = None) -> Truth:
-    """The true calibration of ``model``, or of the sensor that ``seed`` draws."""
-    sensor = SensorModel.drawn(seed) if model is None else model
-    return Truth(
-        sensor.accelerometer.correction,
-        sensor.accelerometer.bias,
-        sensor.gyroscope.correction,
-        sensor.gyroscope.bias,
-    )
 
 
 def recording_script(
@@ -125,7 +97,7 @@ def simulate_recording(
     sensor = SensorModel.drawn(seed) if model is None else model
     hand = VirtualHand(rate, seed)
     hand.perform(itertools.chain(script, perform_circles(TURN_HOLD)) if magnetometer else script)
-    middle = (FIRST_REST + 0.5 * len(names) * (seconds + 1.2)) / 60.0
+    middle = (FIRST_REST + 0.5 * len(names) * (seconds + PLACING)) / 60.0
     field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
     load = VirtualLoad(seed) if ammeter or draws_current(effects) else None
     stream = VirtualStream(
