@@ -46,8 +46,7 @@ class FieldStage:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self.gathered = Gathering(scene)
-        self._accepted = False
-        self._circles = 0
+        self._accepted = self._reopened = False
         self._begin()
 
     def _begin(self) -> None:
@@ -97,13 +96,11 @@ class FieldStage:
         return survey.seconds(circle.number) < SLIGHT_SECONDS
 
     def enter(self) -> None:
-        """Go on with what has not been taken back."""
-        circles = self._scene.ledger.circles
-        if not circles:
+        """Go on with what has not been taken back; who comes back may want more than that."""
+        if not self._scene.ledger.circles:
             self.gathered.clear()
-        if len(circles) < self._circles:
-            self._accepted = False
-        self._circles = len(circles)
+        self._reopened = (self._reopened or self._accepted) and bool(self._scene.ledger.circles)
+        self._accepted = False
         self._begin()
         self._look()
 
@@ -134,7 +131,6 @@ class FieldStage:
     def _look(self) -> None:
         gathered = self.gathered
         gathered.look()
-        self._circles = len(self._scene.ledger.circles)
         self.turned = gathered.turned
         circles = len(self.done)
         flat = circles > 1 or (circles > 0 and self._patience.waiting >= trouble.LASTING)
@@ -203,7 +199,7 @@ class FieldStage:
 
     def offers(self) -> tuple[Offer, ...]:
         """The way on, once nothing more comes."""
-        if self.finished or not self._patience.over:
+        if self.finished or not (self._patience.over or self._reopened):
             return ()
         if self.gathered.survey.kept < FEWEST:
             return (Offer("skip", "g", "leave it out: the magnetometer is not calibrated"),)

@@ -202,3 +202,16 @@ def test_a_recording_that_ends_with_hardly_a_sample_has_skipped_it() -> None:
     session.machine.command("goto", "result")
     assert StepKind.FIELD in dict(session.machine.status().skipped)
     assert session.machine.collected().field_spans == ()
+
+
+def test_who_went_on_too_early_and_comes_back_can_complete_the_step() -> None:
+    """It ends by itself as ever; until then the way on is open, and called what it is."""
+    session = Session(turned((*circle("-z"), Rest(25.0), *circles()))).play(until=33.0)
+    session.machine.command("enough")
+    assert session.step == StepKind.RESULT
+    session.machine.command("back")
+    (offer,) = [one for one in session.machine.status().offers if one.key == "g"]
+    assert offer.command == "enough"
+    session.play()
+    assert session.step == StepKind.RESULT
+    assert len(session.texts(EventKind.ROTATION_TAKEN)) == 6
