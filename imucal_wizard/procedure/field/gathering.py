@@ -114,7 +114,7 @@ class Gathering:
         rest = 0.0 if limits is None or limits.gyroscope_mean is None else limits.gyroscope_mean
         rate = float((moment.rate.mean(axis=0) - rest) @ scene.up)
         before = self._angle
-        if np.isfinite(rate):
+        if np.isfinite(rate) and not self.still:  # at rest a gyroscope reads its bias
             self._angle += float(np.degrees(rate)) * moment.seconds
         return before, self._angle
 

@@ -6,9 +6,20 @@ import pytest
 from imucal_wizard.devices.virtual.actions import PassSteel, Place, Rest, Turn
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.state import EventKind, StepKind
+from imucal_wizard.procedure.steps import Machine
 from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
-from tests.procedure.field.compass import Session, circle, circles, field_of, turned, with_field
+from tests.procedure.field.compass import (
+    QUICK,
+    RATE,
+    Session,
+    circle,
+    circles,
+    field_of,
+    pieces,
+    turned,
+    with_field,
+)
 
 STEEL = (
     *circles(("+x", "-x", "+y")),
@@ -210,3 +221,21 @@ def test_readings_of_which_nothing_can_come_are_called_by_their_name(
     assert session.step == StepKind.FIELD
     assert not session.field.good
     assert word in session.field.trouble
+
+
+def test_a_gyroscopes_bias_turns_no_device_that_lies_still() -> None:
+    """Without the settle step nobody knows the bias; at rest there is nothing but bias."""
+    readings = turned((Rest(120.0),))
+    assert readings.gyroscope is not None
+    bias = float(np.degrees(readings.gyroscope.values[:, 2].mean()))
+    assert abs(bias) * 120.0 > 60.0
+    machine = Machine(QUICK, rate=RATE)
+    machine.command("start")
+    machine.command("skip")
+    for piece in pieces(readings, 400):
+        machine.feed(piece)
+        machine.command("goto", "field")
+    status = machine.status().field
+    assert status is not None
+    assert status.face_down == "-z"
+    assert status.turned <= 10.0
