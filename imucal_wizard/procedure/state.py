@@ -46,6 +46,7 @@ class EventKind(StrEnum):
     LINK_BACK = "link-back"
     STALLED = "stalled"
     FLOWING = "flowing"
+    FIELD_BACK = "field-back"
     WRITTEN_AGAIN = "written-again"
     WARNING = "warning"
     FINISHED = "finished"

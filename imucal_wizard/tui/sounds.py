@@ -23,6 +23,7 @@ PATTERNS: dict[str, tuple[int, float]] = {
     "link-back": (2, QUICK),
     "written-again": (2, QUICK),
     "flowing": (2, QUICK),
+    "field-back": (2, QUICK),
     "step-skipped": (3, QUICK),
     "step-done": (3, QUICK),
     "rotation-rejected": (3, SLOW),

@@ -1,6 +1,7 @@
 """The magnetometer's step at work: circles with each face on the table, or free tumbling."""
 
 from imucal_wizard.procedure.field import advice, trouble, words
+from imucal_wizard.procedure.field.disturbance import Disturbance
 from imucal_wizard.procedure.field.gathering import Gathering
 from imucal_wizard.procedure.field.patience import ALMOST, SECONDS, Patience
 from imucal_wizard.procedure.field.view import view
@@ -37,7 +38,6 @@ class FieldStage:
         wanted: the face to be laid on the table, or None.
         advice: which motion fills the largest gap.
         trouble: why no calibration can come of it so far, or "".
-        disturbed: what disturbs the field at this moment, or "".
         turned: how much of the circle under way has been turned, degrees.
     """
 
@@ -51,9 +51,15 @@ class FieldStage:
 
     def _begin(self) -> None:
         self.wanted: str | None = None
-        self.advice = self.trouble = self.disturbed = ""
-        self.turned = self._lasting = self._unseen = 0.0
+        self.advice = self.trouble = self._fault = ""
+        self.turned = self._unseen = 0.0
         self._patience = Patience()
+        self._disturbance = Disturbance(self._scene)
+
+    @property
+    def disturbed(self) -> str:
+        """What disturbs the field at this moment, or ""."""
+        return self._disturbance.now
 
     @property
     def done(self) -> tuple[str, ...]:
@@ -125,7 +131,10 @@ class FieldStage:
             seconds, self._unseen = self._unseen, 0.0
             self._look()
             self._complete()
-            self._be_disturbed(seconds)
+            if self.gathered.silent >= trouble.SILENT:
+                self._disturbance.forget()
+            else:
+                self._disturbance.follow(self.gathered.survey, self.gathered.unit, seconds)
             self._be_patient(seconds)
 
     def _look(self) -> None:
@@ -134,11 +143,12 @@ class FieldStage:
         self.turned = gathered.turned
         circles = len(self.done)
         flat = circles > 1 or (circles > 0 and self._patience.waiting >= trouble.LASTING)
+        self._fault = trouble.fault(gathered.survey, gathered.unit, flat=flat)
         self.trouble = (
             trouble.silence(gathered.silent)
             or trouble.constant(gathered.constant)
-            or trouble.lasting(self._lasting)
-            or trouble.fault(gathered.survey, gathered.unit, flat=flat)
+            or trouble.lasting(self._disturbance.lasting)
+            or self._fault
             or ("" if self._elsewhere else trouble.rest(gathered.still))
         )
         self._choose()
@@ -177,19 +187,6 @@ class FieldStage:
             kind, text = EventKind.ROTATION_TAKEN, f"down: once round, {len(self.done)} of 6."
         self._scene.emit(kind, f"{label(circle.face)} {text}{following}")
 
-    def _be_disturbed(self, seconds: float) -> None:
-        survey = self.gathered.survey
-        silent = self.gathered.silent >= trouble.SILENT  # nobody knows what the field is by now
-        if silent or not len(survey.disturbed) or not survey.disturbed[-1]:
-            self.disturbed, self._lasting = "", 0.0
-            return
-        magnitude = None if survey.fit is None else survey.fit.magnitude
-        if not self.disturbed:
-            text = "The field is disturbed: what comes now is left out."
-            self._scene.emit(EventKind.WARNING, text)
-        self.disturbed = words.disturbed(float(survey.off[-1]), magnitude, self.gathered.unit)
-        self._lasting += seconds
-
     def _be_patient(self, seconds: float) -> None:
         """Offer the way on when nothing new has come for a while."""
         progress = self.gathered.survey.covered + self.turned // 30.0 + 12.0 * len(self.done)
@@ -201,8 +198,11 @@ class FieldStage:
         """The way on, once nothing more comes."""
         if self.finished or not (self._patience.over or self._reopened):
             return ()
-        if self.gathered.survey.kept < FEWEST:
+        survey = self.gathered.survey
+        if survey.kept < FEWEST:
             return (Offer("skip", "g", "leave it out: the magnetometer is not calibrated"),)
+        if self._fault or survey.quality is None:
+            return (Offer("enough", "g", "go on: the magnetometer will hardly be calibrated"),)
         return (Offer("enough", "g", "go on with what there is: it may carry less"),)
 
     def view(self) -> Status:

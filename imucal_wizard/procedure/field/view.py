@@ -19,8 +19,11 @@ class FieldStageLike(Protocol):
     wanted: str | None
     advice: str
     trouble: str
-    disturbed: str
     turned: float
+
+    @property
+    def disturbed(self) -> str:
+        """What disturbs the field at this moment, or ""."""
 
     @property
     def done(self) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ _SIGNS: dict[str, tuple[str, str]] = {
     EventKind.LINK_BACK: ("✓", "good"),
     EventKind.WRITTEN_AGAIN: ("✓", "good"),
     EventKind.FLOWING: ("✓", "good"),
+    EventKind.FIELD_BACK: ("✓", "good"),
     EventKind.STALLED: ("▲", "bad"),
     EventKind.UNDONE: ("↶", "accent"),
     EventKind.STEP_SKIPPED: ("▲", "warn"),

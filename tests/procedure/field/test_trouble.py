@@ -51,6 +51,7 @@ def test_steel_that_passes_is_said_in_words_while_it_passes() -> None:
     assert any("is disturbed" in text for text in session.texts(EventKind.WARNING))
     session.play(until=end + 1.0)
     assert session.field.disturbed == ""
+    assert session.events[-1].kind is EventKind.FIELD_BACK
 
 
 def test_samples_with_steel_near_are_left_out_with_the_reason() -> None:
@@ -99,6 +100,7 @@ def test_half_a_circle_only_does_not_end_the_step() -> None:
     assert session.texts(EventKind.STUCK)
     (offer,) = [one for one in session.machine.status().offers if one.key == "g"]
     assert offer.command == "enough"
+    assert "hardly be calibrated" in offer.text
     session.machine.command("enough")
     assert session.step == StepKind.RESULT
     collected = session.machine.collected()
