@@ -1,7 +1,9 @@
 """Readings of which no calibration can come: refused with what is wrong and what to do."""
 
 import numpy as np
+from numpy.typing import NDArray
 
+from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.ellipsoid.robust import spread
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
@@ -100,9 +102,9 @@ def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
     )
 
 
-def stuck_samples(readings: FloatArray) -> dict[str, FloatArray]:
+def stuck_samples(readings: FloatArray) -> dict[str, NDArray[np.bool_]]:
     """Samples at an extreme value that comes suspiciously often, by axis and end (``+x``)."""
-    out: dict[str, FloatArray] = {}
+    out: dict[str, NDArray[np.bool_]] = {}
     for axis, values in zip("xyz", readings.T, strict=True):
         low, high = float(values.min()), float(values.max())
         for sign, extreme in (("+", high), ("-", low)):
@@ -117,7 +119,7 @@ def stuck_samples(readings: FloatArray) -> dict[str, FloatArray]:
     return out
 
 
-def check_saturation(stuck: dict[str, FloatArray], distance: FloatArray) -> None:
+def check_saturation(stuck: dict[str, NDArray[np.bool_]], distance: FloatArray) -> None:
     """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
 
     Args:
@@ -135,7 +137,7 @@ def check_saturation(stuck: dict[str, FloatArray], distance: FloatArray) -> None
             raise DataError(
                 f"axis {name[1]} of the magnetometer is saturated: {int(there.sum())} samples "
                 f"({100.0 * there.mean():.1f} %) read its {end} value. Choose a larger range, or "
-                "take away the magnet that pulls it there"
+                "take away the magnet near it"
             )
 
 
@@ -155,9 +157,9 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
     low, high = EARTH
     if not low / MARGIN <= magnitude <= high * MARGIN:
         raise DataError(
-            f"the magnetometer sees a field of {magnitude:.3g} µT, which is not the Earth's "
-            f"({low:.0f} to {high:.0f} µT): a magnet or iron turns in the way, the sensor is "
-            "saturated, or the unit is another one (--mag-unit)"
+            f"a field of {fixed(magnitude, decimals(magnitude, 3))} µT is not the Earth's "
+            f"({low:.0f} to {high:.0f} µT): a magnet or iron turns with it, an axis is saturated, "
+            "or the unit is another (--mag-unit)"
         )
     if field is not None and not 1.0 / MARGIN <= magnitude / field <= MARGIN:
         return (
@@ -170,6 +172,6 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
 
 
 _PLANE = (
-    "the magnetometer's readings lie in one plane: a single circle, or half of one, does not carry "
-    "a calibration. Turn the device through a circle with each of its six faces up"
+    "the magnetometer's readings lie in one plane: one circle, or half of one, carries no "
+    "calibration. Turn it once round with each of its six faces down"
 )

@@ -102,7 +102,7 @@ CASES: dict[str, tuple[Spoil, float, str]] = {
     "half a circle": (lambda _, values: values, 6.0, "lie in one plane"),
     "one circle": (lambda _, values: values, 16.0, "urn the device through all"),
     "gone in a circle": (lambda s, v: v if s < 12.0 else None, 30.0, "lie in one plane"),
-    "not the Earth's": (lambda _, values: 5.0 * values, 90.0, "which is not the Earth's"),
+    "not the Earth's": (lambda _, values: 5.0 * values, 90.0, "is not the Earth's"),
     "saturated a little": (lambda _, v: np.minimum(v, [-5.0, 99.0, 99.0]), 90.0, "x of the magnet"),
     "saturated": (lambda _, v: np.minimum(v, [-20.0, 99.0, 99.0]), 140.0, "is saturated"),
     "does not turn": (

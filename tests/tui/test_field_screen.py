@@ -1,11 +1,19 @@
 """The magnetometer's step on the screen, at the sizes people have."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from imucal_wizard.ellipsoid.bins import centres
+from imucal_wizard.ellipsoid.checks import (
+    check_field,
+    check_readings,
+    check_saturation,
+    check_scatter,
+)
+from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.field_status import FieldStatus
 from imucal_wizard.procedure.poses import FACES
 from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
@@ -116,6 +124,42 @@ async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:
         await shows(pilot, "stays so", " g  go on with what there is")
         await pilot.press("g")
         await until(pilot, lambda: source.commands == [("enough", "")])
+
+
+def refusals() -> dict[str, Callable[[], object]]:
+    """What a step may be told of its readings, in the domain's own longest words."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 800)
+    circle = 40.0 * np.column_stack([np.cos(turn), np.sin(turn), 0.1 * np.sin(3.0 * turn)])
+    stuck = {"+x": np.arange(800) < 194}
+    ball = np.random.default_rng(0).uniform(-40.0, 40.0, (800, 3)).cumsum(axis=0)
+    inside = np.where(stuck["+x"], -9.0, 0.1 * np.sin(7.0 * turn))
+    return {
+        "lie in one plane": lambda: check_readings(circle),
+        "is not the Earth's": lambda: check_field(48496.0, "uT", None),
+        "is saturated": lambda: check_saturation(stuck, inside),
+        "one and the same value": lambda: check_readings(0.0 * circle),
+        "not one constant field": lambda: check_scatter(0.21, 1.0, ball),
+    }
+
+
+@pytest.mark.parametrize("words", refusals())
+async def test_what_is_wrong_is_told_to_its_end_beside_the_way_and_the_way_on(words: str) -> None:
+    with pytest.raises(DataError, match=words) as told:
+        refusals()[words]()
+    trouble, way = str(told.value), "88° away: turn it about x, to the left"
+    offers = (Offer("enough", "g", "go on: the magnetometer will hardly be calibrated"),)
+    shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
+    async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
+        await shows(pilot, f"▸ {way}", " g  go on: the magnetometer", "█ covered")
+        await until(pilot, lambda: trouble in " ".join(seen(pilot).split()))
+
+
+async def test_how_to_lay_it_down_is_told_to_its_end() -> None:
+    detail = "flat on the table, away from iron, magnets, loudspeakers; any face will do"
+    shown = replace(status(), guidance="88° away: turn it about x, to the left", detail=detail)
+    event = Event(EventKind.WARNING, 430.0, 2 * "words that take two rows of eighty columns, ")
+    async with app_with(fakes.FakeSource(replace(shown, last_event=event))).run_test() as pilot:
+        await shows(pilot, detail)
 
 
 async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:

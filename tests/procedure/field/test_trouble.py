@@ -106,7 +106,7 @@ def test_half_a_circle_only_does_not_end_the_step() -> None:
     collected = session.machine.collected()
     assert collected.magnetometer is not None
     ((start, end),) = collected.field_spans
-    with pytest.raises(DataError, match="Turn the device"):
+    with pytest.raises(DataError, match="Turn it once round"):
         fit_magnetometer(collected.magnetometer.between(start, end))
 
 
