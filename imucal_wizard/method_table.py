@@ -13,22 +13,20 @@ from imucal_wizard.solver.result import FitReport
 SCHEMA = "imucal-wizard/compare/1"
 BEST = "▸"
 """Stands before the methods with the least error held out."""
-_HEAD = {
-    "accelerometer": "|corrected| − g over holds",
-    "gyroscope": "closure over rotations (offset: rate at rest)",
-    "magnetometer": "|corrected| − field over directions",
-}
 _COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
 _NOTE = (
-    f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Relative: "
-    "rms of the relative error of the magnitude (N's figure of merit), on what was held out where "
-    "something was. M and b off by: largest difference from the first method's matrix, as a share "
-    "of it, and from its bias."
+    f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Errors: of "
+    "|corrected| − g over holds; of the gyroscope's closure over rotations (offset: rate at rest); "
+    "of |corrected| − field over directions. Relative: rms of the relative error of the magnitude "
+    "(N's figure of merit), on what was held out where something was. M and b off by: largest "
+    "difference from the first method's matrix, as a share of it, and from its bias."
 )
 
 
 def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
     """A block for each sensor, the methods with the least error held out marked.
+
+    Nothing stands between the blocks: three sensors fit a terminal of 24 rows.
 
     Args:
         rows: all methods of all sensors.
@@ -38,12 +36,9 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
     for sensor in dict.fromkeys(row.sensor for row in rows):
         mine = [row for row in rows if row.sensor == sensor]
         first = next((row for row in mine if row.fit is not None), mine[0])
-        lines += ["", sensor.upper()] if lines else [sensor.upper()]
-        before = None if first.fit is None else first.fit.rms_before
-        known = f"; before: {shown(first.fit, before)}" if first.fit and before is not None else ""
-        error = f"  error: {_HEAD[sensor]}{known}"
-        lines += textwrap.wrap(error, width, subsequent_indent="    ")
-        lines.append(f"  {'method':18}{''.join(f'{word:>11}' for word in _COLUMNS)}")
+        lines.append(f"{sensor.upper():20}{''.join(f'{word:>11}' for word in _COLUMNS)}")
+        if first.fit is not None and first.fit.rms_before is not None:
+            lines.append(f"  {'not calibrated':18}{shown(first.fit, first.fit.rms_before):>11}")
         best = least_held_out(mine)
         for row in mine:
             mark = BEST if row in best else " "
@@ -72,8 +67,6 @@ def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:
     matrix, bias = difference(row, first), offset_difference(row, first)
     if row is first or row.fit is None or matrix is None or bias is None:
         return "", ""
-    if row.sensor == "magnetometer":
-        bias = round(bias, 3)  # its digits are significant ones, of which zeros leave no room here
     rate = replace(row.fit, unit="rad/s") if row.sensor == "gyroscope" else row.fit
     return f"{100.0 * matrix:.3f} %", shown(rate, bias)
 

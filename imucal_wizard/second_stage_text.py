@@ -14,21 +14,20 @@ MOST_HEADINGS = 6
 def second_stage_lines(stage: SecondStage) -> list[str]:
     """Alignment, clocks, what the gyroscope gains, headings; lines of at most 80 columns."""
     alignment = stage.alignment
-    dip, error, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
+    dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
     used = int(alignment.used.sum())
     where = f"the same in {used} still positions to {rms:.2f}°"
     lines = [
         "SECOND STAGE  the sensors by one another",
-        f"  dip {dip:.2f} ± {error:.2f}°, {where}",
+        f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
     ]
     left = len(alignment.used) - used
     if left:
         lines.append(f"  {left} still positions do not fit and were left out (iron near them?)")
     if stage.clock is not None:
-        lines.append(
-            f"  the magnetometer's clock is {1e3 * stage.clock.seconds:+.2f} ± "
-            f"{1e3 * stage.clock.standard_error:.2f} ms off the gyroscope's"
-        )
+        late = f"{1e3 * stage.clock.seconds:+.2f}".replace("-", "−")
+        error = f"{1e3 * stage.clock.standard_error:.2f}"
+        lines.append(f"  the magnetometer's clock is {late} ± {error} ms off the gyroscope's")
     lines += _gyroscope(stage) + _headings(stage.headings)
     return lines + [f"  {note}" for note in stage.notes]
 

@@ -7,6 +7,7 @@ mean is σ whatever the number of parameters, and is what is held against the fl
 
 import numpy as np
 
+from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.solver.fisher import exceeded
 from imucal_wizard.solver.result import FitReport, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
@@ -40,12 +41,18 @@ def shown(fit: SensorFit, value: float | None) -> str:
     if value is None:
         return "not known"
     if fit.unit == "rad":
-        return f"{np.degrees(value):.2f}°"
+        return f"{_fine(np.degrees(value), 2)}°"
     if fit.unit == "rad/s":
-        return f"{np.degrees(value):.3f} °/s"
+        return f"{_fine(np.degrees(value), 3)} °/s"
     if fit.sensor == "magnetometer":
-        return f"{value:.3g} {'µT' if fit.unit == 'uT' else fit.unit}"
-    return f"{value / STANDARD_GRAVITY * 1000.0:.2f} mg"
+        unit = "µT" if fit.unit == "uT" else fit.unit
+        return f"{fixed(value, min(decimals(value, 3), 3))} {unit}"
+    return f"{_fine(value / STANDARD_GRAVITY * 1000.0, 2)} mg"
+
+
+def _fine(value: float, least: int) -> str:
+    """At least so many decimals, and one more where it takes that to see two digits."""
+    return fixed(value, min(max(decimals(value), least), least + 1))
 
 
 def _judged(name: str, fit: SensorFit) -> str:

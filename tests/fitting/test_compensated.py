@@ -51,7 +51,7 @@ def test_nothing_is_noticed_about_an_ordinary_sensor(seed: int) -> None:
     ("change", "words"),
     [
         (_offset_free, ("accelerometer's bias is nominal", "already compensated", "BNO055")),
-        (_corrected, ("bias (at most", "and matrix are nominal", "gains nothing (0.08 mg before")),
+        (_corrected, ("bias (at most", "and matrix are nominal", "gains nothing (0.082 mg before")),
         (_roughly_corrected, ("and matrix are nominal", "small correction on top", "never apply")),
     ],
 )

@@ -58,7 +58,10 @@ GYROSCOPE = replace(
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"floor": 0.05 * MILLI_G}, "6 times what the noise makes (0.05 mg). Something is missing"),
+        (
+            {"floor": 0.05 * MILLI_G},
+            "6 times what the noise makes (0.050 mg). Something is missing",
+        ),
         ({"floor": 0.05 * MILLI_G}, "hold some of them twice to tell"),
         ({"rms_held_out": None}, "no direction could be left out"),
         ({"rms_held_out": None, "not_held_out": "there is one only"}, "after; there is one only"),
@@ -181,3 +184,21 @@ def test_a_gyroscope_that_is_not_calibrated_is_not_forgotten() -> None:
     rates = {"accelerometer": 100.0, "gyroscope": 100.0}
     report = FitReport(9.8, rates, (), (), {"accelerometer": FIT})
     assert verdict(report)[1] == "gyroscope: not calibrated"
+
+
+@pytest.mark.parametrize(
+    ("sensor", "unit", "value", "text"),
+    [
+        ("accelerometer", "m/s^2", 36.38 * MILLI_G, "36.38 mg"),
+        ("accelerometer", "m/s^2", 0.0744 * MILLI_G, "0.074 mg"),
+        ("gyroscope", "rad", np.radians(0.0283), "0.028°"),
+        ("gyroscope", "rad/s", np.radians(1.244), "1.244 °/s"),
+        ("magnetometer", "uT", 0.4, "0.400 µT"),
+        ("magnetometer", "count", 48496.0, "48496 count"),
+    ],
+)
+def test_an_error_is_shown_so_that_methods_can_be_told_apart(
+    sensor: str, unit: str, value: float, text: str
+) -> None:
+    """Two digits at the least: two errors of 0.03° may differ by half."""
+    assert shown(replace(FIT, sensor=sensor, unit=unit), value) == text

@@ -215,7 +215,7 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
 
 
 @pytest.mark.parametrize("size", [USUAL, LARGE])
-async def test_one_key_shows_all_methods_of_all_sensors(
+async def test_one_key_shows_all_methods_of_all_sensors_on_one_screen(
     size: tuple[int, int], turned: Readings, aligned: FitReport
 ) -> None:
     source = fakes.FakeSource(RESULT)
@@ -224,12 +224,13 @@ async def test_one_key_shows_all_methods_of_all_sensors(
         await shows(pilot, "magnetometer |m|")
         await pilot.press("c")
         text = await shows(
-            pilot, "ACCELEROMETER", "least_squares", "newton (Q)", "two-step (N)", "fitted",
-            "held out", "M off by", "c back to the result",
+            pilot, "ACCELEROMETER", "least_squares", "newton (Q)", "six-position (Q)", "fitted",
+            "held out", "M off by", "GYROSCOPE", "dynamic (Q)", "vector + field (N)",
+            "MAGNETOMETER", "orthogonal", "two-step (N)", "numeric (N)", "c back to the result",
         )  # fmt: skip
         assert max(map(len, text.splitlines())) <= size[0]
         await pilot.press("end")
-        await shows(pilot, "MAGNETOMETER", "orthogonal", "numeric (N)", "Niespodziany")
+        await shows(pilot, "Niespodziany", "off by: largest")
         await pilot.press("c")
         await shows(pilot, "magnetometer |m|")
 

@@ -83,7 +83,7 @@ class ComparisonScreen(LiveScreen):
 
 def _style(text: str) -> str:
     """A sensor's name, the best of its methods, a method; all else is said more quietly."""
-    if text.isupper():
+    if text[:6].isupper():
         return "strong"
     if text.startswith(BEST):
         return "good"
