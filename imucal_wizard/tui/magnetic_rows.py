@@ -6,7 +6,6 @@ from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 from imucal_wizard.summary import field_lines
 from imucal_wizard.tui.text import Line, Span, line, number, unit_sign, wrapped
 
-_CELL = 20
 _SOFT = ("xx", "xy", "xz"), ("", "yy", "yz"), ("", "", "zz")
 """Entries of the symmetric matrix; the others are the same by symmetry."""
 
@@ -40,25 +39,34 @@ def iron_rows(fit: SensorFit) -> list[Line]:
     """Hard iron in a row, soft iron as the upper half of its matrix."""
     known = {parameter.name: parameter for parameter in fit.parameters}
     hard = [_cell(known.get(f"bias_{axis}"), axis) for axis in "xyz"]
+    soft = [
+        [_cell(known.get(f"soft_iron_{name}"), name) if name else ("", "") for name in names]
+        for names in _SOFT
+    ]
+    wide = max(len(text) for row in (hard, *soft) for text, _ in row) + 1
     head: Line = (
         ("magnetometer: ", "strong"),
         ("iron that turns with it; corrected = soft · (reading − hard)", "quiet"),
     )
-    rows: list[Line] = [head, (("hard iron ", "quiet"), *hard, (unit_sign(fit.bias_unit), "quiet"))]
-    for i, names in enumerate(_SOFT):
-        label = "soft iron " if i == 0 else " " * len("soft iron ")
-        cells = [_cell(known.get(f"soft_iron_{name}"), name) if name else _cell() for name in names]
-        rows.append(((label, "quiet"), *cells))
-    return rows
+    rows: list[Line] = [
+        head,
+        (*_in_columns("hard", hard, wide), (unit_sign(fit.bias_unit), "quiet")),
+    ]
+    return rows + [_in_columns("" if i else "soft", row, wide) for i, row in enumerate(soft)]
 
 
-def _cell(parameter: Parameter | None = None, name: str = "") -> Span:
+def _in_columns(label: str, cells: list[Span], wide: int) -> Line:
+    """Cells below one another, a blank between two however many digits they have."""
+    return ((f"{label:<5}", "quiet"), *((text.ljust(wide), style) for text, style in cells))
+
+
+def _cell(parameter: Parameter | None, name: str) -> Span:
     """A value with its standard error; a dot where the data do not carry it."""
     if parameter is None:
-        return " " * _CELL, ""
+        return "", ""
     if not parameter.carried:
-        return f"{name} ·".ljust(_CELL), "quiet"
+        return f"{name} ·", "quiet"
     if not parameter.standard_error:
-        return f"{name} {number(parameter.value, 5)}".ljust(_CELL), ""
+        return f"{name} {number(parameter.value, 5)}", ""
     value, error = measured(parameter.value, parameter.standard_error)
-    return f"{name} {value} ±{error}".ljust(_CELL), ""
+    return f"{name} {value} ±{error}", ""

@@ -29,6 +29,8 @@ SHOWN: dict[str, tuple[float, str]] = {
 """Factor and unit in which people read an error."""
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
 """What the error of a sensor is of: the magnitude, or the angle between carried and measured up."""
+_NO_RESULT = "is not calibrated"
+"""Stands in the warning about a sensor that the data do not carry."""
 _GAP = line("")
 
 
@@ -42,8 +44,9 @@ def shown(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def summary_rows(report: FitReport, width: int) -> list[Line]:
-    """Verdict, before → after → held out, plots, iron, the three gyroscope methods, holds."""
-    rows = [*verdict_rows(report, width), _GAP, *error_rows(report), _GAP]
+    """Verdict, refusals, before → after → held out, plots, iron, three gyroscope methods, holds."""
+    rows = [*verdict_rows(report, width), *refusal_rows(report, width), _GAP]
+    rows += [*error_rows(report), _GAP]
     for fit in report.sensors.values():
         rows += [*plot_rows(fit, width), _GAP]
     if report.magnetic is not None:
@@ -62,6 +65,18 @@ def verdict_rows(report: FitReport, width: int) -> list[Line]:
             f"{'▸' if i == 0 else ' '} {sentence}", width, "strong" if i == 0 else "", "  "
         )
     return rows
+
+
+def refusal_rows(report: FitReport, width: int) -> list[Line]:
+    """Which sensors have no result, and why: nobody scrolls down to what is not there."""
+    rows: list[Line] = []
+    for text in _refusals(report):
+        rows += wrapped(f"▲ {text}", width, "warn", indent="  ")
+    return rows
+
+
+def _refusals(report: FitReport) -> list[str]:
+    return [text for text in dict.fromkeys(report.warnings) if _NO_RESULT in text]
 
 
 def error_rows(report: FitReport) -> list[Line]:
@@ -170,8 +185,8 @@ def hold_rows(report: FitReport) -> list[Line]:
 
 
 def warning_rows(report: FitReport, width: int) -> list[Line]:
-    """What the user must know, each once."""
-    texts = list(report.warnings)
+    """What else the user must know, each once."""
+    texts = [text for text in report.warnings if _NO_RESULT not in text]
     for fit in report.sensors.values():
         texts += [f"{fit.sensor}: {text}" for text in fit.warnings]
     rows: list[Line] = []

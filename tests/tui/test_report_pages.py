@@ -1,6 +1,7 @@
 """What the magnetometer adds to the result: its rows, the heading, all methods side by side."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -18,6 +19,7 @@ from imucal_wizard.solver.result import FitReport
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.heading_rows import course, course_rows
 from imucal_wizard.tui.magnetic_rows import magnetic_rows
+from imucal_wizard.tui.report_rows import summary_rows
 from imucal_wizard.tui.rose import rose
 from imucal_wizard.tui.source import Services
 from imucal_wizard.tui.text import width_of
@@ -68,6 +70,34 @@ def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport)
     assert "±" in text
     assert "µT" in text
     assert max(map(width_of, rows)) <= 76
+
+
+def test_iron_known_to_six_decimals_leaves_a_blank_between_columns(aligned: FitReport) -> None:
+    """In 76 columns, with a minus before every entry."""
+    assert aligned.magnetic is not None
+    fit = aligned.magnetic.fit
+    fine = [
+        replace(one, value=-abs(one.value), standard_error=2.4e-5)
+        for one in fit.parameters
+        if one.name.startswith("soft_iron")
+    ]
+    found = replace(aligned.magnetic, fit=replace(fit, parameters=tuple(fine)))
+    rows = magnetic_rows(replace(aligned, magnetic=found, second_stage=None), 76)
+    assert max(map(width_of, rows)) <= 76
+    (first,) = [text for text in page(rows).split("\n") if text.startswith("soft")]
+    assert re.fullmatch(r"soft +xx −\S+ ±\S+ +xy −\S+ ±\S+ +xz −\S+ ±\S+ *", first)
+
+
+def test_a_magnetometer_without_result_is_named_at_the_top(aligned: FitReport) -> None:
+    """Nobody scrolls past the plots to what is not there."""
+    why = "the magnetometer is not calibrated: the device does not turn"
+    sensors = {name: fit for name, fit in aligned.sensors.items() if name != "magnetometer"}
+    report = replace(
+        aligned, sensors=sensors, magnetic=None, second_stage=None, warnings=("steel passed", why)
+    )
+    text = page(summary_rows(report, 76))
+    assert text.count(why) == 1
+    assert text.index(why) < text.index("held out") < text.index("steel passed")
 
 
 def test_the_second_stage_is_told_with_dip_clock_closure_and_heading(aligned: FitReport) -> None:
