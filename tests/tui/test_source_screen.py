@@ -1,5 +1,6 @@
 """The source step: what there is, what arrives, whether it makes sense."""
 
+import threading
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -76,6 +77,34 @@ async def test_a_stream_that_is_come_back_to_is_the_same_one_and_called_by_its_n
         await pilot.press("enter")
         await shows(pilot, "▸SETTLE")
     assert opened == [PORT]
+
+
+async def test_a_field_is_shown_or_said_to_be_none() -> None:
+    source = fakes.FakeSource()
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "field        none")
+        source.stream = replace(source.stream, magnetometer=(20.25, 3.0, -40.0))
+        source.say(Status(step=StepKind.SOURCE))
+        await shows(pilot, "field        x 20.25 y 3.00 z −40.00 µT")
+
+
+async def test_an_early_enter_does_not_put_another_source_in_place_of_the_one_ordered() -> None:
+    """The virtual IMU stands on top of the list while a long recording is still being read."""
+    opened, read = list[SourceChoice](), threading.Event()
+    recording = SourceChoice(SourceKind.FILE, "long.csv", "long.csv")
+
+    def take(choice: SourceChoice) -> fakes.FakeSource:
+        opened.append(choice)
+        assert read.wait(20.0)
+        return fakes.FakeSource()
+
+    services = replace(fakes.services(fakes.FakeSource()), open_source=take)
+    async with WizardApp(services, None, recording).run_test(size=USUAL) as pilot:
+        await shows(pilot, "Opening long.csv")
+        await pilot.press("enter")
+        read.set()
+        await shows(pilot, "is this what you expect?")
+    assert opened == [recording]
 
 
 async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> None:

@@ -137,10 +137,11 @@ class SourceScreen(LiveScreen):
 
     @on(OptionList.OptionSelected)
     def _picked(self, event: OptionList.OptionSelected) -> None:
-        if self.wizard.source is None:
-            self._open(self._choices[event.option_index])
-        else:
+        if self.wizard.source is not None:
             self.action_start()
+        elif self._chosen is None or self._chosen is not self.wizard.choice:
+            # nobody picks another source by an early enter while the one ordered is being opened
+            self._open(self._choices[event.option_index])
 
     @on(Input.Submitted)
     def _typed(self, event: Input.Submitted) -> None:

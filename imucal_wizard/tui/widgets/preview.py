@@ -55,6 +55,7 @@ class Preview(Lines):
         rows.append(line(""))
         rows += self._values("acceleration", stream.accelerometer, stream.accelerometer_unit)
         rows += self._values("turn rate", stream.gyroscope, stream.gyroscope_unit)
+        rows += self._values("field", stream.magnetometer, stream.magnetometer_unit)
         if stream.temperature is not None:
             rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
         rows += _gravity(stream, width)
