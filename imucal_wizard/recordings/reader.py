@@ -58,8 +58,10 @@ def read(
             tuple(warnings),
             series.get("current", series.get("throttle")),
         )
+    if not series:
+        raise RecordingError(f"{_names(paths)}: no sensor is left. {'; '.join(warnings)}".rstrip())
     if "accelerometer" not in series:
-        names = ", ".join(sorted(series)) or "no sensor"
+        names = ", ".join(sorted(series))
         raise RecordingError(
             f"{_names(paths)}: there is no accelerometer, only {names}; give the file that holds it"
             " as well, or name the columns with --columns"

@@ -94,3 +94,11 @@ def test_a_gyroscope_without_a_number_is_left_out_and_an_accelerometer_refused(
     values[:, 2] = np.nan
     with pytest.raises(RecordingError, match=r"ay\[m/s\^2\] hold no number"):
         read([write(tmp_path / "b.csv", values)])
+
+
+def test_a_file_in_which_no_sensor_says_anything_is_told_why(tmp_path: Path) -> None:
+    """The columns are there and named; what is missing is a number in them."""
+    path = tmp_path / "field.csv"
+    path.write_text("t[s],mx[uT],my[uT],mz[uT]\n" + "".join(f"{i},nan,,\n" for i in range(20)))
+    with pytest.raises(RecordingError, match=r"no sensor is left\. .* hold no number: the magnet"):
+        read([path], field_alone=True)
