@@ -3,7 +3,6 @@
 from imucal_wizard.devices.virtual.hand import VirtualHand
 from imucal_wizard.devices.virtual.hidden import Hidden, parse_hidden
 from imucal_wizard.devices.virtual.imu import VirtualImu
-from imucal_wizard.devices.virtual.scripts import perform_procedure
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 
@@ -13,6 +12,5 @@ __all__ = [
     "VirtualHand",
     "VirtualImu",
     "parse_hidden",
-    "perform_procedure",
     "simulate_recording",
 ]

@@ -115,23 +115,3 @@ def perform_circles(hold: float) -> Iterator[Action]:
         yield Rest(hold)
         yield Turn(face[1], 360.0 if face[0] == "+" else -360.0, CIRCLE_SPEED_DEG, error=3.0)
         yield Rest(hold)
-
-
-def perform_procedure(
-    *, settle: float = 13.0, hold: float = 4.0, rotations: int = 6, validation: int = 5
-) -> Iterator[Action]:
-    """The default procedure from the settle step to the validation.
-
-    Args:
-        settle: the rest at the beginning, s.
-        hold: how long each pose and each end of a turn is held, s.
-        rotations: turns about each axis.
-        validation: new orientations at the end, at most five.
-    """
-    yield Rest(settle)
-    yield from perform_poses(FACES, hold)
-    yield from perform_poses(FACES + EDGES, hold)
-    yield from perform_rotations(rotations, hold)
-    for up in VALIDATION[:validation]:
-        yield Place(up)
-        yield Rest(hold)
