@@ -49,23 +49,8 @@ def read(
     samples = _each(paths, options)
     series, warnings = _merge(paths, samples)
     if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
-        nothing = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
-        return Readings(
-            nothing,
-            None,
-            series["magnetometer"],
-            series.get("temperature"),
-            tuple(warnings),
-            series.get("current", series.get("throttle")),
-        )
-    if not series:
-        raise RecordingError(f"{_names(paths)}: no sensor is left. {'; '.join(warnings)}".rstrip())
-    if "accelerometer" not in series:
-        names = ", ".join(sorted(series))
-        raise RecordingError(
-            f"{_names(paths)}: there is no accelerometer, only {names}; give the file that holds it"
-            " as well, or name the columns with --columns"
-        )
+        return _field_alone(series, warnings)
+    _need_accelerometer(paths, series, warnings)
     readings = Readings(
         series["accelerometer"],
         series.get("gyroscope"),
@@ -79,6 +64,31 @@ def read(
     except RecordingError as error:
         raise RecordingError(f"{_names(paths)}: {error}") from None
     return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check(readings)))))
+
+
+def _field_alone(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
+    """A magnetometer, with what stands beside it."""
+    return Readings(
+        Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"]),
+        None,
+        series["magnetometer"],
+        series.get("temperature"),
+        tuple(warnings),
+        series.get("current", series.get("throttle")),
+    )
+
+
+def _need_accelerometer(
+    paths: Sequence[Path], series: dict[str, Series], warnings: Sequence[str]
+) -> None:
+    if not series:
+        raise RecordingError(f"{_names(paths)}: no sensor is left. {'; '.join(warnings)}".rstrip())
+    if "accelerometer" not in series:
+        names = ", ".join(sorted(series))
+        raise RecordingError(
+            f"{_names(paths)}: there is no accelerometer, only {names}; give the file that holds it"
+            " as well, or name the columns with --columns"
+        )
 
 
 def _each(paths: Sequence[Path], options: RecordingOptions) -> list[Samples]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import IntArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.slow_noise import slow_rate
@@ -43,17 +43,24 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
             "the offset needs the gyroscope at rest in two positions at least: hold the device "
             "still on several of its faces"
         )
-    readings = np.array([holds[i].gyroscope for i in known], float)
-    means = np.array([readings[labels[known] == place].mean(axis=0) for place in places])
+    resting, own = [holds[i] for i in known], labels[known]
+    readings = np.array([hold.gyroscope for hold in resting], float)
+    means = np.array([readings[own == place].mean(axis=0) for place in places])
+    return _report(means, _variance(means, resting, own), unit)
+
+
+def _variance(means: FloatArray, holds: Sequence[Hold], labels: IntArray) -> FloatArray:
+    """Of the mean of the positions, by their scatter and by slow noise, shape (3,)."""
     count = len(means)
-    bias = means.mean(axis=0)
-    left = means - bias
-    spread = left.std(axis=0) * np.sqrt(count / (count - 1.0))
-    lengths = np.linalg.norm(left, axis=1)
-    rms = root_mean_square(lengths)
-    shares = np.array([1.0 / count / np.sum(labels[known] == label) for label in labels[known]])
-    slow = slow_rate([holds[i] for i in known], shares)
-    errors = np.sqrt(spread**2 / count + slow)
+    shares = np.array([1.0 / count / np.sum(labels == label) for label in labels])
+    return np.asarray(means.var(axis=0, ddof=1) / count + slow_rate(holds, shares))
+
+
+def _report(means: FloatArray, variance: FloatArray, unit: str) -> SensorFit:
+    count, bias = len(means), means.mean(axis=0)
+    left = np.linalg.norm(means - bias, axis=1)
+    # the mean of the others is off by n/(n − 1) times as much
+    without = left * count / (count - 1.0)
     return SensorFit(
         sensor="gyroscope",
         model=("bias",),
@@ -64,16 +71,15 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
         bias_unit=unit,
         parameters=tuple(
             Parameter(f"bias_{axis}", float(b), float(e), unit)
-            for axis, b, e in zip("xyz", bias, errors, strict=True)
+            for axis, b, e in zip("xyz", bias, np.sqrt(variance), strict=True)
         ),
         unit="rad/s",
         rms_before=root_mean_square(means),
-        rms_fitted=rms,
-        # the mean of the others is off by n/(n − 1) times as much
-        rms_held_out=rms * count / (count - 1.0),
+        rms_fitted=root_mean_square(left),
+        rms_held_out=root_mean_square(without),
         floor=None,
-        residuals=lengths,
-        held_out=lengths * count / (count - 1.0),
+        residuals=left,
+        held_out=without,
         warnings=(f"the offset alone, from {count} still positions: scale and axes are nominal",),
         degrees_of_freedom=count - 1,
     )
