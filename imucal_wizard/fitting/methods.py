@@ -10,6 +10,7 @@ from imucal_wizard.fitting.gyroscope import fit_gyroscope
 from imucal_wizard.readings import Series
 from imucal_wizard.solver.accelerometer import AccelerometerFit, fit_accelerometer
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
+from imucal_wizard.solver.magnetometer.repeats import measured
 from imucal_wizard.solver.result import FitReport, SensorFit
 
 ACCELEROMETER: dict[str, str] = {
@@ -74,6 +75,7 @@ def method_rows(
                 report, fit_accelerometer(report.holds, report.gravity, unit), gyroscope
             )
     if series is not None:
+        series = measured(series)
         rows += [_magnetometer(series, field, name, paper) for name, paper in MAGNETOMETER.items()]
     return tuple(rows)
 

@@ -16,6 +16,7 @@ from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.segmentation import rotations_between
 from imucal_wizard.readings import Readings
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
+from imucal_wizard.solver.magnetometer.repeats import measured, repeats_note
 from imucal_wizard.solver.result import FitReport
 
 
@@ -28,7 +29,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     options = options or FitOptions()
     if readings.magnetometer is None:
         return _inertial(readings, options)
-    series, gyroscope = readings.magnetometer, readings.gyroscope
+    series, gyroscope = measured(readings.magnetometer), readings.gyroscope
     report = with_magnetometer(
         lambda: _inertial(readings, options),
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method),
@@ -38,7 +39,8 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     )
     turns = [] if gyroscope is None else crossings(report.holds, gyroscope)
     report = with_second_stage(report, series, turns)
-    return replace(report, verdict=verdict(report))
+    notes = repeats_note(readings.magnetometer, series)
+    return replace(report, warnings=(*report.warnings, *notes), verdict=verdict(report))
 
 
 def _inertial(readings: Readings, options: FitOptions) -> FitReport:
@@ -81,10 +83,11 @@ def fit_collected(
         DataError: neither the holds nor the magnetometer's samples carry a calibration.
     """
     options = options or FitOptions()
-    series = collected.magnetometer
     warnings = (*warnings, *_left_out(collected))
-    if series is None or not len(series):
+    if collected.magnetometer is None or not len(collected.magnetometer):
         return _held(collected, units, rate, options, warnings)
+    series = measured(collected.magnetometer)
+    warnings = (*warnings, *repeats_note(collected.magnetometer, series))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings),
         lambda: fit_during(

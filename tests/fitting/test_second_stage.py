@@ -228,3 +228,21 @@ def test_a_magnetometer_that_was_not_recorded_at_rest_stays_in_its_own_frame() -
     assert report.second_stage is None
     assert report.sensors["magnetometer"].frame == "own"
     assert any("own frame" in text for text in report.warnings)
+
+
+def test_a_slow_magnetometer_printed_in_every_line_is_aligned_as_well() -> None:
+    """80 readings a second in the lines of 400: five times each, and none at rest looks moved."""
+    readings = SESSION.readings(0)
+    series = readings.magnetometer
+    assert series is not None
+    lines = np.arange(series.time[0] + 0.02, series.time[-1], 1.0 / 400.0)
+    row = np.searchsorted(series.time, lines, side="right") - 1
+    report = fit_readings(
+        replace(readings, magnetometer=Series(lines, series.values[row], series.unit))
+    )
+    found, clean = stage_of(report), stage_of(reported(0))
+    assert found.alignment.used.sum() == clean.alignment.used.sum()
+    away = rotation_vector(found.alignment.rotation @ clean.alignment.rotation.T)
+    assert (np.abs(away) < np.sqrt(np.diag(clean.alignment.covariance))).all()
+    assert report.rates["magnetometer"] == pytest.approx(80.0, rel=0.02)
+    assert any("stands 5 times" in text for text in report.warnings)

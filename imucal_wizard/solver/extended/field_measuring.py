@@ -15,6 +15,7 @@ from imucal_wizard.solver.extended.field_data import SMALLEST_NOISE, Dips, Field
 from imucal_wizard.solver.extended.field_dips import middle_of, still_poses
 from imucal_wizard.solver.extended.field_groups import cut, noise_of, visits_of
 from imucal_wizard.solver.magnetometer.disturbances import LeftOut
+from imucal_wizard.solver.magnetometer.repeats import measured
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
@@ -47,9 +48,9 @@ def field_data(
     Raises:
         DataError: the recording has no magnetometer, or too few samples are left.
     """
-    series = readings.magnetometer
-    if series is None or len(series) < FEWEST:
+    if readings.magnetometer is None or len(readings.magnetometer) < FEWEST:
         raise DataError("there is no magnetometer in these readings")
+    series = measured(readings.magnetometer)
     field = ASSUMED if found.fit.unit == COUNT else found.magnitude
     start = found.fit.matrix * (field / found.magnitude), found.fit.bias
     series = _kept(series, start, () if flows(readings.current) else found.left_out)
