@@ -138,7 +138,7 @@ class VirtualReader(Reader):
         """What has been measured, once the samples that are on their way have come."""
         end = time.monotonic() + self._patience
         while self._running and self._on_the_way and time.monotonic() < end:
-            time.sleep(_POLL)
+            time.sleep(_POLL)  # the thread that reads gets on with it meanwhile
         return super().collected()
 
     @property

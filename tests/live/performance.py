@@ -65,4 +65,4 @@ def wait_for(condition: Callable[[], bool]) -> None:
     end = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
+        time.sleep(0.005)  # between two looks, which would else take all of a core

@@ -1,5 +1,6 @@
 """Ellipsoid fits against closed forms, SciPy, and N's Matlab written out again."""
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -165,7 +166,7 @@ def test_orthogonal_needs_only_a_rough_start() -> None:
 
 
 @pytest.mark.parametrize("fit", [algebraic, two_step])
-def test_points_of_a_plane_are_refused(fit) -> None:  # type: ignore[no-untyped-def]
+def test_points_of_a_plane_are_refused(fit: Callable[[FloatArray], object]) -> None:
     """A single circle has no centre in space."""
     turn = np.linspace(0.0, 6.0, 300)
     points = np.array([np.cos(turn), np.sin(turn), np.zeros(300)])

@@ -1,5 +1,7 @@
 """Triangular, symmetric and full are three forms of one calibration."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,7 +15,8 @@ from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.gauge import symmetric, triangular
 from imucal_wizard.solver.parameters import full_parameters
 
-FORMS = (triangular, symmetric)
+Form = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+FORMS: tuple[Form, ...] = (triangular, symmetric)
 
 
 def matrices() -> st.SearchStrategy[FloatArray]:
@@ -31,7 +34,7 @@ def matrices() -> st.SearchStrategy[FloatArray]:
 
 @pytest.mark.parametrize("form", FORMS)
 @given(matrix=matrices())
-def test_a_form_and_its_rotation_give_the_matrix_back(form, matrix):  # type: ignore[no-untyped-def]
+def test_a_form_and_its_rotation_give_the_matrix_back(form: Form, matrix: FloatArray) -> None:
     """R F is M to rounding, and R is a proper rotation."""
     rotation, shape = form(matrix)
     assert np.abs(rotation @ shape - matrix).max() < 1e-13 * np.abs(matrix).max()
@@ -95,7 +98,7 @@ def test_left_handed_axes_keep_a_proper_rotation() -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_singular_matrix_is_refused(form) -> None:  # type: ignore[no-untyped-def]
+def test_a_singular_matrix_is_refused(form: Form) -> None:
     """An axis that says nothing has no form."""
     with pytest.raises(DataError, match="singular"):
         form(np.diag([1.0, 0.0, 1.0]))

@@ -58,7 +58,7 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
             await until(pilot, partial(at_work, screen))
             app.pop_screen()
             for _ in range(turns):
-                await asyncio.sleep(0)
+                await asyncio.sleep(0)  # one turn of the event loop
             work.set()
             await until(pilot, partial(idle, screen))
     assert app.return_code in (None, 0)
@@ -92,7 +92,7 @@ async def test_an_app_that_ends_while_a_screen_is_being_made_is_no_fault(turns: 
     async with app.run_test(size=(80, 24)):
         app.push_screen(BenchScreen(never))
         for _ in range(turns):
-            await asyncio.sleep(0)
+            await asyncio.sleep(0)  # one turn of the event loop
         app.exit()
     assert app.return_code in (None, 0)
 

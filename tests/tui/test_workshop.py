@@ -44,7 +44,7 @@ def wait_for(source: Source, true: Callable[[Snapshot], bool]) -> Snapshot:
     deadline = time.monotonic() + DEADLINE
     while not true(source.snapshot()):
         assert time.monotonic() < deadline, source.snapshot()
-        time.sleep(0.01)
+        time.sleep(0.01)  # between two looks, which would else take all of a core
     return source.snapshot()
 
 

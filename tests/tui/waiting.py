@@ -24,7 +24,7 @@ async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
     deadline = time.monotonic() + DEADLINE
     while not true():
         assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
-        await asyncio.sleep(0.01)
+        await asyncio.sleep(0.01)  # the app goes on between two looks
 
 
 async def shows(pilot: Pilot[Any], *texts: str) -> str:
