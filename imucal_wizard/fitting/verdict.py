@@ -15,6 +15,9 @@ from imucal_wizard.units import STANDARD_GRAVITY
 ABOUT = 2.0
 """Up to so many times the noise within the holds an error is "about what the noise makes": that
 noise is known to a fifth, and slow noise is seen but in part within a hold."""
+ABOUT_FIELD = 1.5
+"""The same of a magnetometer: the noise of thousands of samples is known well, but where a sensor
+filters them it looks smaller; beyond, the model lacks more than a sample's noise everywhere."""
 FEW_RATIO = 3.0
 """Held-out error against the fitted one beyond which there are too few data to predict any: with
 twice as many equations as unknowns the ratio is about two."""
@@ -73,6 +76,11 @@ def _judged(name: str, fit: SensorFit) -> str:
             f"{text}: on new poses it errs more than all before lets expect. Something has changed "
             "since (warmth, a knock), or they were held less still: take them again"
         )
+    if fit.sensor == "magnetometer" and not all(one.carried for one in fit.parameters):
+        return (
+            f"{text}, which say nothing of the soft iron that is left out: it errs elsewhere. Turn "
+            "the device through a circle with each of its six faces up"
+        )
     return f"{text}: {_against_floors(fit, fit.rms_held_out)}"
 
 
@@ -103,12 +111,14 @@ def _against_floors(fit: SensorFit, held_out: float) -> str:
     if not noise:
         return "the noise is not known, so nothing says whether that is all it can do"
     makes = f"what {_noise_of(fit)} makes ({shown(fit, noise)})"
-    if np.sqrt(fit.rms_fitted * held_out) <= ABOUT * noise:
+    about = ABOUT_FIELD if fit.sensor == "magnetometer" else ABOUT
+    if np.sqrt(fit.rms_fitted * held_out) <= about * noise:
         return f"about {makes}"
     repeats = fit.repeat_rms
     if repeats and repeats > noise and fit.repeat_degrees_of_freedom >= ENOUGH_REPEATS:
         return _against_repeats(fit, held_out, noise, repeats)
-    text = f"{held_out / noise:.0f} times {makes}. {_missing(fit)}"
+    ratio = held_out / noise
+    text = f"{ratio:{'.2g' if ratio < 10.0 else '.0f'}} times {makes}. {_missing(fit)}"
     if fit.sensor == "accelerometer":
         text += ", or poses do not repeat better than that: hold some of them twice to tell"
     return text

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from imucal_wizard.fitting.verdict import UNLIKELY, lack_of_fit, shown, verdict
-from imucal_wizard.solver.result import FitReport, SensorFit
+from imucal_wizard.solver.result import FitReport, Parameter, SensorFit
 from imucal_wizard.units import STANDARD_GRAVITY
 
 MILLI_G = STANDARD_GRAVITY / 1000.0
@@ -96,6 +96,36 @@ def test_a_gyroscope_is_held_against_the_noise_of_rates_and_directions() -> None
 def test_a_model_without_cross_axis_gains_is_known_to_lack_them() -> None:
     """Of all that may be missing this is the first."""
     assert "cross-axis gains to begin with" in _said(replace(GYROSCOPE, model=("bias", "scale")))
+
+
+FIELD = replace(
+    FIT,
+    sensor="magnetometer",
+    unit="uT",
+    model=("bias", "soft-iron"),
+    parameters=(Parameter("soft_iron_xy", 0.01, 0.001, "1"),),
+    rms_before=12.0,
+    rms_fitted=0.62,
+    rms_held_out=0.63,
+    floor=0.6,
+)
+
+
+def test_a_magnetometer_that_errs_by_its_noise_again_lacks_something() -> None:
+    """Noise and a misfit 1.4 times as large in every direction: 1.7 times the noise."""
+    assert "about what the noise makes (0.6" in _said(FIELD)
+    missing = _said(replace(FIELD, rms_fitted=1.03, rms_held_out=1.05))
+    assert "1.8 times what the noise makes (0.6" in missing
+    assert "repeat it one metre away" in missing
+
+
+def test_directions_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None:
+    """However well a model fits a few circles that leaves the soft iron at nothing."""
+    left = (Parameter("soft_iron_xy", 0.0, None, "1", carried=False),)
+    said = _said(replace(FIELD, parameters=left))
+    assert "say nothing of the soft iron that is left out" in said
+    assert "each of its six faces" in said
+    assert "about what" not in said
 
 
 def _repeating(repeats: float, freedom: int, held_out: float, fitted: float) -> SensorFit:
