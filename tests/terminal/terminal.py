@@ -36,7 +36,6 @@ class Terminal:
     ) -> None:
         self.screen = pyte.Screen(columns, rows)
         self.bells = 0
-        self.history: list[str] = []
         self._stream = pyte.ByteStream(self.screen)
         self._status: int | None = None
         self.pid, self._fd = pty.fork()
