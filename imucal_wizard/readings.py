@@ -10,6 +10,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+ENDLESS = 1e100
+"""A number from here on is no reading: its square would soon be none at all."""
+
 
 @dataclass(frozen=True, eq=False)
 class Series:

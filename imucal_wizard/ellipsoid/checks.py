@@ -6,11 +6,10 @@ from numpy.typing import NDArray
 from imucal_wizard.digits import decimals, fixed
 from imucal_wizard.ellipsoid.robust import spread
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import ENDLESS, FloatArray
 
 FEWEST_SAMPLES = 60
 """Six directions ten times over."""
-LARGEST = 1e100
 FLAT = 0.1
 """Spread out of the plane over spread in it, up to which readings are a single circle."""
 NEARLY_FLAT = 0.25
@@ -43,7 +42,7 @@ def check_readings(readings: FloatArray) -> None:
             f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
             "least half a minute"
         )
-    if not (np.abs(readings) < LARGEST).all():
+    if not (np.abs(readings) < ENDLESS).all():
         raise DataError("the magnetometer's readings are not all numbers: check the columns")
     columns = np.ascontiguousarray(readings.T)
     still = np.flatnonzero(columns.max(axis=1) == columns.min(axis=1))

@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.fitting.rounded import rate_shift
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.readings import ENDLESS, FloatArray, IntArray
 from imucal_wizard.solver.accelerometer import AccelerometerFit
 from imucal_wizard.solver.attitude import advancing, lay_out
 from imucal_wizard.solver.closure import Turns
@@ -79,10 +79,10 @@ def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
 def _problem(rotation: Rotation) -> str | None:
     if len(rotation.time) < FEWEST_SAMPLES or advancing(rotation.time).sum() < FEWEST_SAMPLES:
         return "no gyroscope samples in it"
-    if not (np.abs(rotation.rate) < 1e100).all() or not np.isfinite(rotation.time).all():
+    if not (np.abs(rotation.rate) < ENDLESS).all() or not np.isfinite(rotation.time).all():
         return "its gyroscope samples are not all numbers"
     force = rotation.accelerometer
-    if force is not None and not (np.abs(force) < 1e100).all():
+    if force is not None and not (np.abs(force) < ENDLESS).all():
         return "its accelerometer samples are not all numbers"
     return None
 

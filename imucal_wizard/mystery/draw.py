@@ -1,5 +1,6 @@
 """Which effect is hidden: drawn from the catalogue, in a size that such sensors have."""
 
+import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -53,6 +54,11 @@ def choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[Choice]]:
             own = [Choice(sensor, effect, one) for one in parameters if grade in one.grades]
             found += [own] if own else []
     return found
+
+
+def chance(number: int | None = None) -> np.random.Generator:
+    """Where the chance of an exercise comes from: its number, or nobody knows."""
+    return np.random.default_rng(secrets.randbits(128) if number is None else [number % 2**63, 8])
 
 
 def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:

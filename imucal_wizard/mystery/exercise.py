@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from imucal_wizard.devices.virtual.hidden import TERMS, Hidden
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.errors import RecordingError, UsageError
-from imucal_wizard.mystery.draw import SENSORS, draw, sensor_of
+from imucal_wizard.mystery.draw import SENSORS, chance, draw, sensor_of
 from imucal_wizard.mystery.seal import Sealed, seal, unseal
 
 SCHEMA = "imucal-wizard/mystery/1"
@@ -64,7 +62,7 @@ def make_exercise(
     if key is not None and not key.strip():
         raise UsageError("the key is empty; give a word with --key")
     word = any_key() if key is None else key
-    rng = np.random.default_rng(secrets.randbits(128) if seed is None else [seed % 2**63, 8])
+    rng = chance(seed)
     sensors = (*SENSORS, "magnetometer") if magnetometer else SENSORS
     truth = draw(rng, grade, sensors)
     hand = int(rng.integers(2**62))

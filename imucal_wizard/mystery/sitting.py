@@ -4,11 +4,9 @@ import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from imucal_wizard.devices.virtual.hidden import Hidden
 from imucal_wizard.devices.virtual.sensor import SensorModel
-from imucal_wizard.mystery.draw import draw, sensor_of
+from imucal_wizard.mystery.draw import chance, draw, sensor_of
 from imucal_wizard.mystery.exercise import write_answer
 
 
@@ -42,7 +40,7 @@ def sitting(number: int, grade: str = "consumer") -> Sitting:
     Raises:
         UsageError: there is no such grade.
     """
-    rng = np.random.default_rng([number % 2**63, 8])
+    rng = chance(number)
     truth = draw(rng, grade)
     hand = int(rng.integers(2**62))
     return Sitting(number, grade, truth, hand, sensor_of(hand, grade))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.robust import NORMAL
 from imucal_wizard.procedure.blocks import Blocks, join_blocks
 from imucal_wizard.procedure.rounding import rounding_variance
 from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
@@ -98,7 +99,7 @@ def settled(
     middle = slice(count // 4, count - count // 4)
     for means, variances, step in sensors:
         centre = np.median(means[middle], axis=0)
-        scatter = 1.4826 * np.median(np.abs(means[middle] - centre), axis=0)
+        scatter = NORMAL * np.median(np.abs(means[middle] - centre), axis=0)
         white = np.sqrt(np.median(variances[middle], axis=0) / blocks.size)
         rounded = rounding_variance(np.median(variances[middle], axis=0), np.asarray(step))
         spread = np.maximum(np.maximum(scatter, white), np.sqrt(rounded))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import ENDLESS, FloatArray
 
 BATCH_FREEDOM = 4
 """Degrees of freedom per axis of the covariance of an average: five batch means."""
@@ -34,7 +34,7 @@ class HoldNoise:
 
 def has_rate(hold: Hold) -> bool:
     """Whether a hold has a mean of the gyroscope that is a number."""
-    return hold.gyroscope is not None and bool((np.abs(hold.gyroscope) < 1e100).all())
+    return hold.gyroscope is not None and bool((np.abs(hold.gyroscope) < ENDLESS).all())
 
 
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:

@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.poses import FACES, POSE_TOLERANCE_DEG
-from imucal_wizard.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.readings import ENDLESS, BoolArray, FloatArray, IntArray
 from imucal_wizard.solver.by_ellipsoid import ELLIPSOID_METHODS, all_or_no_angles, by_ellipsoid
 from imucal_wizard.solver.carried import Carried, decide
 from imucal_wizard.solver.directions import group_directions, unit_vectors
@@ -111,7 +111,7 @@ def check_means(means: FloatArray) -> None:
             f"{len(means)} still position{'s' * (len(means) != 1)} found; at least six are needed. "
             "Hold the device still for two seconds with each of its six faces up"
         )
-    if not (np.abs(means) < 1e100).all():
+    if not (np.abs(means) < ENDLESS).all():
         raise DataError("the accelerometer's readings are not all numbers: check the columns")
     spread = np.ptp(means, axis=0)
     if spread.max() <= 1e-12 * np.abs(means).max():

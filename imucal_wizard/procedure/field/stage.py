@@ -23,6 +23,8 @@ SLIGHT_DEG = 30.0
 """Nobody means so little of a circle when taking something back ..."""
 SLIGHT_SECONDS = 2.0
 """... or so little of a tumble."""
+PIECE_DEG = 30.0
+"""So much of a circle is something new."""
 FEWEST = 60
 """Samples with which a fit is tried at all."""
 
@@ -189,7 +191,9 @@ class FieldStage:
 
     def _be_patient(self, seconds: float) -> None:
         """Offer the way on when nothing new has come for a while."""
-        progress = self.gathered.survey.covered + self.turned // 30.0 + 12.0 * len(self.done)
+        progress = (
+            self.gathered.survey.covered + (self.turned + 360.0 * len(self.done)) // PIECE_DEG
+        )
         if self._patience.wait(seconds, progress):
             why = words.sentence(self.trouble or self.disturbed or self.advice)
             self._scene.emit(EventKind.STUCK, f"Nothing new for {SECONDS:.0f} s. {why}".rstrip())

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.effects.effect import Circumstances
+from imucal_wizard.ellipsoid.robust import spread
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, Readings, Series
@@ -86,7 +87,7 @@ def _kept(
     beside = 0.5 * (np.roll(size, 1) + np.roll(size, -1))
     off = np.abs(size - beside)
     off[[0, -1]] = 0.0
-    good = off <= SPIKE * max(1.4826 * float(np.median(off)), 1e-9 * float(size.mean()))
+    good = off <= SPIKE * max(spread(off), 1e-9 * float(size.mean()))
     for run in left_out:
         if not run.single and run.end - run.start <= PASSING:
             good &= (series.time < run.start) | (series.time > run.end)
