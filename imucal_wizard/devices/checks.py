@@ -16,6 +16,22 @@ _RUN = 4
 """So many equal extremes in a row are no chance."""
 _JUMP = 5
 """Steps of the readings from which on a run of equal extremes is entered at once."""
+_REPEATS = 0.2
+"""Share of samples like the one before, from which the device prints faster than it measures."""
+_ZEROS = 0.5
+"""Share of samples that turn at exactly nothing, from which that is no chance."""
+_NO_GRAVITY = 2.0
+"""m/s²: less is gravity by no unit that is taken for another."""
+_AT_REST = 0.03
+"""Share of itself by which the size of gravity varies at most while the device lies still."""
+_OTHER_UNIT = 0.2
+"""Share of gravity by which no sensor is off whose unit is right."""
+_LIKE_GRAVITY, _STEADILY = 0.15, 0.05
+"""Shares by which what feels gravity is off one g, and varies, at most."""
+_TAKEN_FOR = 0.1
+"""The same as the first of them, where the mistake of units is named."""
+_COARSE_FORCE, _COARSE_RATE = 0.004, 0.002
+"""Printed steps, m/s² and rad/s, that hide the noise of a consumer sensor."""
 _LEAST_FORCE = 1.7 * units.STANDARD_GRAVITY
 """Below this no accelerometer ends: the smallest usual range is ±2 g."""
 _LEAST_RATE = 2.0
@@ -47,7 +63,7 @@ def repeated(window: Window) -> str:
     if window.rate is not None:
         values = np.hstack((values, window.rate))
     share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
-    if not 0.2 < share < 1.0:
+    if not _REPEATS < share < 1.0:
         return ""
     return (
         f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
@@ -75,19 +91,20 @@ def gravity(window: Window) -> str:
         return ""
     sizes = np.linalg.norm(window.acceleration, axis=1)
     size = float(np.median(sizes))
-    if size < 2.0 and _feels_gravity(window.rate, window.rate_unit):
+    if size < _NO_GRAVITY and _feels_gravity(window.rate, window.rate_unit):
         return (
             "What is taken for the gyroscope reads as gravity does, and the accelerometer does "
             "not: their columns are exchanged. Correct the names that the device prints, or the "
             "columns (key c)."
         )
-    if size < 2.0:
+    if size < _NO_GRAVITY:
         return (
             f"The acceleration is only {size:.2g} m/s² for two seconds: the device has taken "
             f"gravity out (linear acceleration), or the unit is wrong. Let it print the raw "
             f"acceleration, or correct the unit."
         )
-    if float(np.std(sizes)) > 0.03 * size or abs(size / units.STANDARD_GRAVITY - 1) < 0.2:
+    off = abs(size / units.STANDARD_GRAVITY - 1)
+    if float(np.std(sizes)) > _AT_REST * size or off < _OTHER_UNIT:
         return ""
     likely = _unit_for(size)
     advice = f"it looks like {likely}: set that unit" if likely else "correct the unit or the range"
@@ -101,14 +118,14 @@ def _feels_gravity(rate: FloatArray | None, unit: str) -> bool:
     sizes = np.linalg.norm(rate, axis=1)
     size = float(np.median(sizes))
     printed = [size / factor for factor in units.RATE.values()]
-    near = any(unit_of_gravity(one, 0.15) for one in printed)
-    return near and float(np.std(sizes)) < 0.05 * size
+    near = any(unit_of_gravity(one, _LIKE_GRAVITY) for one in printed)
+    return near and float(np.std(sizes)) < _STEADILY * size
 
 
 def _unit_for(size: float) -> str:
     """What was printed in another unit than it was taken for, by the size of gravity."""
     for taken in GUESSED:
-        unit = unit_of_gravity(size / units.ACCELERATION[taken], 0.1)
+        unit = unit_of_gravity(size / units.ACCELERATION[taken], _TAKEN_FOR)
         if unit not in (None, taken):
             return f"{unit} taken for {taken}"
     return ""
@@ -119,7 +136,7 @@ def zero_rate(window: Window) -> str:
     if window.rate is None or bool(np.all(np.ptp(window.acceleration, axis=0) == 0)):
         return ""
     zeros = float(np.mean(np.all(window.rate == 0, axis=1)))
-    if zeros < 0.5:
+    if zeros < _ZEROS:
         return ""
     return (
         "The gyroscope reads exactly zero: the device takes its own bias out (BNO055 in a fusion "
@@ -204,9 +221,9 @@ def too_few_digits(sensor: str, unit: str, decimals: int) -> str:
         return ""
     step = 10.0**-decimals * units.factor(sensor, unit)
     if sensor == "accelerometer":
-        coarse, words = step > 0.004, f"{step * 1000:.3g} mm/s²"
+        coarse, words = step > _COARSE_FORCE, f"{step * 1000:.3g} mm/s²"
     else:
-        coarse, words = step > 0.002, f"{np.degrees(step):.2g} °/s"
+        coarse, words = step > _COARSE_RATE, f"{np.degrees(step):.2g} °/s"
     if not coarse:
         return ""
     return (

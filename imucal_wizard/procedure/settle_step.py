@@ -12,6 +12,11 @@ from imucal_wizard.procedure.stillness import Limits, Noise
 LEAST_WINDOWS = 15
 """The fewest windows from which noise is taken when the whole length of rest never comes."""
 
+KEPT_EACH_SECOND = 20
+"""Windows that are kept for a second of the rest wanted: twice what it has."""
+UNIT_DOUBTED = 1.25
+"""Gravity that is off by more than this factor says that the unit is another."""
+
 
 class SettleStage:
     """Measures the noise and sets the limits of the steps that follow.
@@ -47,7 +52,7 @@ class SettleStage:
         self.finished = False
         self.why = ""
         scene = self._scene
-        keep = max(round(self.seconds * 20.0), 20)
+        keep = max(round(self.seconds * KEPT_EACH_SECOND), KEPT_EACH_SECOND)
         self._settling = Settling(scene.units, scene.resolution, keep=keep)
         self.prepare()
 
@@ -125,7 +130,7 @@ class SettleStage:
         if not units.accelerometer_known:
             return
         size = self._scene.upright.radius
-        if not 0.8 < size / units.gravity < 1.25:
+        if not 1.0 / UNIT_DOUBTED < size / units.gravity < UNIT_DOUBTED:
             self._scene.emit(
                 EventKind.WARNING,
                 f"Gravity reads {size:.3g} m/s² instead of {units.gravity:.3g}: "

@@ -20,6 +20,14 @@ SCALE_PRIOR = 0.3
 SMALLEST, LARGEST = 0.4, 2.0
 """Holds of another size than this share of the first say something else, such as a dead axis."""
 STEPS = 8
+ALIKE = 0.6
+"""Share of the largest reading that the smallest has where all three axes share an offset."""
+LEAST_OFFSET = 100.0
+"""Counts: no converter has its middle lower."""
+COLLAPSED = 0.1
+"""Share of what was taken for gravity at first; a smaller sphere is no solution."""
+FALLING = 0.05
+"""Share of gravity under which there is no telling which way is up."""
 
 
 def guessed_offset(reading: FloatArray) -> float:
@@ -29,7 +37,7 @@ def guessed_offset(reading: FloatArray) -> float:
     an offset; converters put it at a power of two (512, 2048, 32768).
     """
     smallest, largest = float(np.min(reading)), float(np.max(reading))
-    if not smallest > 0.6 * largest or largest < 100.0:
+    if not smallest > ALIKE * largest or largest < LEAST_OFFSET:
         return 0.0
     return float(2.0 ** round(np.log2(float(np.median(reading)))))
 
@@ -86,7 +94,7 @@ class Upright:
             )
             change = np.linalg.lstsq(np.vstack([rows, weights]), -misfit, rcond=None)[0]
             bias, radius = bias + change[:3], radius + float(change[3])
-        if radius > 0.1:
+        if radius > COLLAPSED:
             self.bias, self.radius = start + scale * bias, scale * radius
 
     def up(self, reading: FloatArray) -> FloatArray | None:
@@ -95,4 +103,4 @@ class Upright:
             return None
         force = reading - self.bias
         size = float(np.linalg.norm(force))
-        return force / size if size > 0.05 * self.radius else None
+        return force / size if size > FALLING * self.radius else None
