@@ -22,6 +22,12 @@ EARTH = (22.0, 67.0)
 """The Earth's field from the South Atlantic to the poles, µT (World Magnetic Model)."""
 MARGIN = 1.25
 """How far a sensor's scale may be off: beyond, the field is not the Earth's."""
+SPIKE = 4.0
+"""How many times as far from the median of five a wild sample lies as three in four do."""
+USUAL = 0.75
+STRETCH = 50
+ENOUGH = 8000
+"""Samples that are looked at for wild ones, about, in stretches of so many."""
 STUCK = 0.005
 """Share of the samples at one extreme value from which an axis may be saturated."""
 INSIDE = 3.0
@@ -56,18 +62,47 @@ def check_readings(readings: FloatArray) -> None:
             f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
             "same: it is dead or not connected"
         )
-    if _flatness(columns.T) < FLAT and not _is_noise(readings):
+    check_plane(readings)
+
+
+def check_plane(readings: FloatArray) -> None:
+    """Refuse a single circle, whatever wild samples stand around it.
+
+    Args:
+        readings: shape (n, 3), in the order of time.
+
+    Raises:
+        DataError: the readings lie in one plane.
+    """
+    calm = _without_spikes(readings)
+    if _flatness(calm) < FLAT and not _is_noise(calm):
         raise DataError(_PLANE)
 
 
 def no_shell(readings: FloatArray) -> DataError | None:
     """What to say of readings that fit no ellipsoid, when its reason is plain to see."""
+    readings = _without_spikes(readings)
     if _is_noise(readings):
         return DataError(
             "the device does not turn: the magnetometer's readings are one value and noise. Turn "
             "it through all directions while it records"
         )
     return DataError(_PLANE) if _flatness(readings) < NEARLY_FLAT else None
+
+
+def _without_spikes(readings: FloatArray) -> FloatArray:
+    """Readings without single wild ones: a few make a plane look thick, and a turn like noise.
+
+    Of many readings some stretches will do.
+    """
+    stretch = np.arange(len(readings)) // STRETCH
+    readings = readings[stretch % max(1, len(readings) // ENOUGH) == 0]
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(readings, 5, axis=0), axis=-1)
+    off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
+    apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
+    # a fast turn is off as well, but there the neighbours are apart
+    wild = (off > SPIKE * np.quantile(off, USUAL)) & (apart < 0.5 * off)
+    return np.asarray(readings[4:-4][~wild])
 
 
 def _flatness(readings: FloatArray) -> float:

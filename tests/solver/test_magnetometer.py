@@ -262,6 +262,10 @@ def _bad(name: str) -> Series:
     elif name == "alternating current":
         values = recorded(six_circles(rng), rng).series.values
         values = values + 400.0 * rng.standard_normal(values.shape)
+    elif name.endswith("with wild samples"):
+        values = _bad(name.removesuffix(" with wild samples")).values
+        wild = rng.random(len(values)) < 0.02
+        values = values + wild[:, None] * 1500.0 * rng.standard_normal(values.shape)
     else:
         directions = {
             "still": still,
@@ -281,6 +285,9 @@ def _bad(name: str) -> Series:
         ("half circle", "one plane"),
         ("wide half circle", "of 100 directions"),
         ("still", "does not turn"),
+        ("circle with wild samples", "one plane"),
+        ("half circle with wild samples", "one plane"),
+        ("still with wild samples", "does not turn"),
         ("few", "too few"),
         ("absent", "not there, or asleep"),
         ("dead axis", "axis y"),

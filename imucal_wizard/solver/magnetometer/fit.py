@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.checks import (
     check_field,
+    check_plane,
     check_readings,
     check_saturation,
     check_scatter,
@@ -132,6 +133,7 @@ def _start(cloud: Cloud, series: Series) -> _Start:
             "magnets, loudspeakers and currents"
         )
     check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
+    check_plane(series.values[kept])
     model = decide(seen[:, kept], areas[kept])
     if model is not WHOLE:
         theta, sigma = robust_start(cloud.points[:, kept], model.quadrics)
