@@ -3,11 +3,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.devices.virtual.sensor import Thermal
 from imucal_wizard.procedure.poses import CORNERS, EDGES, FACES
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 BATCHES = 5
 """Averages per hold from which the program learns the noise."""
@@ -69,7 +68,7 @@ class Schedule:
     end: FloatArray
     temperature: FloatArray
     vibration: FloatArray
-    shaken: NDArray[np.bool_]
+    shaken: BoolArray
 
     @property
     def middle(self) -> FloatArray:

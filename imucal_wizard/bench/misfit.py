@@ -9,11 +9,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray
-
-IntArray = NDArray[np.int64]
+from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 
 
 class RowKind(IntEnum):
@@ -89,7 +86,7 @@ class Misfit:
         return len(self.residual)
 
     @property
-    def judged(self) -> NDArray[np.bool_]:
+    def judged(self) -> BoolArray:
         """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
         rotations = self.kind == RowKind.ROTATION
         return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)

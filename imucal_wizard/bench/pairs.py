@@ -34,7 +34,6 @@ class Pairs:
         second: of each pair, shape (p,).
         log_prior: shape (p,).
         members: the single explanations that pair, d of them.
-        spreads: prior standard deviation of each pattern's size, shape (d,).
     """
 
     patterns: FloatArray

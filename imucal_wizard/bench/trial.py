@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.bench.misfit import Candidate, IntArray, Misfit
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.bench.misfit import Candidate, Misfit
+from imucal_wizard.readings import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,9 @@
 """Rows left out because a needed column holds no number: how many, and which column it is."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 _BARREN = 50
 """So many rows without a number in a row are no accident."""
@@ -30,7 +29,7 @@ class Blanks:
         self._running = 0
         self.count = 0
 
-    def sift(self, values: FloatArray) -> NDArray[np.bool_]:
+    def sift(self, values: FloatArray) -> BoolArray:
         """Which rows have all they need, shape (n,)."""
         there = np.isfinite(values[:, self._needed])
         good = np.asarray(there.all(axis=1), np.bool_)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.digits import how_often
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 _SIZES = (2.0**8, 2.0**16, 2.0**24, 2.0**32)
 _NEARLY_FULL = 0.95
@@ -80,7 +80,7 @@ def in_order(
     return time, kept, warnings
 
 
-def _outliers(time: FloatArray, near: float) -> NDArray[np.bool_]:
+def _outliers(time: FloatArray, near: float) -> BoolArray:
     """Single times that lie outside their two neighbours, which follow one another closely."""
     bad = np.zeros(len(time), bool)
     before, here, after = time[:-2], time[1:-1], time[2:]

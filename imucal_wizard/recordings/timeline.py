@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.errors import RecordingError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 from imucal_wizard.recordings.clockwork import in_order, rolled_over, spread, unwrapped
 from imucal_wizard.units import TIME
 
@@ -141,7 +141,7 @@ def usual_step(ticks: FloatArray) -> float:
     return float(np.median(steps)) if len(steps) else 0.0
 
 
-def _gaps_told(timeline: Timeline, restarts: NDArray[np.bool_] | None = None) -> Timeline:
+def _gaps_told(timeline: Timeline, restarts: BoolArray | None = None) -> Timeline:
     """The same, with a warning about what is missing; at a restart nobody knows what is."""
     steps = np.diff(timeline.time)
     usual = float(np.median(steps)) if len(steps) else 0.0

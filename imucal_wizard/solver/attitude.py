@@ -21,9 +21,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.solver.quaternions import cofactor, cross, multiply
 
 PIECE = 32
@@ -78,7 +77,7 @@ def lay_out(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> Step
     )
 
 
-def advancing(time: FloatArray) -> NDArray[np.bool_]:
+def advancing(time: FloatArray) -> BoolArray:
     """Which samples are later than all before them, shape (n,)."""
     return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
 

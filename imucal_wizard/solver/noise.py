@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import ENDLESS, FloatArray
+from imucal_wizard.readings import ENDLESS, BoolArray, FloatArray
 
 BATCH_FREEDOM = 4
 """Degrees of freedom per axis of the covariance of an average: five batch means."""
@@ -99,7 +98,7 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
 
 
 def _by_duration(
-    per_second: float, own: FloatArray, times: FloatArray, by_hand: NDArray[np.bool_]
+    per_second: float, own: FloatArray, times: FloatArray, by_hand: BoolArray
 ) -> FloatArray:
     """The common noise over each hold's time; a hand-held hold's own where larger."""
     variance = per_second / times

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from imucal_wizard.bench.misfit import Candidate, Misfit
 from imucal_wizard.bench.trial import try_effect
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 from tests.bench.sessions import session
 
 
-def refitted(misfit: Misfit, candidate: Candidate, keep: NDArray[np.bool_]) -> FloatArray:
+def refitted(misfit: Misfit, candidate: Candidate, keep: BoolArray) -> FloatArray:
     """Residuals of all rows under the fit of those kept: the prior as rows of its own."""
     count = misfit.base.shape[1]
     columns = np.concatenate([misfit.base, candidate.columns], axis=1)

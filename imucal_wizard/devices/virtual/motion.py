@@ -8,11 +8,10 @@ derivatives at the sample times and not differences between samples.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.devices.virtual import attitude
 from imucal_wizard.devices.virtual.profile import Tremor, Wobble, bump, min_jerk
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
 
@@ -98,7 +97,7 @@ class Stretch:
         last = attitude.multiply(self.start, attitude.exp(self.turn))
         return np.asarray(last / np.sqrt((last * last).sum()), np.float64)
 
-    def at(self, samples: NDArray[np.int64], rate: float, unrest: Unrest) -> Motion:
+    def at(self, samples: IntArray, rate: float, unrest: Unrest) -> Motion:
         """The motion at these sample indices, ``rate`` samples per second."""
         n = len(samples)
         time = samples / rate

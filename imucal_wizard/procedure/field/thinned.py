@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import BINS, by_area
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 
 EACH = 15
 """Samples kept of one area; where more come, some between them are dropped."""
@@ -29,7 +29,7 @@ class Thinned:
         if len(self) > 2 * MOST:
             self.keep(np.arange(len(self)) % 2 == 0)
 
-    def keep(self, rows: NDArray[np.bool_]) -> None:
+    def keep(self, rows: BoolArray) -> None:
         """Drop all others."""
         self.values, self.moment = self.values[rows], self.moment[rows]
 

@@ -1,9 +1,8 @@
 """How a fit of the gyroscope predicts what it has not seen, and what each kind of data says."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.solver.closure import BIAS
 from imucal_wizard.solver.extended.inverse import inverted
 from imucal_wizard.solver.extended.result import Witness
@@ -64,7 +63,7 @@ def later(fit: TurnFit) -> FloatArray | None:
     return np.asarray(errors[fit.stills :][late[fit.stills :]].reshape(-1, 2))
 
 
-def _split(fit: TurnFit) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _split(fit: TurnFit) -> tuple[BoolArray, BoolArray]:
     """Which rows are early and which late."""
     order = row_times(fit.data)
     moments = np.sort(fit.data.circumstances.time)
@@ -90,7 +89,7 @@ def witnesses(fit: TurnFit) -> tuple[Witness, Witness]:
     return _witness(fit, still, gains), _witness(fit, ~still, 0)
 
 
-def _witness(fit: TurnFit, rows: NDArray[np.bool_], kept: int) -> Witness:
+def _witness(fit: TurnFit, rows: BoolArray, kept: int) -> Witness:
     """The sizes that some rows say, the first ``kept`` parameters staying as they are."""
     columns = fit.system.columns[rows, kept:]
     weighted = columns / fit.found.variance[rows, None]

@@ -14,7 +14,7 @@ from imucal_wizard.ellipsoid.orthogonal import Rows, rows
 from imucal_wizard.ellipsoid.shape import errors, look
 from imucal_wizard.ellipsoid.two_step import two_step
 from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 from imucal_wizard.solver.magnetometer.model import FieldModel
 from imucal_wizard.solver.magnetometer.nominal import with_nominal
 
@@ -112,7 +112,7 @@ def _normal(now: Rows, areas: NDArray[np.intp], found: binned.Weighed) -> FloatA
 
 
 def by_method(
-    method: str, points: FloatArray, kept: NDArray[np.bool_], model: FieldModel, start: FloatArray
+    method: str, points: FloatArray, kept: BoolArray, model: FieldModel, start: FloatArray
 ) -> Estimate:
     """``algebraic``, ``two-step`` or ``numeric``, on all samples as printed, judged on those kept.
 

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.bench.field_text import place_of
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import FloatArray, IntArray
 from imucal_wizard.solver.extended.field_data import FIELD_BASE, FieldData
 from imucal_wizard.solver.extended.result import Extended
 from imucal_wizard.solver.extended.terms import Terms
@@ -16,9 +15,7 @@ from imucal_wizard.units import COUNT
 AXES = "xyz"
 
 
-def field_abscissae(
-    measured: FieldData, source: NDArray[np.int64]
-) -> Iterator[tuple[str, FloatArray]]:
+def field_abscissae(measured: FieldData, source: IntArray) -> Iterator[tuple[str, FloatArray]]:
     """What the rows may depend on, each with its label; shape (n,) like ``source``."""
     known = measured.circumstances
     for k, axis in enumerate(AXES):

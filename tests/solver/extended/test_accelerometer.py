@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from imucal_wizard.effects.catalogue import effect, effects_for
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.errors import UsageError
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.readings import BoolArray, FloatArray
 from imucal_wizard.solver.accelerometer import fit_accelerometer
 from imucal_wizard.solver.extended.accelerometer import fit_accelerometer_with
 from imucal_wizard.solver.extended.hold_data import BASE, HoldData, hold_data
@@ -162,7 +161,7 @@ def test_leaving_a_direction_out_is_a_refit_without_it() -> None:
         np.testing.assert_allclose(errors[~kept], found.fit.held_out[~kept], atol=2e-3 * MILLI_G)
 
 
-def _selected(data: HoldData, rows: NDArray[np.bool_]) -> HoldData:
+def _selected(data: HoldData, rows: BoolArray) -> HoldData:
     """The same problem with some of the holds, in the same units and with the same weights."""
     task = data.task
     problem = replace(task.problem, points=task.problem.points[rows])
