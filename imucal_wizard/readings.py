@@ -10,6 +10,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+GAP = 2.5
+"""Intervals from one sample to the next, from which some between them are missing."""
 ENDLESS = 1e100
 """A number from here on is no reading: its square would soon be none at all."""
 

@@ -9,22 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.fitting.turning import SMALLEST_TURN
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.procedure.segmentation import OVERLAP
+from imucal_wizard.readings import GAP, FloatArray, Series
 from imucal_wizard.solver.attitude import advancing, attitudes, lay_out, rotation_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.quaternions import matrices, quaternions
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.solver.second_stage.clock import Passage
 
-OVERLAP = 0.05
-"""Seconds of each hold at the ends of a turn, so that no motion is missed."""
 LONGEST_TURN = 30.0
 """Seconds; longer ones gather too much noise of the gyroscope."""
-GAP = 2.5
-"""Intervals from which a step has lost samples."""
-SMALLEST_TURN = np.radians(5.0)
 UNSURE = 0.25
 """Share of a hold left out at either end while the clocks are not yet compared."""
 FEWEST = 3

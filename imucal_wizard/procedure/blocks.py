@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.readings import BoolArray, FloatArray, Readings, Series, join
+from imucal_wizard.readings import GAP, BoolArray, FloatArray, Readings, Series, join
 
 BLOCK_SECONDS = 0.1
-GAP_FACTOR = 2.5
-"""An interval this many times the nominal one means that a sample is missing."""
 _AT_ONCE = 8192
 """Samples whose sums are formed at once."""
 
@@ -166,7 +164,7 @@ class BlockCutter:
         )
 
     def _gaps(self, time: FloatArray) -> BoolArray:
-        limit = GAP_FACTOR * self._interval
+        limit = GAP * self._interval
         steps = np.diff(time, axis=1)
         inside = ((steps > limit) | (steps < 0.0)).any(axis=1)
         if len(time):

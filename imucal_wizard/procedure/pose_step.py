@@ -10,6 +10,7 @@ from imucal_wizard.procedure.poses import (
     FACE_TOLERANCE_DEG,
     NAMED,
     POSE_TOLERANCE_DEG,
+    TIE_DEG,
     nearest,
     spoken,
     turn_towards,
@@ -18,9 +19,6 @@ from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import AxisStart, EventKind, Status, StepKind
 from imucal_wizard.procedure.wording import PUT_BACK, how_to_turn, label, lift_and_turn, turn_up
 from imucal_wizard.readings import FloatArray
-
-TIE_DEG = 15.0
-"""Turns that differ by less than this are equally near; then the order of the list decides."""
 
 
 class PoseStage:

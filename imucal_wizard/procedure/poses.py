@@ -69,6 +69,8 @@ POSE_SETS: dict[str, tuple[str, ...]] = {
 }
 """N's, Q's, and all that have a place on a cube."""
 
+TIE_DEG = 15.0
+"""Turns that differ by less than this are equally near; then the order of the list decides."""
 FACE_TOLERANCE_DEG = 40.0
 """With the six faces alone the nearest other face is 90° away."""
 POSE_TOLERANCE_DEG = 20.0

@@ -14,7 +14,7 @@ from imucal_wizard.procedure.reduction import Stream
 from imucal_wizard.procedure.rotation_check import clipped
 from imucal_wizard.procedure.rotations import Rotation
 from imucal_wizard.procedure.stillness import Limits
-from imucal_wizard.readings import FloatArray, IntArray, Series
+from imucal_wizard.readings import GAP, FloatArray, IntArray, Series
 
 SHORTEST_HOLD = 1.0
 """Seconds; shorter rests are as often a slow moment of a turn as a hold."""
@@ -31,7 +31,6 @@ SAME_PLACE = 0.01
 """Share of gravity by which two holds of one place differ at most."""
 OVERLAP = 0.05
 """Seconds of each hold at the ends of a rotation, so that no motion is missed."""
-MEANING_OF_GAP = 2.5
 
 
 def holds_under(stream: Stream, limits: Limits) -> list[Hold]:
@@ -157,7 +156,7 @@ def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
     gaps = np.diff(part.time)
-    if gaps.max() > MEANING_OF_GAP * interval:
+    if gaps.max() > GAP * interval:
         return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"

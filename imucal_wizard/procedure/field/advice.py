@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.quality import GAP
 from imucal_wizard.procedure.field.survey import Survey
-from imucal_wizard.procedure.poses import DIRECTIONS, turn_towards
+from imucal_wizard.procedure.poses import DIRECTIONS, TIE_DEG, turn_towards
 from imucal_wizard.readings import FloatArray
 
 SHARE = 0.7
-"""A face that fills so much of what the best would fill is good enough to be the next ..."""
-TIE_DEG = 15.0
-"""... if it is nearer; turns that differ by less than this are equally near."""
+"""A face that fills so much of what the best would fill may be the next one, if it is nearer."""
 STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
 """Of a circle, rad: some for each area that it crosses."""
 

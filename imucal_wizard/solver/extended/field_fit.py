@@ -20,6 +20,7 @@ from imucal_wizard.solver.extended.field_model import (
     point_at,
 )
 from imucal_wizard.solver.extended.inverse import determined, inverted
+from imucal_wizard.solver.extended.result import EARLY
 from imucal_wizard.solver.extended.terms import Term, Terms
 
 MAX_ITERATIONS = 40
@@ -27,8 +28,6 @@ SETTLED = 1e-2
 """Step in standard deviations that no longer matters."""
 ALONE = 1e-9
 """Share of rows left in their residual, below which they are fitted by nothing else."""
-EARLY = 2.0 / 3.0
-"""Share of the rows that predict what comes later."""
 FEWEST_LATER = 5
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.procedure.poses import CORNERS, FACES
-from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.readings import GAP, FloatArray, IntArray
 from imucal_wizard.solver.extended.field_slices import slices
 
 MOST = 72
@@ -23,8 +23,6 @@ PIECES = 3000
 SESSION = 3.0
 """What the whole session counts for, against a radian of direction: a rest of a tenth of it is cut
 as readily as an arc of 17°."""
-GAP = 2.5
-"""Intervals from which samples are missing."""
 AWAY = 3.0
 """Seconds after which a direction is visited anew."""
 CELLS = np.array([*FACES.values(), *CORNERS.values()])

@@ -13,6 +13,8 @@ from imucal_wizard.solver.extended.terms import Term, Terms
 from imucal_wizard.solver.result import SensorFit
 
 PASSES = 30
+EARLY = 2.0 / 3.0
+"""Share of what was measured that predicts what comes later."""
 
 
 @dataclass(frozen=True, eq=False)
