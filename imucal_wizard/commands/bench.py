@@ -3,6 +3,8 @@
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from imucal_wizard.commands.arguments import (
@@ -135,6 +137,9 @@ def benches_of(arguments: Namespace, material: "Material", own: "Sequence[Effect
         report = FitReport(options.gravity, {}, (), (), {}, warnings=notes)
     if material.field is not None:
         report = with_field(report, material.field, options)
+        # how the clocks and axes of the sensors lie to one another is all that it needs to know
+        with suppress(DataError):
+            report = replace(report, second_stage=material.fit(options).second_stage)
     return Benches(report, material.behind(report), base, own)
 
 

@@ -12,6 +12,7 @@ from imucal_wizard.fitting.verdict import verdict
 from imucal_wizard.readings import BoolArray, Series
 from imucal_wizard.solver.magnetometer.elsewhere import judged_elsewhere
 from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
+from imucal_wizard.solver.magnetometer.repeats import measured
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
 from imucal_wizard.solver.result import FitReport
 
@@ -136,6 +137,7 @@ def added(
 
 def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
     """A report of the other sensors with the magnetometer fitted to all its samples."""
+    series = measured(series)
     found, why = _tried(
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
     )

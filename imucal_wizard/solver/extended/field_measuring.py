@@ -18,6 +18,7 @@ from imucal_wizard.solver.extended.field_groups import cut, noise_of, visits_of
 from imucal_wizard.solver.magnetometer.disturbances import LeftOut
 from imucal_wizard.solver.magnetometer.repeats import measured
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
+from imucal_wizard.solver.second_stage.found import SecondStage
 from imucal_wizard.units import COUNT, STANDARD_GRAVITY
 
 ASSUMED = 50.0
@@ -36,6 +37,7 @@ def field_data(
     holds: Sequence[Hold] = (),
     accelerometer: AccelerometerFit | None = None,
     gravity: float = STANDARD_GRAVITY,
+    second_stage: SecondStage | None = None,
 ) -> FieldData:
     """All that is known of a magnetometer.
 
@@ -45,6 +47,7 @@ def field_data(
         holds: those that the accelerometer was fitted to.
         accelerometer: its fit where it is complete; without it the dip is not looked at.
         gravity: m/s².
+        second_stage: what it found, of the clocks and of the rotation between the sensors.
 
     Raises:
         DataError: the recording has no magnetometer, or too few samples are left.
@@ -55,13 +58,15 @@ def field_data(
     field = ASSUMED if found.fit.unit == COUNT else found.magnitude
     start = found.fit.matrix * (field / found.magnitude), found.fit.bias
     series = _kept(series, start, () if flows(readings.current) else found.left_out)
+    series = _on_one_clock(series, second_stage)
     corrected = (series.values - start[1]) @ start[0].T
     beside = recorded(series.time, readings, holds)
     pieces = cut(series.time, series.values, corrected, beside)
     magnetic = (pieces.reading - start[1]) @ start[0].T
     noise = noise_of(pieces, np.linalg.norm(magnetic, axis=1))
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity)
-    dips = still_poses(series, start, holds, accelerometer, noise, field)
+    aligned = None if second_stage is None else second_stage.alignment.rotation
+    dips = still_poses(series, start, holds, accelerometer, noise, field, aligned)
     still = _still(series, dips, start, holds, readings, samples)
     return FieldData(
         unit=series.unit,
@@ -77,6 +82,13 @@ def field_data(
         carried=found.fit.model,
         gravity=gravity,
     )
+
+
+def _on_one_clock(series: Series, second_stage: SecondStage | None) -> Series:
+    """The readings at times by the accelerometer's clock, by which holds and the rest are told."""
+    if second_stage is None or second_stage.clock is None:
+        return series
+    return Series(series.time - second_stage.clock.seconds, series.values, series.unit)
 
 
 def _kept(

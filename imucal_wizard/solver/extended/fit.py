@@ -78,7 +78,7 @@ def measured_magnetometer(
         raise DataError("there is no fitted magnetometer to go on from")
     passed = None if accelerometer is None else accelerometer.accelerometer
     holds = report.holds if passed is not None else ()
-    return field_data(report.magnetic, readings, holds, passed, report.gravity)
+    return field_data(report.magnetic, readings, holds, passed, report.gravity, report.second_stage)
 
 
 def whole_base(measured: Measured) -> tuple[str, ...]:

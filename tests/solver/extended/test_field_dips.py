@@ -1,0 +1,56 @@
+"""The still poses of a magnetometer that lies at an angle, or whose clock is another one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.fitting import fit_readings
+from imucal_wizard.readings import FloatArray
+from imucal_wizard.solver.extended.field_data import FieldData
+from imucal_wizard.solver.extended.field_dips import ALONG
+from imucal_wizard.solver.extended.fit import (
+    fit_with,
+    measured_accelerometer,
+    measured_magnetometer,
+)
+from imucal_wizard.solver.extended.result import Extended
+from imucal_wizard.solver.second_stage.rotation import exponential, rotation_vector
+from tests.solver.whole_session import Session
+
+
+def _measured(misalignment: FloatArray, clock: float) -> FieldData:
+    session = replace(Session(rate=100.0), misalignment=misalignment, clock=clock)
+    readings = session.readings(0)
+    report = fit_readings(readings)
+    assert report.second_stage is not None
+    accelerometer = fit_with(measured_accelerometer(report, readings))
+    assert isinstance(accelerometer, Extended)
+    return measured_magnetometer(report, readings, accelerometer)
+
+
+def test_the_clocks_offset_takes_no_pose_away() -> None:
+    """At 0.45 s the trimmed middle of a rest would reach into the turn: poses and readings stay."""
+    small = np.array([0.02, -0.03, 0.05])
+    same, late = _measured(small, 0.0), _measured(small, 0.45)
+    assert len(late.dips) == len(same.dips)
+    gain = same.gain
+    assert gain * late.dips.reading == pytest.approx(gain * same.dips.reading, abs=0.3)
+    assert late.still.time == pytest.approx(same.still.time, abs=0.05)
+
+
+def test_a_sensor_at_an_angle_errs_by_no_more_than_noise() -> None:
+    """49° from the nearest axes: no sum of small rotations, and nothing that is missing."""
+    data = _measured(np.array([0.9, -0.6, 0.4]), 0.0)
+    fit = fit_with(data)
+    dips = np.asarray(fit.fit.residuals)[len(data) :]
+    assert np.sqrt(np.mean(dips**2)) < 0.15
+
+
+def test_a_small_misalignment_is_left_to_be_found() -> None:
+    """The poses are told by the nearest axes as long as the angle is small."""
+    data = _measured(np.array([0.02, -0.03, 0.05]), 0.0)
+    assert (data.dips.turn == np.eye(3)).all()
+    large = 1.2 * ALONG * np.array([0.0, 1.0, 0.0])
+    turn = _measured(large, 0.0).dips.turn
+    assert np.linalg.norm(rotation_vector(turn @ exponential(large).T)) < np.radians(0.5)
