@@ -6,6 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
+from imucal_wizard.digits import finite
 from imucal_wizard.effects.catalogue import effect
 from imucal_wizard.effects.effect import ACCELEROMETER, Circumstances, Effect
 from imucal_wizard.errors import UsageError
@@ -60,8 +61,8 @@ def saved_effects(model: Extended, where: Circumstances) -> list[SavedEffect]:
                 sizes=sizes.tolist(),
                 unit=parameters[0].unit,
                 variant=term.variant,
-                reference_temperature=_known(where.reference_temperature),
-                reference_time=_known(where.reference_time),
+                reference_temperature=finite(where.reference_temperature),
+                reference_time=finite(where.reference_time),
             )
         )
     return found
@@ -111,10 +112,6 @@ def _of_readings_alone(sensor: str, terms: Sequence[Term], count: int) -> Circum
             )
     unknown, nothing = np.full(count, np.nan), np.zeros((count, 3))
     return Circumstances(nothing, nothing, unknown, np.zeros(count), nothing, np.zeros(count))
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _or_nan(value: float | None) -> float:

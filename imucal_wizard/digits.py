@@ -1,4 +1,4 @@
-"""Numbers for people: how many decimals they need, and a value no finer than it is known."""
+"""Numbers as they are told: as fine as they are known and no finer, or not at all."""
 
 import math
 
@@ -31,3 +31,8 @@ def measured(value: float, error: float) -> tuple[str, str]:
     """A value and its standard error, both to the error's second digit."""
     places = min(decimals(error), 12)
     return fixed(value, places), fixed(error, places)
+
+
+def finite(value: float | None) -> float | None:
+    """A number for a document, or None where it is unknown or infinite."""
+    return None if value is None or not math.isfinite(value) else float(value)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from imucal_wizard.digits import finite
 from imucal_wizard.solver.second_stage.found import Headings, SecondStage
 from imucal_wizard.solver.second_stage.heading import turned
 
@@ -99,14 +100,10 @@ def second_stage_document(stage: SecondStage) -> dict[str, Any]:
         if added is None
         else {name: getattr(added, name) for name in added.__dataclass_fields__},
         "headings": [
-            {"hold": int(hold), "before": _number(b), "after": _number(a), "error": _number(e)}
+            {"hold": int(hold), "before": finite(b), "after": finite(a), "error": finite(e)}
             for hold, b, a, e in zip(
                 headings.hold, headings.before, headings.after, headings.error, strict=True
             )
         ],
         "notes": list(stage.notes),
     }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

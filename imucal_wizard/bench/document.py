@@ -11,6 +11,7 @@ from imucal_wizard.bench.says import says
 from imucal_wizard.bench.statement import Statement
 from imucal_wizard.bench.suspects import Suspect
 from imucal_wizard.bench.verdict import Verdict
+from imucal_wizard.digits import finite
 from imucal_wizard.solver.result import SensorFit
 
 SCHEMA = "imucal-wizard/bench/1"
@@ -69,9 +70,9 @@ def _sensor(said: Statement) -> dict[str, Any]:
         "apart": [
             {
                 "terms": [one.first, one.second],
-                "before": number(one.before),
-                "after": number(one.after),
-                "size": number(one.size),
+                "before": finite(one.before),
+                "after": finite(one.after),
+                "size": finite(one.size),
                 "unit": one.unit,
             }
             for one in said.advice.apart
@@ -80,16 +81,11 @@ def _sensor(said: Statement) -> dict[str, Any]:
     }
 
 
-def number(value: float | None) -> float | None:
-    """The number, or null where it is unknown or infinite."""
-    return None if value is None or not np.isfinite(value) else float(value)
-
-
 def _parameters(fit: SensorFit) -> dict[str, Any]:
     return {
         one.name: {
-            "value": number(one.value),
-            "standard_error": number(one.standard_error),
+            "value": finite(one.value),
+            "standard_error": finite(one.standard_error),
             "unit": one.unit,
         }
         for one in fit.parameters
@@ -100,10 +96,10 @@ def _rung(one: Rung) -> dict[str, Any]:
     return {
         "model": list(one.model),
         "added": one.added,
-        "rms_fitted": number(one.rms_fitted),
-        "rms_held_out": number(one.rms_held_out),
-        "rms_late": number(one.rms_late),
-        "floor": number(one.floor),
+        "rms_fitted": finite(one.rms_fitted),
+        "rms_held_out": finite(one.rms_held_out),
+        "rms_late": finite(one.rms_late),
+        "floor": finite(one.floor),
     }
 
 
@@ -111,15 +107,15 @@ def _noise(one: Rung) -> dict[str, Any]:
     floors = one.floors
     return {
         "unit": floors.unit,
-        "within_holds": number(floors.within),
-        "rounding": number(floors.rounding),
+        "within_holds": finite(floors.within),
+        "rounding": finite(floors.rounding),
         "dithered": floors.dithered,
-        "repeats": number(floors.repeats),
-        "repeats_without_drift": number(floors.steady),
+        "repeats": finite(floors.repeats),
+        "repeats_without_drift": finite(floors.steady),
         "degrees_of_freedom": floors.freedom,
-        "p_repeatable": number(floors.p),
+        "p_repeatable": finite(floors.p),
         "repeatable": floors.repeatable,
-        "floor": number(floors.floor),
+        "floor": finite(floors.floor),
     }
 
 
@@ -134,18 +130,18 @@ def _suspect(one: Suspect) -> dict[str, Any]:
     errors = np.zeros(0) if trial is None else trial.standard_error
     return {
         "term": one.term,
-        "p": number(one.p),
+        "p": finite(one.p),
         "parameters": [] if candidate is None else list(candidate.names),
-        "size": [number(value) for value in sizes],
-        "standard_error": [number(value) for value in errors],
+        "size": [finite(value) for value in sizes],
+        "standard_error": [finite(value) for value in errors],
         "unit": "" if candidate is None else candidate.unit,
         "variant": None if candidate is None else candidate.variant,
-        "rms_after": None if trial is None else number(trial.rms_fitted),
-        "rms_held_out_after": None if trial is None else number(trial.rms_held_out),
-        "detectable": number(detectable(one)),
+        "rms_after": None if trial is None else finite(trial.rms_fitted),
+        "rms_held_out_after": None if trial is None else finite(trial.rms_held_out),
+        "detectable": finite(detectable(one)),
         "told_apart": not one.like,
         "like": list(one.like),
-        "log_odds": number(one.log_odds),
+        "log_odds": finite(one.log_odds),
     }
 
 
