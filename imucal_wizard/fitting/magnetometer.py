@@ -47,7 +47,7 @@ def with_magnetometer(
         report = inertial()
     except DataError as error:
         if found is None:
-            raise DataError(f"{error}. {why}") from error
+            raise DataError(f"{error}. {why[:1].upper()}{why[1:]}") from error
         notes = (*warnings, f"the accelerometer is not calibrated: {error}")
         report = FitReport(gravity, {}, (), (), {}, warnings=notes)
     return added(report, series, found, why)

@@ -80,12 +80,12 @@ def notice_rows(status: Status, problem: str, width: int, height: int) -> list[L
         room = max(1, height - len(choices) - 1)
         rows = rows[:room] + wrapped(f" ▸ {way}", width, "accent", indent="   ")
     event = status.last_event
-    if event is not None and not _same(event.text, wrong):
+    if event is not None and not _says(event.text, wrong or way):
         rows += event_rows(event, width)
     rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ")
     return (rows[: max(0, height - len(choices))] + choices)[:height]
 
 
-def _same(text: str, said: str) -> bool:
+def _says(text: str, said: str) -> bool:
     """Whether an event says once more what is said already."""
-    return text.rstrip(".").casefold() == said.casefold()
+    return said != "" and said.casefold() in text.casefold()

@@ -156,6 +156,7 @@ def test_a_field_that_carries_nothing_is_refused_and_leaves_no_result(
     captured = capsys.readouterr()
     document = json.loads(captured.out)
     assert document["sensors"] == {}
+    assert ". The magnetometer is not calibrated: " in document["error"]
     assert "one plane" in document["error"]
 
 

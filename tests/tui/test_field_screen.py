@@ -114,6 +114,17 @@ async def test_a_disturbance_is_not_said_twice() -> None:
         assert text.count("12 µT too much") == 1
 
 
+async def test_that_nothing_new_comes_does_not_repeat_what_to_do() -> None:
+    """The way on that is offered says it; the reason stands above already."""
+    wrong = "it does not turn: turn it once round"
+    event = Event(
+        EventKind.STUCK, 430.0, "Nothing new for 20 s. It does not turn: turn it once round."
+    )
+    shown = replace(status(replace(field(), trouble=wrong)), last_event=event, detail="flat on it")
+    async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
+        assert (await shows(pilot, "flat on it")).count("turn it once round") == 1
+
+
 async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:
     trouble = (
         "the field has changed and stays so: take away what came near, or begin the step again"
