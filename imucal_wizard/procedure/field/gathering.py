@@ -17,6 +17,9 @@ LARGEST = 1e15
 """No magnetometer reads more, in whatever unit."""
 _SECOND = 1.0
 """Seconds of readings in which a turn shows."""
+LYING = 5.0
+"""Seconds of rest from which more of it says nothing new: who leaves the device to lie for an hour
+would drown the circles in samples of one direction."""
 
 
 class Gathering:
@@ -48,6 +51,7 @@ class Gathering:
         self.still = self.silent = self.constant = 0.0
         self._angle = self._end = 0.0
         self._last: FloatArray | None = None
+        self._recent: list[tuple[float, FloatArray]] = []
 
     def look(self) -> None:
         """Judge everything anew, without what has been taken back."""
@@ -66,6 +70,10 @@ class Gathering:
         """Take the next moment."""
         scene = self._scene
         self.faces.follow(scene.up, moment.seconds)
+        values = self._new(moment)
+        self._recent = [one for one in self._recent if one[0] > scene.time - _SECOND]
+        if len(values):
+            self._recent.append((moment.end, values.mean(axis=0)))
         self.still = self.still + moment.seconds if self._rests() else 0.0
         start = float(moment.block.start[0])
         if abs(start - self._end) > APART:
@@ -74,11 +82,12 @@ class Gathering:
         before, after = self._turn(moment)
         spoke = moment.field is not None and len(moment.field) > 0
         self.silent = 0.0 if spoke else self.silent + moment.seconds
-        values = self._new(moment)
         if not len(values):
             self.constant += 0.0 if scene.still else moment.seconds
             return
         self.constant = 0.0
+        if self.still >= LYING:
+            return
         circle = self.circle = self._belongs_to()
         down = circle.face != "" and circle.face == self.faces.face
         up = np.full(3, np.nan) if scene.up is None else scene.up
@@ -86,10 +95,10 @@ class Gathering:
 
     def _rests(self) -> bool:
         """Whether the device does not turn; a smooth turn is seen by a gyroscope or the field."""
-        fit, log = self.survey.fit, self.survey.log
-        second = log.reading[log.end > self._scene.time - _SECOND]
-        if not self._scene.still or fit is None or not len(second):
+        fit = self.survey.fit
+        if not self._scene.still or fit is None or not self._recent:
             return self._scene.still
+        second = np.array([reading for _, reading in self._recent])
         return bool(np.ptp(second, axis=0).max() < STIRS * fit.magnitude)
 
     def _new(self, moment: Moment) -> FloatArray:

@@ -134,6 +134,29 @@ def test_free_tumbling_that_fills_the_sphere_is_as_good() -> None:
     assert session.field.gaps < 20.0
 
 
+def test_an_hours_rest_in_the_step_does_not_drown_the_circles() -> None:
+    """What is collected is the turning, not what lay on the table for longer than a hand pauses."""
+    lying = turned((Rest(60.0), *circles()))
+    session = Session(lying).play()
+    assert session.step == StepKind.RESULT
+    collected = session.machine.collected()
+    assert collected.magnetometer is not None
+    plain = Session(turned(circles())).play().machine.collected()
+    rests, turns = (
+        sum(end - start for start, end in one.field_spans) for one in (collected, plain)
+    )
+    assert rests - turns < 15.0
+    assert collected.field_left_out == ()
+
+
+def test_a_slow_smooth_turn_after_a_long_rest_is_seen_without_a_gyroscope() -> None:
+    """An accelerometer on a table feels nothing of it."""
+    script = (*circles(("-z", "+x", "+z")), *circle("-z", degrees=5.0), Rest(20.0))
+    readings = turned((*script, Turn("z", 372.0, 60.0)))
+    session = Session(replace(readings, gyroscope=None)).play()
+    assert session.texts(EventKind.ALREADY_DONE)
+
+
 def test_counts_have_no_size_in_microtesla() -> None:
     readings = turned(circles())
     session = Session(with_field(readings, 10.0 * field_of(readings), "count")).play()
