@@ -166,7 +166,7 @@ async def test_what_is_wrong_is_told_to_its_end_beside_the_way_and_the_way_on(wo
 
 
 async def test_how_to_lay_it_down_is_told_to_its_end() -> None:
-    detail = "flat on the table, away from iron, magnets, loudspeakers; any face will do"
+    detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
     shown = replace(status(), guidance="88° away: turn it about x, to the left", detail=detail)
     event = Event(EventKind.WARNING, 430.0, 2 * "words that take two rows of eighty columns, ")
     async with app_with(fakes.FakeSource(replace(shown, last_event=event))).run_test() as pilot:

@@ -69,7 +69,7 @@ def _instruction(face: str | None, down: str | None) -> str:
 def _detail(face: str | None) -> str:
     if face is None:
         return "through directions that it has not seen, away from iron and magnets"
-    return "flat on the table, away from iron, magnets, loudspeakers; any face will do"
+    return "away from iron, magnets and loudspeakers; any face, or tumble it freely"
 
 
 def field_status(stage: FieldStageLike) -> FieldStatus:
