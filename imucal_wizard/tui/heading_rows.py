@@ -109,10 +109,10 @@ def _after(now: Course, report: FitReport) -> Line:
 
 def _change(now: Course) -> Line:
     off = (now.after - now.before + 180.0) % 360.0 - 180.0
-    moved = f"moved by {off:+.1f}°; ".replace("-", "−") if math.isfinite(off) else ""
+    turns = f"the calibration turns it by {off:+.1f}°; ".replace("-", "−")
     rise, where = round(abs(now.rise)), "above" if now.rise >= 0 else "below"
     lies = f"{rise}° {where} the horizon" if rise else "level"
-    return (moved, "strong"), (f"the x axis is {lies}", "quiet")
+    return (turns if math.isfinite(off) else "", "strong"), (f"the x axis is {lies}", "quiet")
 
 
 def _field(now: Course, report: FitReport) -> Line:

@@ -124,6 +124,7 @@ def test_in_a_hold_the_live_heading_is_that_of_the_report(
     assert abs(now.dip - 66.0) < 0.5
     text = page(course_rows(now, aligned, 76))
     assert text.count("✓") == 2
+    assert re.search(r"the calibration turns it by [+−]\d+\.\d°", text)
     assert "▲" not in text
     # 0.4 µT in a level field of 43.7 µT · cos 66° = 17.8 µT
     assert "noise of one reading ± 1.3°" in text
