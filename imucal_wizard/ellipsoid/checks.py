@@ -1,10 +1,9 @@
 """Readings of which no calibration can come: refused with what is wrong and what to do."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imucal_wizard.digits import decimals, fixed
-from imucal_wizard.ellipsoid.robust import spread
+from imucal_wizard.ellipsoid.saturation import check_clipping
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import ENDLESS, FloatArray
 
@@ -28,20 +27,17 @@ USUAL = 0.75
 STRETCH = 50
 ENOUGH = 8000
 """Samples that are looked at for wild ones, about, in stretches of so many."""
-STUCK = 0.005
-"""Share of the samples at one extreme value from which an axis may be saturated."""
-INSIDE = 3.0
-"""How many standard deviations such samples must lie inside the ellipsoid of the others."""
 
 
 def check_readings(readings: FloatArray) -> None:
     """Refuse what is visible without a fit.
 
     Args:
-        readings: shape (n, 3).
+        readings: in the order of time, shape (n, 3).
 
     Raises:
-        DataError: too few samples, an axis that says nothing, or readings in one plane.
+        DataError: too few samples, an axis that says nothing or is plainly cut off, or readings in
+            one plane.
     """
     if len(readings) < FEWEST_SAMPLES:
         raise DataError(
@@ -62,6 +58,7 @@ def check_readings(readings: FloatArray) -> None:
             f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
             "same: it is dead or not connected"
         )
+    check_clipping(readings)
     check_plane(readings)
 
 
@@ -134,45 +131,6 @@ def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
         f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: it "
         "is not one constant field. Measure away from iron, magnets and currents"
     )
-
-
-def stuck_samples(readings: FloatArray) -> dict[str, NDArray[np.bool_]]:
-    """Samples at an extreme value that comes suspiciously often, by axis and end (``+x``)."""
-    out: dict[str, NDArray[np.bool_]] = {}
-    for axis, values in zip("xyz", readings.T, strict=True):
-        low, high = float(values.min()), float(values.max())
-        for sign, extreme in (("+", high), ("-", low)):
-            there = values == extreme
-            count = int(there.sum())
-            if count < max(10, STUCK * len(values)):
-                continue
-            near = np.abs(values - extreme) <= 0.1 * (high - low)
-            levels = max(len(np.unique(values[near])) - 1, 1)
-            if count > 3.0 * (near.sum() - count) / levels:
-                out[sign + axis] = there
-    return out
-
-
-def check_saturation(stuck: dict[str, NDArray[np.bool_]], distance: FloatArray) -> None:
-    """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
-
-    Args:
-        stuck: see ``stuck_samples``.
-        distance: of every sample from the ellipsoid through the others, shape (n,).
-
-    Raises:
-        DataError: an axis is saturated.
-    """
-    others = ~np.any(list(stuck.values()), axis=0)
-    sigma = spread(distance[others])
-    for name, there in stuck.items():
-        if float(np.median(distance[there])) < -INSIDE * sigma:
-            end = "largest" if name[0] == "+" else "smallest"
-            raise DataError(
-                f"axis {name[1]} of the magnetometer is saturated: {int(there.sum())} samples "
-                f"({100.0 * there.mean():.1f} %) read its {end} value. Choose a larger range, or "
-                "take away the magnet near it"
-            )
 
 
 def check_field(magnitude: float, unit: str, field: float | None) -> str:

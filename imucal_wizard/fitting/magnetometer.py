@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.ellipsoid.checks import check_readings, check_saturation, stuck_samples
+from imucal_wizard.ellipsoid.checks import check_readings
+from imucal_wizard.ellipsoid.saturation import check_saturation, stuck_samples
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.inertial import FitOptions
 from imucal_wizard.fitting.verdict import verdict

@@ -93,3 +93,14 @@ def noise_before(rounded: FloatArray, step: FloatArray) -> FloatArray:
     plain = np.maximum(ratio - 1.0 / 12.0, 0.0)
     found = np.where(ratio < seen[-1], inside, plain) * step**2
     return np.asarray(np.where(ratio < FINE, found, rounded))
+
+
+def rounding_shift(sigma: float, step: FloatArray) -> float:
+    """Shift of the mean of a rest by rounding, rms, on the axis where it is largest.
+
+    Args:
+        sigma: standard deviation of rounded readings, the same on all axes.
+        step: of each axis, in the same unit, shape (axes,).
+    """
+    before = noise_before(np.full(step.shape, sigma**2), step)
+    return float(np.sqrt(rounding_variance(before, step).max()))

@@ -1,6 +1,7 @@
 """The magnetometer: N's figure 7 is found again, with the certainty that is claimed."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -194,6 +195,24 @@ def test_single_wild_samples_are_left_out() -> None:
         assert off < 4.0 * (parameter.standard_error or 0.0)
 
 
+def test_a_field_that_swings_is_left_out_as_a_stretch() -> None:
+    """A loudspeaker for five seconds: its mean is nothing, and half of it lies near the others."""
+    rng = np.random.default_rng(37)
+    directions = six_circles(rng)
+    time = np.arange(len(directions)) / 80.0
+    speaker = (time > 20.0) & (time < 25.0)
+    extra = 80.0 * np.sin(1.7 * 80.0 * time)[:, None] * np.array([1.0, 0.3, 0.5])
+    extra[~speaker] = 0.0
+    found = fit_magnetometer(recorded(directions, rng, extra=extra).series)
+    assert found.kept[speaker].mean() < 0.1
+    assert found.kept[(time < 19.0) | (time > 26.0)].mean() > 0.99
+    runs = [run for run in found.left_out if not run.single]
+    assert all(run.start > 19.0 and run.end < 26.0 for run in runs)
+    for parameter in found.fit.parameters:
+        off = abs(parameter.value - TRUE[parameter.name])
+        assert off < 4.0 * (parameter.standard_error or 0.0)
+
+
 def test_a_long_rest_on_one_face_is_no_majority() -> None:
     """Four fifths of the samples on one circle, wild samples between: the rest still counts."""
     rng = np.random.default_rng(36)
@@ -302,6 +321,45 @@ def test_what_carries_no_calibration_is_refused_in_words(name: str, says: str, m
     """Whatever the method, no result that looks like one."""
     with pytest.raises(DataError, match=says):
         fit_magnetometer(_bad(name), method=method)
+
+
+@pytest.mark.parametrize("axes", [(2,), (0, 1, 2)])
+@pytest.mark.parametrize("share", [0.8, 0.5, 0.2, 0.0])
+@pytest.mark.parametrize("step", [1.0, 8.0])
+def test_a_range_however_small_is_seen_as_saturated(
+    axes: tuple[int, ...], share: float, step: float
+) -> None:
+    """On one axis or on all, with noise of several steps and of half of one."""
+    rng = np.random.default_rng(38)
+    series = recorded(six_circles(rng), rng, step=step).series
+    values = series.values.copy()
+    for axis in axes:
+        end = np.round((OFFSET[axis] + share * MAGNITUDE) / step) * step
+        values[:, axis] = np.minimum(values[:, axis], end)
+    with pytest.raises(DataError, match=f"axis [{''.join('xyz'[k] for k in axes)}] .*saturated"):
+        fit_magnetometer(replace(series, values=values))
+
+
+@pytest.mark.parametrize("rate", [8.0, 25.0, 80.0])
+@pytest.mark.parametrize("step", [0.5, 8.0, 16.0])
+def test_rests_at_the_end_of_an_axis_are_no_saturation(rate: float, step: float) -> None:
+    """Half a minute on each face, straight up and down, at any rate, in fine steps and coarse."""
+    rng = np.random.default_rng(39)
+    turned = six_circles(rng, wobble=2.0)[:: round(80.0 / rate)]
+    rests = np.repeat(np.concatenate([np.eye(3), -np.eye(3)]), round(30.0 * rate), axis=0)
+    found = fit_magnetometer(recorded(np.concatenate([turned, rests]), rng, step=step).series)
+    assert found.fit.model == ("bias", "soft-iron")
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 0.6])
+def test_rests_in_coarse_steps_are_no_disturbance(step: float) -> None:
+    """Without noise rounding shifts the mean of a rest as a whole; that is no other field."""
+    rng = np.random.default_rng(40)
+    parts = []
+    for circle in np.split(six_circles(rng, wobble=2.0), 6):
+        parts += [circle, np.repeat(circle[-1:], 800, axis=0)]
+    series = recorded(np.concatenate(parts), rng, noise=0.0, step=10.0 * step).series
+    assert fit_magnetometer(series).kept.mean() > 0.98
 
 
 def test_quantised_circles_are_not_taken_for_saturation() -> None:

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.ellipsoid.bins import centres
-from imucal_wizard.ellipsoid.checks import (
-    check_field,
-    check_readings,
-    check_saturation,
-    check_scatter,
-)
+from imucal_wizard.ellipsoid.checks import check_field, check_readings, check_scatter
+from imucal_wizard.ellipsoid.saturation import check_saturation
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.field_status import FieldStatus
 from imucal_wizard.procedure.poses import FACES

@@ -1,13 +1,7 @@
 """Why no calibration can come of what the magnetometer says so far, in words; or nothing."""
 
-from imucal_wizard.ellipsoid.checks import (
-    check_field,
-    check_readings,
-    check_saturation,
-    check_scatter,
-    no_shell,
-    stuck_samples,
-)
+from imucal_wizard.ellipsoid.checks import check_field, check_readings, check_scatter, no_shell
+from imucal_wizard.ellipsoid.saturation import check_saturation, stuck_samples
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.field.survey import TOLD, Survey
 

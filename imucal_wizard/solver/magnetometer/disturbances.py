@@ -1,8 +1,9 @@
 """Samples during which the field was not the place's own: found by how they follow in time.
 
 Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
-Means over short blocks of time show it far below the noise of a sample. What the model leaves in
-every direction alike is measured beside it, so that a poor model is not taken for a disturbance.
+Means over short blocks of time show it far below the noise of a sample, and their scatter shows
+what swings. What the model leaves in every direction alike is measured beside it, so that a poor
+model is not taken for a disturbance.
 """
 
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ FAR = 6.0
 """Standard deviations beyond which a block, or a single sample, is disturbed."""
 NEAR = 3.0
 """The same for the blocks beside one."""
+MEDIAN_ERROR = 0.787
+"""Standard deviation of the median of n absolute values of normal noise, times the root of n."""
 FEWEST = 5
 """Samples of a block, and of an area whose mean counts."""
 
@@ -45,7 +48,11 @@ class LeftOut:
 
 
 def find(
-    distance: FloatArray, time: FloatArray, areas: NDArray[np.intp], sigma: float
+    distance: FloatArray,
+    time: FloatArray,
+    areas: NDArray[np.intp],
+    sigma: float,
+    rounding: float = 0.0,
 ) -> tuple[BoolArray, tuple[LeftOut, ...]]:
     """Which samples to keep, and the stretches left out.
 
@@ -54,14 +61,17 @@ def find(
         time: s, shape (n,).
         areas: direction of each sample, shape (n,).
         sigma: robust standard deviation of the distances.
+        rounding: by how much the steps of the readings may shift the mean of a rest.
     """
+    sigma = max(sigma, rounding)
     far = np.abs(distance) > FAR * sigma
     clipped = np.clip(distance, -FAR * sigma, FAR * sigma)
-    misfit = _misfit(clipped, areas)
+    misfit = float(np.hypot(_misfit(clipped, areas), rounding))
     during = np.zeros(len(distance), bool)
     for seconds in BLOCKS:
         block = np.arange(len(distance)) // _size(time, seconds)
         during |= _disturbed(clipped, block, misfit, sigma)[block]
+        during |= _swinging(np.abs(distance), block, np.hypot(sigma, misfit))[block]
     kept = ~far & ~during
     runs = _stretches(during, distance, time)
     single = far & ~during
@@ -107,6 +117,18 @@ def _disturbed(
             break
         disturbed |= more
     return np.asarray(disturbed)
+
+
+def _swinging(off: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArray:
+    """Blocks that scatter ``NEAR`` times as far as the rest, beyond what chance makes of so few.
+
+    Half of such a block's samples lie so far off, which no spikes bring about.
+    """
+    order = np.lexsort((off, block))
+    count = np.bincount(block)
+    middle = off[order][np.cumsum(count) - count + count // 2]
+    chance = FAR * MEDIAN_ERROR / np.sqrt(count)
+    return np.asarray(middle > (NEAR / NORMAL + chance) * sigma)
 
 
 def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:

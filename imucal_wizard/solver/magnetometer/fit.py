@@ -8,18 +8,19 @@ from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.checks import (
+    FEWEST_SAMPLES,
     check_field,
     check_plane,
     check_readings,
-    check_saturation,
     check_scatter,
     no_shell,
-    stuck_samples,
 )
 from imucal_wizard.ellipsoid.orthogonal import orthogonal
 from imucal_wizard.ellipsoid.robust import robust_start, spread
+from imucal_wizard.ellipsoid.saturation import check_saturation, stuck_samples
 from imucal_wizard.ellipsoid.shape import Cloud, look, make_cloud, radius_of, symmetric_matrix
 from imucal_wizard.errors import DataError, UsageError
+from imucal_wizard.procedure.rounding import rounding_shift, steps_of
 from imucal_wizard.readings import BoolArray, FloatArray, Series
 from imucal_wizard.solver.magnetometer.disturbances import LeftOut, find
 from imucal_wizard.solver.magnetometer.methods import METHODS, by_method, by_orthogonal
@@ -28,6 +29,11 @@ from imucal_wizard.solver.magnetometer.report import MagnetometerFit, Measured, 
 
 FEWEST_KEPT = 0.6
 """Share of undisturbed samples below which nobody can say which of them the disturbed ones are."""
+DIFFERENT = 3.0
+"""Scatter about an ellipsoid of all samples, over that about one of some, from which the rest is of
+another shape."""
+LITTLE = 0.05
+"""Of the radius, that coarse steps may leave samples inside an ellipsoid of few others."""
 SUBSET = 4000
 ROUNDS = 3
 SMALLEST = 1e-9
@@ -116,12 +122,13 @@ def _start(cloud: Cloud, series: Series) -> _Start:
         DataError: nothing turns, an axis is saturated, or too much is disturbed.
     """
     theta = _robust(cloud, series.values)
+    steps = steps_of(series.values) / cloud.span
     kept = np.ones(len(series), bool)
     for _ in range(ROUNDS):
         distance, seen = look(theta, cloud.points)
         sigma = max(spread(distance[kept]), SMALLEST)
         areas, before = bin_of(seen), kept
-        kept, runs = find(distance, series.time, areas, sigma)
+        kept, runs = find(distance, series.time, areas, sigma, rounding_shift(sigma, steps))
         if not kept.any() or (kept == before).all():
             break
         # what was disturbed no longer pulls, so that its weaker flanks come to light
@@ -151,11 +158,12 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
     points = cloud.points
     if stuck:
         free = ~np.any(list(stuck.values()), axis=0)
-        if free.sum() < FEWEST_KEPT * len(free):
-            # so much at the ends is no saturation but the few places where the device was
-            stuck = {}
-        else:
+        if free.sum() >= FEWEST_KEPT * len(free):
             points = points[:, free]
+        else:
+            # so many at the ends are the few places where the device was, or a range far too small
+            _check_many(cloud, free, stuck)
+            stuck = {}
     try:
         theta, sigma = robust_start(points, WHOLE.quadrics)
     except DataError as error:
@@ -167,6 +175,23 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
         return _refined(points, theta, sigma)
     except DataError as error:
         raise no_shell(readings) or error from None
+
+
+def _check_many(cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray]) -> None:
+    """Look at many samples at the ends by the ellipsoid of the few others, where they carry one.
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    if free.sum() < FEWEST_SAMPLES:
+        return
+    try:
+        theta, sigma = robust_start(cloud.points[:, free], WHOLE.quadrics)
+        _, together = robust_start(cloud.points, WHOLE.quadrics)
+    except (DataError, np.linalg.LinAlgError):
+        return
+    if together > DIFFERENT * sigma:
+        check_saturation(stuck, look(theta, cloud.points)[0] + LITTLE * radius_of(theta))
 
 
 def _refined(points: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
