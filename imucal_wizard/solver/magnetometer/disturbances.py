@@ -52,7 +52,7 @@ def find(
     time: FloatArray,
     areas: NDArray[np.intp],
     sigma: float,
-    rounding: float = 0.0,
+    rounding: float,
 ) -> tuple[BoolArray, tuple[LeftOut, ...]]:
     """Which samples to keep, and the stretches left out.
 

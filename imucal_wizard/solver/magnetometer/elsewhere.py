@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.ellipsoid.bins import bin_of
 from imucal_wizard.ellipsoid.robust import spread
+from imucal_wizard.procedure.rounding import rounding_shift, steps_of
 from imucal_wizard.readings import BoolArray, Series
 from imucal_wizard.solver.magnetometer.disturbances import FEWEST, find
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
@@ -30,8 +31,11 @@ def judged_elsewhere(found: MagnetometerFit, series: Series, fitted: BoolArray) 
     if others.sum() > FEWEST:
         corrected = (series.values[others] - found.fit.bias) @ found.fit.matrix.T
         length = np.linalg.norm(corrected, axis=1)
-        distance = length / float(np.median(length)) - 1.0
+        usual = float(np.median(length))
+        distance = length / usual - 1.0
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(spread(distance), SMALLEST)
-        calm[others] = find(distance, series.time[others], areas, sigma)[0]
+        gain = float(np.cbrt(abs(np.linalg.det(found.fit.matrix))))
+        shift = rounding_shift(sigma, steps_of(series.values[others]) * gain / usual)
+        calm[others] = find(distance, series.time[others], areas, sigma, shift)[0]
     return replace(found, calm=calm)
