@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting.comparison import comparison, single_axis
+from imucal_wizard.fitting.rounded import rate_shift
 from imucal_wizard.fitting.single_axis_fit import by_single_axis
 from imucal_wizard.fitting.turning import name_axes, silent_axes
 from imucal_wizard.fitting.turns import Bench, examined, make_bench, paths
@@ -70,7 +71,9 @@ def fit_gyroscope(
     """
     rotations = examined(rotations)
     if method == "offset":
-        offset = fit_offset(holds, accelerometer.labels, unit)
+        turned = [rotation for rotation in rotations if rotation.problem is None]
+        rounding = rate_shift(holds, turned) if turned else 0.0
+        offset = fit_offset(holds, accelerometer.labels, unit, rounding)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
     bench = make_bench(holds, rotations, accelerometer)
     if bench is None:

@@ -2,7 +2,7 @@
 
 Every position counts once, however long it was held: what differs between positions (temperature,
 the pull of gravity) is more than the noise within one. Scale and axes stay nominal. How well it is
-known says the scatter between positions, and what slow noise does to all of them alike.
+known says the scatter between positions, and what slow noise and rounding do to all of them alike.
 """
 
 from collections.abc import Sequence
@@ -20,13 +20,16 @@ from imucal_wizard.units import COUNT
 FEWEST = 2
 
 
-def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
+def fit_offset(
+    holds: Sequence[Hold], labels: IntArray, unit: str, rounding: FloatArray | float = 0.0
+) -> SensorFit:
     """``b`` as the mean of the still positions' means; errors are of the rate at rest, rad/s.
 
     Args:
         holds: still periods with a gyroscope.
         labels: number of each hold's position, shape (n,).
         unit: of the readings, ``rad/s``.
+        rounding: variance by which the steps of the readings shift all positions alike, shape (3,).
 
     Raises:
         DataError: fewer than two positions, or readings whose scale is not known.
@@ -46,7 +49,7 @@ def fit_offset(holds: Sequence[Hold], labels: IntArray, unit: str) -> SensorFit:
     resting, own = [holds[i] for i in known], labels[known]
     readings = np.array([hold.gyroscope for hold in resting], float)
     means = np.array([readings[own == place].mean(axis=0) for place in places])
-    return _report(means, _variance(means, resting, own), unit)
+    return _report(means, _variance(means, resting, own) + rounding, unit)
 
 
 def _variance(means: FloatArray, holds: Sequence[Hold], labels: IntArray) -> FloatArray:
