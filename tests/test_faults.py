@@ -3,16 +3,19 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from textual.worker import WorkerFailed
 
+from imucal_wizard.bench.benches import Benches
 from imucal_wizard.commands import fit
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.output import harmless
 from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.bench_run import BenchApp
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.waiting import until
@@ -36,17 +39,35 @@ def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
     assert "never there" in report.read_text()
 
 
-async def test_a_fault_in_the_app_shows_no_traceback(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def wizard() -> WizardApp:
+    """The wizard, on a source that cannot be opened for a reason nobody foresaw."""
+
     def broken(choice: SourceChoice) -> fakes.FakeSource:
         raise KeyError(choice.target)
 
+    services = replace(fakes.services(fakes.FakeSource()), open_source=broken)
+    return WizardApp(services, None, SourceChoice(SourceKind.PORT, "COM3", "COM3"))
+
+
+def bench() -> BenchApp:
+    """The bench, on a recording that fails for a reason nobody foresaw."""
+
+    def broken() -> Benches:
+        raise KeyError("never there")
+
+    return BenchApp(broken)
+
+
+@pytest.mark.parametrize("make", [wizard, bench])
+async def test_a_fault_in_an_app_shows_no_traceback(
+    make: Callable[[], WizardApp | BenchApp],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
-    services = fakes.services(fakes.FakeSource())
-    services = replace(services, open_source=broken)
-    app = WizardApp(services, None, SourceChoice(SourceKind.PORT, "COM3", "COM3"))
+    app = make()
     with pytest.raises(WorkerFailed):  # the test's pilot raises it again
         async with app.run_test() as pilot:
             await until(pilot, lambda: app.return_code == 1)

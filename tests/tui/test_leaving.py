@@ -1,15 +1,13 @@
-"""A screen that is left while something is computed for it, and faults of the bench's own app."""
+"""A screen that is left while something is computed for it."""
 
 import asyncio
 import threading
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import pytest
 from textual.screen import Screen
-from textual.worker import WorkerFailed
 
 from imucal_wizard.bench.benches import Benches
 from imucal_wizard.errors import DataError
@@ -95,21 +93,3 @@ async def test_an_app_that_ends_while_a_screen_is_being_made_is_no_fault(turns: 
             await asyncio.sleep(0)  # one turn of the event loop
         app.exit()
     assert app.return_code in (None, 0)
-
-
-async def test_a_fault_of_the_bench_is_one_line_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setenv("HOME", str(tmp_path))
-
-    def broken() -> Benches:
-        raise KeyError("never there")
-
-    app = BenchApp(broken)
-    with pytest.raises(WorkerFailed):  # the test's pilot raises it again
-        async with app.run_test() as pilot:
-            await until(pilot, lambda: app.return_code == 1)
-    shown = capsys.readouterr().err
-    assert "has a fault (KeyError" in shown
-    assert "Traceback" not in shown
