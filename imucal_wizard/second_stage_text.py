@@ -8,6 +8,8 @@ from imucal_wizard.digits import finite
 from imucal_wizard.solver.second_stage.found import Headings, SecondStage
 from imucal_wizard.solver.second_stage.heading import turned
 
+SIDED = 10.0
+"""Degrees of dip from which it tells the one half of the Earth from the other."""
 MOST_HEADINGS = 6
 """Still positions shown in the text; the JSON has all of them."""
 
@@ -22,6 +24,12 @@ def second_stage_lines(stage: SecondStage) -> list[str]:
         "SECOND STAGE  the sensors by one another",
         f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
     ]
+    if abs(dip) > SIDED:
+        here, there = ("north", "south") if dip > 0.0 else ("south", "north")
+        # m and −m tell the same of gravity and of every turn: only the user knows which it is
+        lines.append(
+            f"  that is {here} of the magnetic equator: if you are {there}, an axis is mirrored"
+        )
     left = len(alignment.used) - used
     if left:
         lines.append(f"  {left} still positions do not fit and were left out (iron near them?)")
