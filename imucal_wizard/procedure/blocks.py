@@ -12,6 +12,8 @@ import numpy as np
 from imucal_wizard.readings import GAP, BoolArray, FloatArray, Readings, Series, join
 
 BLOCK_SECONDS = 0.1
+ALMOST = 1e-6
+"""Sums of block lengths may miss a whole number of seconds by this much."""
 _AT_ONCE = 8192
 """Samples whose sums are formed at once."""
 

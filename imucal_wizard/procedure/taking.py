@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.procedure.blocks import join_blocks
+from imucal_wizard.procedure.blocks import ALMOST, join_blocks
 from imucal_wizard.procedure.doubts import frozen_axis
 from imucal_wizard.procedure.holding import Holding
 from imucal_wizard.procedure.holds import Hold, hold_from
@@ -17,9 +17,6 @@ from imucal_wizard.procedure.route import Route
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind, StepKind
 from imucal_wizard.procedure.stillness import WINDOW_BLOCKS
-
-ALMOST = 1e-6
-"""Sums of block lengths may miss a whole number of seconds by this much."""
 
 
 class Taking:

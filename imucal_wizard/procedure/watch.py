@@ -7,6 +7,7 @@ nothing may need a key.
 from collections import deque
 from dataclasses import replace
 
+from imucal_wizard.procedure.blocks import ALMOST
 from imucal_wizard.procedure.moments import Moment
 from imucal_wizard.procedure.scales import Scales, excess, moves
 from imucal_wizard.procedure.state import AxisMotion
@@ -21,7 +22,6 @@ MOST_LOOSENED = 16.0
 RECENT_SECONDS = 5.0
 WINDOW_SECONDS = 0.5
 """What a window reaches back: a rest is known to be one only after that."""
-ALMOST = 1e-6
 
 
 class Watch:

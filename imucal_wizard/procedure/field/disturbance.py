@@ -1,7 +1,7 @@
 """What disturbs the field at this moment, said when it begins and when it is over."""
 
+from imucal_wizard.procedure.blocks import ALMOST
 from imucal_wizard.procedure.field import words
-from imucal_wizard.procedure.field.patience import ALMOST
 from imucal_wizard.procedure.field.survey import Survey
 from imucal_wizard.procedure.scene import Scene
 from imucal_wizard.procedure.state import EventKind

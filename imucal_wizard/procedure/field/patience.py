@@ -1,8 +1,9 @@
 """How long nothing new has come."""
 
+from imucal_wizard.procedure.blocks import ALMOST
+
 SECONDS = 20.0
 """Without progress for so long, the way on is offered."""
-ALMOST = 1e-6
 
 
 class Patience:

@@ -1,9 +1,10 @@
 """The magnetometer's step at work: circles with each face on the table, or free tumbling."""
 
+from imucal_wizard.procedure.blocks import ALMOST
 from imucal_wizard.procedure.field import advice, trouble, words
 from imucal_wizard.procedure.field.disturbance import Disturbance
 from imucal_wizard.procedure.field.gathering import Gathering
-from imucal_wizard.procedure.field.patience import ALMOST, SECONDS, Patience
+from imucal_wizard.procedure.field.patience import SECONDS, Patience
 from imucal_wizard.procedure.field.view import view
 from imucal_wizard.procedure.field_status import GOOD
 from imucal_wizard.procedure.ledger import KeptCircle, KeptHold
