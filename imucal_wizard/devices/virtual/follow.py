@@ -9,6 +9,7 @@ from imucal_wizard.devices.virtual.asks import RotationLike, StatusLike, StillLi
 from imucal_wizard.devices.virtual.scripts import (
     CIRCLE_SPEED_DEG,
     LARGEST_TILT_DEG,
+    SHAKEN_EVERY,
     SPEEDS_DEG,
     VALIDATION,
     next_angle,
@@ -25,7 +26,6 @@ FACE_SECONDS = 1.2
 """A face lies on the table for so long before it is turned, s."""
 CIRCLE_DEG = 372.0
 """A hand that turns a device once round turns a little more."""
-SHAKEN_EVERY = 3
 SHAKE_RMS = 0.5
 """Vibration per axis of an idling machine on which every third pose is held, m/s²."""
 

@@ -37,11 +37,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.devices.virtual import forward
+from imucal_wizard.devices.virtual.sensor import MILLI_G
 from imucal_wizard.errors import UsageError
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.units import STANDARD_GRAVITY
 
-_MILLI_G = STANDARD_GRAVITY / 1000.0
 _PPM_G = 1e-6 * STANDARD_GRAVITY
 _DEGREE = math.pi / 180.0
 
@@ -59,18 +59,18 @@ class Term:
 
 
 ACCELEROMETER: dict[str, Term] = {
-    "second-order": Term(forward.second_order, "mg/g²", _MILLI_G),
-    "asymmetry": Term(forward.asymmetry, "mg/g", _MILLI_G),
-    "odd-quadratic": Term(forward.odd_quadratic, "mg/g²", _MILLI_G),
-    "third-order": Term(forward.third_order, "mg/g³", _MILLI_G),
-    "cross-product": Term(forward.cross_product, "mg/g²", _MILLI_G, letters=3),
-    "bias-temperature": Term(forward.bias_temperature, "mg/°C", _MILLI_G),
+    "second-order": Term(forward.second_order, "mg/g²", MILLI_G),
+    "asymmetry": Term(forward.asymmetry, "mg/g", MILLI_G),
+    "odd-quadratic": Term(forward.odd_quadratic, "mg/g²", MILLI_G),
+    "third-order": Term(forward.third_order, "mg/g³", MILLI_G),
+    "cross-product": Term(forward.cross_product, "mg/g²", MILLI_G, letters=3),
+    "bias-temperature": Term(forward.bias_temperature, "mg/°C", MILLI_G),
     "scale-temperature": Term(forward.scale_temperature, "ppm/°C", _PPM_G),
-    "warm-up": Term(forward.warm_up, "mg", _MILLI_G),
-    "bias-drift": Term(forward.bias_drift, "mg/min", _MILLI_G),
-    "bias-step": Term(forward.bias_step, "mg", _MILLI_G),
-    "hysteresis": Term(forward.hysteresis, "mg/g", _MILLI_G),
-    "vibration-rectification": Term(forward.vibration_rectification, "mg/g²", _MILLI_G),
+    "warm-up": Term(forward.warm_up, "mg", MILLI_G),
+    "bias-drift": Term(forward.bias_drift, "mg/min", MILLI_G),
+    "bias-step": Term(forward.bias_step, "mg", MILLI_G),
+    "hysteresis": Term(forward.hysteresis, "mg/g", MILLI_G),
+    "vibration-rectification": Term(forward.vibration_rectification, "mg/g²", MILLI_G),
 }
 GYROSCOPE: dict[str, Term] = {
     "g-sensitivity": Term(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),

@@ -38,6 +38,8 @@ def _tilted() -> tuple[Target, ...]:
 TILTED = _tilted()
 POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATS = 12
+SHAKEN_EVERY = 3
+"""Every so many poses the support vibrates where rectification is to be seen."""
 
 VALIDATION: tuple[tuple[float, float, float], ...] = (
     (0.40, 0.25, 0.88),

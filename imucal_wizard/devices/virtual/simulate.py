@@ -19,7 +19,12 @@ from imucal_wizard.devices.virtual.hidden import (
 from imucal_wizard.devices.virtual.line import LinePrinter
 from imucal_wizard.devices.virtual.load import VirtualLoad
 from imucal_wizard.devices.virtual.magnetometer import FieldModel, VirtualMagnetometer
-from imucal_wizard.devices.virtual.scripts import perform_circles, perform_rotations, pose_names
+from imucal_wizard.devices.virtual.scripts import (
+    SHAKEN_EVERY,
+    perform_circles,
+    perform_rotations,
+    pose_names,
+)
 from imucal_wizard.devices.virtual.sensor import SensorModel
 from imucal_wizard.devices.virtual.stream import VirtualStream
 from imucal_wizard.errors import RecordingError
@@ -29,7 +34,6 @@ TURN_HOLD = 5.0
 PLACING = 1.2
 """Seconds that it takes about to bring the device into the next pose."""
 BATCH = 4096
-SHAKEN_EVERY = 3
 SHAKE_RMS = 0.1
 """Vibration of the support in every third pose where rectification is to be seen, m/s².
 
