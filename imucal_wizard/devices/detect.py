@@ -16,8 +16,8 @@ _WINDOW = 8
 _AGREE = 6
 _UNREADABLE = 0.2
 """A degree sign or two may be there; a line of more such bytes is no text."""
-_PATIENCE = 60
-"""Lines after which it is said that nothing is understood."""
+PATIENCE = 60
+"""Lines after which it is said that nothing can be read of them."""
 
 
 class Detector:
@@ -36,7 +36,7 @@ class Detector:
         """Why nothing is understood and what to do, where that is so; else ``""``."""
         if self._garbage.problem:
             return self._garbage.problem
-        if self._lines < _PATIENCE:
+        if self._lines < PATIENCE:
             return ""
         return (
             "Lines arrive, but no format known here: print the samples as "

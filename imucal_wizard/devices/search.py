@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.devices.detect import Detector
+from imucal_wizard.devices.detect import PATIENCE, Detector
 from imucal_wizard.devices.formats import decoder_for
 from imucal_wizard.devices.formats.base import Column, Decoder
 from imucal_wizard.devices.kept import Kept
@@ -13,8 +13,6 @@ from imucal_wizard.devices.setup import AUTO, StreamSetup
 from imucal_wizard.readings import FloatArray
 
 _PROBE_LINES = 16384
-_PATIENCE = 60
-"""Lines after which it is said that nothing can be read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +72,7 @@ class Search:
         """Why nothing can be read, where that is so; else ``""``."""
         if self._decoder is None:
             return self._detector.problem
-        if self._arrivals or self._lines < _PATIENCE:
+        if self._arrivals or self._lines < PATIENCE:
             return ""
         fields = f" with {len(self._setup.columns)} columns" if self._setup.columns else ""
         return (
