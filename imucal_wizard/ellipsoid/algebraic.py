@@ -13,14 +13,14 @@ from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 
 TERMS = 10
-_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Entries of the quadric's matrix in the order of D."""
 
 
 def _gradients() -> FloatArray:
     """``∂D/∂z_k = G_k (z, 1)``, shape (3, 10, 4)."""
     out = np.zeros((3, TERMS, 4))
-    for term, (i, j) in enumerate(_PLACES):
+    for term, (i, j) in enumerate(PLACES):
         out[i, term, j] = out[j, term, i] = 2.0
     for axis in range(3):
         out[axis, 6 + axis, 3] = 2.0
@@ -37,7 +37,7 @@ def moments(points: FloatArray) -> FloatArray:
         points: dimensionless readings, shape (3, n).
     """
     terms = np.empty((TERMS, points.shape[1]))
-    for term, (i, j) in enumerate(_PLACES):
+    for term, (i, j) in enumerate(PLACES):
         np.multiply(points[i], points[j], out=terms[term])
     terms[3:6] *= 2.0
     terms[6:9] = 2.0 * points
@@ -88,7 +88,7 @@ def quadrics(places: tuple[int, ...]) -> FloatArray:
             Without any scale (3, 6, 8) the three squares have one coefficient.
     """
     columns = []
-    for term, (i, j) in enumerate(_PLACES):
+    for term, (i, j) in enumerate(PLACES):
         if 3 + TRIANGLE.index((i, j)) in places:
             columns.append(np.eye(TERMS)[term])
     if 3 not in places:
@@ -98,7 +98,7 @@ def quadrics(places: tuple[int, ...]) -> FloatArray:
 
 def _ellipsoid(quadric: FloatArray) -> FloatArray:
     matrix = np.empty((3, 3))
-    for value, (i, j) in zip(quadric[:6], _PLACES, strict=True):
+    for value, (i, j) in zip(quadric[:6], PLACES, strict=True):
         matrix[i, j] = matrix[j, i] = value
     if np.trace(matrix) < 0.0:
         matrix, quadric = -matrix, -quadric

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.ellipsoid.algebraic import PLACES
 from imucal_wizard.ellipsoid.shape import parameters, root
 from imucal_wizard.errors import DataError
 from imucal_wizard.readings import FloatArray
 
-_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 RANK = 1e-6
 
 
@@ -51,7 +51,7 @@ def two_step(points: FloatArray, cross: bool = True) -> TwoStep:
     offset, magnitude = sphere(points)
     square = magnitude**2
     centred = points - offset[:, None]
-    places = _PLACES if cross else _PLACES[:3]
+    places = PLACES if cross else PLACES[:3]
     products = np.array([centred[i] * centred[j] for i, j in places])
     beta = _solve(products, np.full(points.shape[1], square))
     matrix = np.zeros((3, 3))
