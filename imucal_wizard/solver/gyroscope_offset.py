@@ -1,8 +1,9 @@
 """The gyroscope's offset from several still positions, and nothing else of it (N, VIII).
 
-Every position counts once, however long it was held: what differs between positions (temperature,
-the pull of gravity) is more than the noise within one. Scale and axes stay nominal. How well it is
-known says the scatter between positions, and what slow noise and rounding do to all of them alike.
+Every position counts once, however long it was held, unless the device moved in it: what differs
+between positions (temperature, the pull of gravity) is more than the noise within one. Scale and
+axes stay nominal. How well it is known says the scatter between positions, and what slow noise and
+rounding do to all of them alike.
 """
 
 from collections.abc import Sequence
@@ -12,12 +13,15 @@ import numpy as np
 from imucal_wizard.errors import DataError
 from imucal_wizard.procedure.holds import Hold
 from imucal_wizard.readings import FloatArray, IntArray
+from imucal_wizard.solver.rest import rest_of
 from imucal_wizard.solver.result import Parameter, SensorFit
 from imucal_wizard.solver.rms import root_mean_square
 from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.units import COUNT
 
 FEWEST = 2
+MEDIAN_SQUARE = 0.4549
+"""Median of the square of a normal number of variance 1."""
 
 
 def fit_offset(
@@ -49,21 +53,38 @@ def fit_offset(
     resting, own = [holds[i] for i in known], labels[known]
     readings = np.array([hold.gyroscope for hold in resting], float)
     means = np.array([readings[own == place].mean(axis=0) for place in places])
-    return _report(means, _variance(means, resting, own) + rounding, unit)
+    shares = _shares(means, resting, own)
+    return _report(means, shares, _variance(means, shares, resting, own) + rounding, unit)
 
 
-def _variance(means: FloatArray, holds: Sequence[Hold], labels: IntArray) -> FloatArray:
+def _shares(means: FloatArray, holds: Sequence[Hold], labels: IntArray) -> FloatArray:
+    """With which share each position counts, shape (n,): all alike but where the device moved."""
+    places = np.unique(labels)
+    moved = rest_of(holds, np.eye(3)).moved
+    own = np.array([moved[labels == place].mean() / np.sum(labels == place) for place in places])
+    usual = float(np.median((means - np.median(means, axis=0)) ** 2)) / MEDIAN_SQUARE
+    if not usual > 0.0:
+        return np.full(len(means), 1.0 / len(means))
+    weight = 1.0 / (usual + own)
+    return np.asarray(weight / weight.sum())
+
+
+def _variance(
+    means: FloatArray, shares: FloatArray, holds: Sequence[Hold], labels: IntArray
+) -> FloatArray:
     """Of the mean of the positions, by their scatter and by slow noise, shape (3,)."""
     count = len(means)
-    shares = np.array([1.0 / count / np.sum(labels == label) for label in labels])
-    return np.asarray(means.var(axis=0, ddof=1) / count + slow_rate(holds, shares))
+    scatter = shares**2 @ (means - shares @ means) ** 2 * count / (count - 1.0)
+    place = np.unique(labels, return_inverse=True)[1]
+    each = shares[place] / np.bincount(place)[place]
+    return np.asarray(scatter + slow_rate(holds, each))
 
 
-def _report(means: FloatArray, variance: FloatArray, unit: str) -> SensorFit:
-    count, bias = len(means), means.mean(axis=0)
+def _report(means: FloatArray, shares: FloatArray, variance: FloatArray, unit: str) -> SensorFit:
+    count, bias = len(means), shares @ means
     left = np.linalg.norm(means - bias, axis=1)
-    # the mean of the others is off by n/(n − 1) times as much
-    without = left * count / (count - 1.0)
+    # the mean of the others is off by 1/(1 − s) times as much, s being the share left out
+    without = left / (1.0 - shares)
     return SensorFit(
         sensor="gyroscope",
         model=("bias",),

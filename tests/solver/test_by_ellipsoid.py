@@ -107,6 +107,23 @@ def test_the_offset_is_the_mean_over_positions_with_their_scatter() -> None:
     assert fit.model == ("bias",)
 
 
+def test_a_position_in_which_the_device_moved_counts_for_less() -> None:
+    """One hand-held hold of eight turned at 2 mrad/s on average; its scatter shows it."""
+    rng = np.random.default_rng(0)
+    rates = 1e-4 * rng.standard_normal((8, 3))
+    rates[3] += 2e-3
+    holds = [
+        hold(np.zeros(3), 10.0 * i, gyroscope=rate, gyroscope_sigma=2e-3 if i == 3 else 1e-4)
+        for i, rate in enumerate(rates)
+    ]
+    fit = fit_offset(holds, np.arange(8), "rad/s")
+    assert np.abs(fit.bias).max() < 1e-4
+    errors = [parameter.standard_error or 0.0 for parameter in fit.parameters]
+    assert (np.abs(fit.bias) < 3.5 * np.array(errors)).all()
+    assert fit.held_out is not None
+    assert fit.held_out[3] == pytest.approx(np.linalg.norm(rates[3] - fit.bias), rel=0.02)
+
+
 def test_an_offset_needs_two_positions_and_a_scale() -> None:
     """One position does not show what differs between them; counts have no unit of rate."""
     one = hold(np.zeros(3), 0.0, gyroscope=np.zeros(3))
