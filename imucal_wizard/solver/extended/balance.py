@@ -24,6 +24,8 @@ FEWEST_LEFT = 3.0
 """Degrees of freedom of each kind below which a wide prior would fit whatever there is."""
 SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
+ARRIVED = 1e-2
+"""Step in standard deviations that no longer matters; the next one is a hundredth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +72,9 @@ class Balance:
     freedom: FloatArray
 
     @property
-    def length(self) -> float:
-        """The step in standard deviations, over all parameters together."""
-        return float(np.sqrt(self.step @ self.normal @ self.step))
+    def arrived(self) -> bool:
+        """Whether the step, over all parameters together, no longer matters."""
+        return float(np.sqrt(self.step @ self.normal @ self.step)) < ARRIVED
 
     def known(self, part: slice) -> FloatArray | None:
         """Covariance of some parameters; None when nothing is left over to judge it by."""

@@ -24,11 +24,10 @@ from imucal_wizard.solver.extended.result import EARLY
 from imucal_wizard.solver.extended.terms import Term, Terms
 
 MAX_ITERATIONS = 40
-SETTLED = 1e-2
-"""Step in standard deviations that no longer matters."""
 ALONE = 1e-9
 """Share of rows left in their residual, below which they are fitted by nothing else."""
-FEWEST_LATER = 5
+FEWEST_ROWS = 5
+"""Magnitudes and dips that are left to be predicted, at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ def fit_field(data: FieldData, terms: Sequence[Term], base: Sequence[str]) -> Fi
     for _ in range(MAX_ITERATIONS):
         system = _system(data, together, basis, point, doubts)
         found = balanced(system)
-        if found.length < SETTLED:
+        if found.arrived:
             return FieldFit(data, together, basis, point, doubts, system, found)
         point, doubts = _moved(data, together, basis, point, doubts, found.step)
         if not np.isfinite(point.residual).all():
@@ -168,7 +167,7 @@ def later(fit: FieldFit) -> FloatArray | None:
     weighted = columns[early] / variance[early, None]
     precision, value = fit.found.precision[moving], fit.system.value[moving]
     normal = columns[early].T @ weighted + np.diag(precision)
-    if (~early).sum() < FEWEST_LATER or not determined(normal):
+    if (~early).sum() < FEWEST_ROWS or not determined(normal):
         return None
     pull = weighted.T @ fit.system.residual[early] + precision * value
     step = -inverted(normal) @ pull

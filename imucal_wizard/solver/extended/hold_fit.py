@@ -12,7 +12,7 @@ from imucal_wizard.solver.extended.hold_data import HoldData
 from imucal_wizard.solver.extended.hold_model import HoldModel, HoldPoint, point_at
 from imucal_wizard.solver.extended.hold_solver import FreeModel, solve
 from imucal_wizard.solver.extended.inverse import determined, inverted
-from imucal_wizard.solver.extended.result import EARLY
+from imucal_wizard.solver.extended.result import EARLY, FEWEST_LATER
 from imucal_wizard.solver.extended.terms import WIDE, Term, Terms, widened
 from imucal_wizard.solver.magnitude import NON_ORTHOGONALITY
 from imucal_wizard.solver.task import ANGLE_XZ
@@ -21,7 +21,6 @@ from imucal_wizard.solver.uncertainty import LARGEST_HOLE
 ROUNDS = 40
 SETTLED = 1e-3
 """Relative change of the scatter that no longer matters."""
-FEWEST_LATER = 3
 LARGEST_EARLY = 5.0
 """Amplification of a hold's noise up to which the earlier holds carry the base model."""
 

@@ -15,6 +15,8 @@ from imucal_wizard.solver.result import SensorFit
 PASSES = 30
 EARLY = 2.0 / 3.0
 """Share of what was measured that predicts what comes later."""
+FEWEST_LATER = 3
+"""Holds or rotations that are left to be predicted, at least."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,8 +21,6 @@ from imucal_wizard.solver.extended.turn_model import (
 
 MAX_ITERATIONS = 30
 HALVINGS = 8
-SETTLED = 1e-2
-"""Step in standard deviations that no longer matters; the next one is a hundredth of it."""
 ROTATION = 3
 """Kinds of rows: the still means of the three axes, and closures."""
 
@@ -80,7 +78,7 @@ def fit_turns(data: TurnData, terms: Sequence[Term], base: Sequence[str]) -> Tur
         found = balanced(system)
         point, size = _downhill(data, together, free, point, found, system, basis)
         doubts = doubts + size * found.step[len(free) + len(together) :]
-        if found.length < SETTLED:
+        if found.arrived:
             system = _system(data, together, free, point, doubts, basis, system.columns)
             return TurnFit(data, together, free, point, system, balanced(system), basis)
     raise DataError(

@@ -5,11 +5,10 @@ import numpy as np
 from imucal_wizard.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.solver.closure import BIAS
 from imucal_wizard.solver.extended.inverse import inverted
-from imucal_wizard.solver.extended.result import EARLY, Witness
+from imucal_wizard.solver.extended.result import EARLY, FEWEST_LATER, Witness
 from imucal_wizard.solver.extended.turn_data import TurnData
 from imucal_wizard.solver.extended.turn_fit import TurnFit
 
-FEWEST_LATER = 3
 ALONE = 1e-9
 """Share of a rotation's own closure left in its residual, below which it is fitted by nothing
 else."""
