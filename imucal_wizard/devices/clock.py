@@ -9,7 +9,9 @@ SEGMENT_GAP = 1.0
 LONG_GAP = 1.0
 """A longer gap is no drop: the device was away."""
 _LONGEST_GAP = 3600.0
-_WRAP_WITHIN = 2.0
+"""Seconds; a longer step is no gap: the clock was set."""
+WRAP_WITHIN = 2.0
+"""Seconds; a step back that lands so near behind a full counter is no restart."""
 
 
 class DeviceClock:
@@ -77,7 +79,7 @@ class DeviceClock:
         if step < 0:
             for modulus in self._moduli:
                 unwrapped = step + modulus * self._factor
-                if 0 < unwrapped <= _WRAP_WITHIN:
+                if 0 < unwrapped <= WRAP_WITHIN:
                     self.wraps += 1
                     self._count_lost(unwrapped)
                     return unwrapped

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.devices.clock import WRAP_WITHIN
 from imucal_wizard.digits import how_often
 from imucal_wizard.readings import BoolArray, FloatArray
 
@@ -10,8 +11,6 @@ _SIZES = (2.0**8, 2.0**16, 2.0**24, 2.0**32)
 _NEARLY_FULL = 0.95
 _FULL = (2.0**32 / 1e6, 2.0**32 / 1e3, 2.0**16 / 1e3, 86_400.0)
 """Seconds at which 32 bits of micro- and milliseconds, 16 of milliseconds, and a day are full."""
-_WRAP_WITHIN = 2.0
-"""Seconds; a step back that lands so near behind a full counter is no restart."""
 _COARSE = 0.05
 """More equal times than this share mean that the clock ticks more slowly than the samples come."""
 
@@ -40,7 +39,7 @@ def rolled_over(time: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     steps = np.diff(time)
     rounds = np.zeros(len(steps))
     for size in _FULL:
-        rounds[(steps < 0) & (steps + size > 0) & (steps + size <= _WRAP_WITHIN)] = size
+        rounds[(steps < 0) & (steps + size > 0) & (steps + size <= WRAP_WITHIN)] = size
     times = int((rounds > 0).sum())
     if not times:
         return time, ()
