@@ -19,13 +19,14 @@ WORDS: dict[str, tuple[str, ...]] = {
     "columns": (
         (
             "Say what each number of the newest line is: ax, ay, az are needed, gx, gy, gz for "
-            "the gyroscope; what means nothing here is 'not used'. Turn the device and watch "
-            "which number follows gravity."
+            "the gyroscope, mx, my, mz for the magnetometer; what means nothing here is 'not "
+            "used'. Turn the device and watch which number follows gravity."
         ),
         (
             "Units: at rest the size of the acceleration is 9.81 m/s², 1 g or 1000 mg; whole "
             "numbers in the hundreds or thousands are counts. The turn rate's unit is in the "
-            "sketch or the data sheet."
+            "sketch or the data sheet. The Earth's field is 22 to 67 µT, but iron on the board "
+            "adds its own: where it looks wrong here, look at the sketch."
         ),
     ),
     "settle": (

@@ -191,6 +191,40 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     assert setup.columns[3] == Column("gx", "deg/s", "gyr_x")
 
 
+async def test_the_fields_unit_is_asked_too_and_a_current_beside_it_is_kept() -> None:
+    """A unit guessed from the field's size is a guess: iron beside the sensor makes it another."""
+    source = fakes.FakeSource()
+    columns = [Column(f"a{axis}", "m/s^2", f"a{axis}") for axis in "xyz"]
+    columns += [Column(f"g{axis}", "rad/s", f"g{axis}") for axis in "xyz"]
+    columns += [Column(f"m{axis}", "uT", f"m{axis}") for axis in "xyz"]
+    columns += [Column("current", "mA", "current"), Column("throttle", "%", "throttle")]
+    values = (0.1, 0.2, 9.8, 0.0, 0.1, 0.2, 20.0, 3.0, -40.0, 120.0, 5.0)
+    source.stream = replace(fakes.STREAM, columns=tuple(columns), values=values)
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "is this what you expect?")
+        await pilot.press("c")
+        await shows(pilot, "which column is what?", "field unit", "22 to 67 µT")
+        await pilot.press(*["down"] * 13, "right", "right", "enter")
+        await until(pilot, lambda: bool(source.setups))
+    setup = source.setups[0]
+    assert setup.magnetometer_unit == "mT"
+    assert setup.columns[6:] == (
+        *(Column(f"m{axis}", "mT", f"m{axis}") for axis in "xyz"),
+        Column("current", "mA", "current"),
+        Column("throttle", "%", "throttle"),
+    )
+
+
+async def test_half_a_magnetometer_is_none() -> None:
+    source = fakes.FakeSource()
+    columns = tuple(Column(name, "", name) for name in ("ax", "ay", "az", "mx", "my"))
+    source.stream = replace(fakes.STREAM, columns=columns, values=(0.1, 0.2, 9.8, 20.0, 3.0))
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "is this what you expect?")
+        await pilot.press("c", "enter")
+        await shows(pilot, "the magnetometer needs all of mx, my, mz, or none")
+
+
 async def test_a_header_that_comes_late_answers_for_the_operator() -> None:
     source = fakes.FakeSource()
     columns = tuple(Column(f"g{axis}", "") for axis in "xyz")

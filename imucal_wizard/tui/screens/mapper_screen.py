@@ -15,7 +15,7 @@ from imucal_wizard.live.snapshot import StreamStatus
 from imucal_wizard.tui.text import line, unit_sign, wrapped
 from imucal_wizard.tui.widgets.choices import Choice, Choices
 from imucal_wizard.tui.widgets.lines import Lines
-from imucal_wizard.units import ACCELERATION, COUNT, RATE, TIME
+from imucal_wizard.units import ACCELERATION, COUNT, CURRENT, FIELD, RATE, THROTTLE, TIME
 
 if TYPE_CHECKING:
     from imucal_wizard.tui.app import WizardApp
@@ -23,18 +23,32 @@ if TYPE_CHECKING:
 SKIP = "not used"
 _LOOK = 0.2
 """Seconds between two looks whether the stream has answered by itself."""
-CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz", "temp", "counter")
+CHANNELS = (
+    "t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz", "temp", "current", "throttle",
+    "counter",
+)  # fmt: skip
+_ASKED = "agmt"
+"""First letters of the channels whose unit is asked for."""
 _UNITS: dict[str, tuple[str, ...]] = {
     "a": (*ACCELERATION, COUNT),
     "g": (*RATE, COUNT),
+    "m": (*FIELD, COUNT),
     "t": tuple(TIME),
 }
-_LABELS = {"a": "acceleration unit", "g": "turn rate unit", "t": "time unit"}
+_LABELS = {
+    "a": "acceleration unit",
+    "g": "turn rate unit",
+    "m": "field unit",
+    "t": "time unit",
+}
 _HINTS = {
     "a": "at rest 9.81 m/s², 1 g or 1000 mg",
     "g": "see the sketch or data sheet",
+    "m": "the Earth's is 22 to 67 µT",
     "t": "",
 }
+_USUAL = {"current": next(iter(CURRENT)), "throttle": next(iter(THROTTLE))}
+"""Unit of a column that stands beside the sensors and does not say it."""
 _LARGE = 1000.0
 """Numbers from here on are shown without decimals."""
 
@@ -115,7 +129,7 @@ def questions(stream: StreamStatus) -> list[Choice]:
         label = column.name or f"column {i + 1}"
         answer = column.channel or SKIP
         choices.append(Choice(label, (*CHANNELS, SKIP), answer, newest(stream, i)))
-    return choices + [_unit_question(stream, letter) for letter in ("a", "g", "t")]
+    return choices + [_unit_question(stream, letter) for letter in _ASKED]
 
 
 def newest(stream: StreamStatus, place: int) -> str:
@@ -125,7 +139,7 @@ def newest(stream: StreamStatus, place: int) -> str:
 
 
 def _unit_question(stream: StreamStatus, letter: str) -> Choice:
-    found = [column.unit for column in stream.columns if column.channel[:1] == letter]
+    found = [column.unit for column in stream.columns if _letter(column.channel) == letter]
     answer = next((unit for unit in found if unit), "")
     if letter == "t" and not answer:
         answer = "s"
@@ -142,11 +156,11 @@ def complaint(stream: StreamStatus, choices: list[Choice]) -> str:
     missing = [channel for channel in ("ax", "ay", "az") if channel not in used]
     if missing:
         return f"the accelerometer lacks {', '.join(missing)}: say which column that is"
-    turning = [channel for channel in ("gx", "gy", "gz") if channel in used]
-    if turning and len(turning) < 3:
-        return "the gyroscope needs all of gx, gy, gz, or none"
-    for letter, choice in zip("agt", choices[len(stream.columns) :], strict=True):
-        needed = any(channel[0] == letter for channel in used)
+    for sensor, axes in (("gyroscope", ("gx", "gy", "gz")), ("magnetometer", ("mx", "my", "mz"))):
+        if 0 < sum(channel in used for channel in axes) < len(axes):
+            return f"the {sensor} needs all of {', '.join(axes)}, or none"
+    for letter, choice in zip(_ASKED, choices[len(stream.columns) :], strict=True):
+        needed = any(_letter(channel) == letter for channel in used)
         if needed and choice.answer not in choice.options:
             return f"choose the {choice.label}"
     return ""
@@ -155,17 +169,23 @@ def complaint(stream: StreamStatus, choices: list[Choice]) -> str:
 def setup_from(stream: StreamStatus, choices: list[Choice]) -> StreamSetup:
     """The setup that says what was answered."""
     n = len(stream.columns)
-    units = {letter: choice.answer for letter, choice in zip("agt", choices[n:], strict=True)}
+    units = {letter: choice.answer for letter, choice in zip(_ASKED, choices[n:], strict=True)}
     columns = []
     for column, choice in zip(stream.columns, choices[:n], strict=True):
         channel = choice.answer if choice.answer in CHANNELS else ""
         kept = column.unit if channel == column.channel else ""
-        unit = units.get(channel[:1], kept) if channel != "temp" else kept
+        unit = units.get(_letter(channel), kept or _USUAL.get(channel, ""))
         columns.append(Column(channel, unit if channel else "", column.name))
-    used = {column.channel[:1] for column in columns}
+    used = {_letter(column.channel) for column in columns}
     return StreamSetup(
         format=stream.format or AUTO,
         columns=tuple(columns),
         accelerometer_unit=units["a"] if "a" in used else "",
         gyroscope_unit=units["g"] if "g" in used else "",
+        magnetometer_unit=units["m"] if "m" in used else "",
     )
+
+
+def _letter(channel: str) -> str:
+    """Which question about a unit a channel is answered by; "" for none."""
+    return channel[:1] if channel == "t" or channel[1:] in ("x", "y", "z") else ""
