@@ -33,6 +33,11 @@ class HandKeys:
     def __init__(self, hand: Hand) -> None:
         self._hand = hand
 
+    @property
+    def following(self) -> bool:
+        """Whether the hand does by itself what the wizard asks."""
+        return self._hand.following
+
     def press(self, key: str, status: "Status | None") -> bool:
         """Do what the key means; False when it means nothing to the hand."""
         if key in _TURNS:

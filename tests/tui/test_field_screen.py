@@ -232,3 +232,16 @@ async def test_the_virtual_hand_turns_the_face_that_lies_there_and_lets_steel_pa
         await pilot.press("space", "S")
         await until(pilot, lambda: len(hand.told) == 2)
         assert hand.told == [("y", 372.0), ("steel", "")]
+
+
+async def test_the_footer_says_whether_the_virtual_hand_is_at_work() -> None:
+    """Who presses H twice should see that nobody turns the device any more."""
+    source = source_of()
+    source.hand = hand = fakes.FakeHand()  # type: ignore[attr-defined]  # only some sources have one
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "H hand does it")
+        await pilot.press("H")
+        await shows(pilot, "H hand stops")
+        assert hand.following
+        await pilot.press("H")
+        await shows(pilot, "H hand does it")

@@ -24,6 +24,8 @@ HAND_KEYS: Keys = (
     ("T", "tremble"),
     ("H", "hand does it"),
 )
+HAND_STOPS = "hand stops"
+"""What H does while the hand follows the wizard."""
 
 
 class KeyedScreen(LiveScreen):
@@ -47,8 +49,11 @@ class KeyedScreen(LiveScreen):
     hand_keys: ClassVar[Keys] = HAND_KEYS
 
     def footer(self) -> None:
-        """The keys, and those of the virtual hand where there is one."""
-        self.query_one(KeyFooter).offer(self.keys, self.hand_keys if self.wizard.hand_keys else ())
+        """The keys, and those of the virtual hand where there is one, and whether it is at work."""
+        hand, keys = self.wizard.hand_keys, self.hand_keys
+        if hand is not None and hand.following:
+            keys = tuple((key, HAND_STOPS if key == "H" else word) for key, word in keys)
+        self.query_one(KeyFooter).offer(self.keys, keys if hand is not None else ())
 
     def action_order(self, name: str, argument: str = "") -> None:
         """Hand a command to the machine."""
@@ -74,6 +79,7 @@ class KeyedScreen(LiveScreen):
                 return
         hand: HandKeys | None = self.wizard.hand_keys
         if hand is not None and hand.press(event.key, snapshot.status if snapshot else None):
+            self.footer()
             event.stop()
 
     def announced(self, snapshot: Snapshot) -> tuple[str, str]:
