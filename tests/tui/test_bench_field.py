@@ -21,11 +21,11 @@ def drawing() -> Benches:
 
 async def to_the_field(pilot: Pilot[Any]) -> None:
     """From the accelerometer over the gyroscope to the magnetometer."""
-    await shows(pilot, "BENCH  accelerometer", "model is complete")
+    await shows(pilot, "BENCH  accelerometer", "model is complete", "g gyroscope, …")
     await pilot.press("g")
-    await shows(pilot, "The gyroscope's model is complete")
+    await shows(pilot, "The gyroscope's model is complete", "g magnetometer, …")
     await pilot.press("g")
-    await shows(pilot, "BENCH  magnetometer", "▸ misalignment")
+    await shows(pilot, "BENCH  magnetometer", "▸ misalignment", "g accelerometer, …")
 
 
 @pytest.mark.parametrize("size", [USUAL, LARGE])

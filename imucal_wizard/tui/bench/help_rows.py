@@ -43,7 +43,7 @@ _KEYS = (
     ("a", "other part of the data: each axis measured beside the model; the gyroscope's turns"),
     ("1 2 3", "suspects, model, ladder"),
     ("e", "type an effect of your own as a formula"),
-    ("g", "the other sensor"),
+    ("g", "the next sensor"),
     ("esc", "leave the bench"),
 )
 

@@ -34,7 +34,7 @@ PREDICTING: tuple[Keys, ...] = (
     ),
     (
         ("tab", "look at …"), ("←→", "point"), ("t", "trace"), ("a", "other data"),
-        ("g", "other sensor"), ("esc", "back"),
+        ("g", "next sensor"), ("esc", "back"),
     ),
 )  # fmt: skip
 """The keys while a guess is asked for."""
@@ -112,9 +112,15 @@ class BenchLayout(SizedScreen[tuple[Asked, ...]]):
             here = panel == self.desk.panel
             name = f"▸{panel.upper()}" if here else panel
             spans += [(f" {k + 1} ", "key"), (f"{name} ", "accent" if here else "quiet")]
-        others = [name for name in self.sensors if name != self.sensor]
-        spans += [("  g ", "key"), (others[0], "quiet")] if others else []
-        return tuple(spans)
+        return (*spans, *self._others())
+
+    def _others(self) -> list[Span]:
+        """The sensor that ``g`` leads to, and that it is not the only other one."""
+        place = self.sensors.index(self.sensor) if self.sensor in self.sensors else 0
+        others = [*self.sensors[place + 1 :], *self.sensors[:place]]
+        if not others:
+            return []
+        return [("  g ", "key"), (others[0] + (", …" if len(others) > 1 else ""), "quiet")]
 
     def _said(self) -> list[Line]:
         """What is being done, what went wrong, the verdict: the most pressing first."""

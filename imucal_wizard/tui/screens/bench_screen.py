@@ -57,7 +57,7 @@ class BenchScreen(BenchPages):
         Binding("u", "undo", "undo"),
         Binding("r,delete", "remove", "remove"),
         Binding("e", "formula", "own formula"),
-        Binding("g", "sensor", "other sensor"),
+        Binding("g", "sensor", "next sensor"),
         Binding("question_mark", "explain", "help"),
         Binding("escape,b", "dismiss", "back"),
         Binding("q", "app.leave", "quit"),
@@ -65,7 +65,7 @@ class BenchScreen(BenchPages):
     keys: ClassVar[tuple[Keys, ...]] = (
         (
             ("enter", "add it"), ("l", "lesson"), ("p", "predict first"), ("n", "next poses"),
-            ("u", "undo"), ("?", "help"), ("q", "quit"), ("g", "other sensor"),
+            ("u", "undo"), ("?", "help"), ("q", "quit"), ("g", "next sensor"),
         ),
         (
             ("tab", "look at …"), ("v", "explained"), ("←→", "point"), ("1-3", "panels"),
@@ -193,7 +193,7 @@ class BenchScreen(BenchPages):
         self.dismiss(asked_for(to_measure(sight, self.desk.entry)[0]))
 
     def action_sensor(self) -> None:
-        """The other sensor."""
+        """The next sensor."""
         if self.busy or not self.sensors:
             return
         if len(self.sensors) < 2:
