@@ -10,6 +10,8 @@ from scipy import stats
 from imucal_wizard.fitting.gyroscope import fit_gyroscope
 from imucal_wizard.readings import FloatArray
 from imucal_wizard.solver.accelerometer import fit_accelerometer
+from imucal_wizard.solver.extended.gyroscope import fit_gyroscope_with
+from imucal_wizard.solver.extended.turn_measuring import turn_data
 from imucal_wizard.solver.parameters import full_parameters, triangular_parameters
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.solver.slow_noise import (
@@ -209,3 +211,22 @@ def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> 
         count(fit, full_parameters(session.gyroscope.matrix, session.gyroscope.bias))
     assert abs(inside["bias"] / looked["bias"] - 0.95) < 0.10
     assert abs(sum(inside.values()) / sum(looked.values()) - 0.95) < 0.04
+
+
+@pytest.mark.parametrize("instability", [1.0, 4.0])
+def test_the_benchs_intervals_hold_the_gyroscopes_bias_as_often(instability: float) -> None:
+    """The model that effects are added to knows its biases no better than the plain fit does."""
+    rng, inside = np.random.default_rng(6), []
+    for _ in range(15):
+        session = wandering(3, instability, rng)
+        found = fit_accelerometer(session.holds, STANDARD_GRAVITY, "m/s^2")
+        plain = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
+        assert plain is not None
+        data = turn_data(session.holds, session.rotations, found, plain, STANDARD_GRAVITY)
+        fit = fit_gyroscope_with(data).fit
+        reach = quantile(0.95, fit.degrees_of_freedom)
+        known = {one.name: one for one in fit.parameters}
+        for axis, true in zip("xyz", session.gyroscope.bias, strict=True):
+            one = known[f"bias_{axis}"]
+            inside.append(abs(one.value - true) < reach * (one.standard_error or 0.0))
+    assert np.mean(inside) > 0.8

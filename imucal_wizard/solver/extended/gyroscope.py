@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.effects.effect import Effect
 from imucal_wizard.readings import FloatArray, IntArray
-from imucal_wizard.solver.closure import SIZE
+from imucal_wizard.solver.closure import BIAS, SIZE
 from imucal_wizard.solver.extended.hold_data import BASE, checked_base
 from imucal_wizard.solver.extended.levers import coarse_levers, effect_columns
 from imucal_wizard.solver.extended.linear import Linear, RowInfo
@@ -90,12 +90,17 @@ def _before(data: TurnData) -> FloatArray:
 
 
 def _base_covariance(fit: TurnFit) -> FloatArray | None:
-    """Of M's nine entries by rows and the biases, shape (12, 12)."""
+    """Of M's nine entries by rows and the biases, shape (12, 12).
+
+    As in the plain fit with what slow noise may do to the biases, which no residual shows.
+    """
     free = fit.found.known(slice(0, len(fit.free)))
     if free is None:
         return None
     covariance = np.zeros((SIZE, SIZE))
     covariance[np.ix_(fit.free, fit.free)] = free
+    biases = [index for index in fit.free if index >= BIAS.start]
+    covariance[biases, biases] += fit.data.slow[[index - BIAS.start for index in biases]]
     return covariance
 
 

@@ -35,6 +35,7 @@ class TurnData:
         labels: number of each hold's direction, shape (h,).
         visits: number of the rest that each is a piece of, shape (h,).
         still_noise: variance of their means by noise alone, (rad/s)², shape (h, 3).
+        slow: variance by which slow noise shifts the mean of all stills, reading², shape (3,).
         circumstances: of the holds with a mean.
         start: matrix and bias of the base fit, shapes (3, 3) and (3,).
         carried: which of the twelve base parameters the rotations carry.
@@ -56,6 +57,7 @@ class TurnData:
     labels: IntArray
     visits: IntArray
     still_noise: FloatArray
+    slow: FloatArray
     circumstances: Circumstances
     start: tuple[FloatArray, FloatArray]
     carried: tuple[int, ...]

@@ -19,6 +19,7 @@ from imucal_wizard.solver.gains import nominal_of
 from imucal_wizard.solver.noise import has_rate
 from imucal_wizard.solver.rest import Rest, rest_of
 from imucal_wizard.solver.result import SensorFit
+from imucal_wizard.solver.slow_noise import slow_rate
 from imucal_wizard.units import COUNT
 
 SMALLEST_CLOSING = 1e-7
@@ -77,6 +78,7 @@ def turn_data(
         labels=accelerometer.labels[rows],
         visits=visits(holds, accelerometer.up)[rows],
         still_noise=np.maximum(rest.mean[rows], SMALLEST_STILL**2),
+        slow=slow_rate([holds[i] for i in rows]),
         circumstances=known.select(rows),
         start=start,
         carried=tuple(
