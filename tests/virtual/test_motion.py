@@ -97,13 +97,13 @@ def test_a_device_held_in_the_hand_trembles() -> None:
 
 
 def test_a_vibrating_support_shakes_without_turning() -> None:
-    """The rms per axis is the one asked for."""
+    """The rms per axis is the one asked for, as nearly as a few tones at random tell it."""
     hand = VirtualHand()
     hand.perform([Shake(0.2), Rest(20.0)])
     motion = hand.advance(2000)
     assert not motion.rate.any()
     rms = np.sqrt((motion.acceleration**2).mean(0))
-    np.testing.assert_allclose(rms, 0.2, rtol=0.35)
+    np.testing.assert_allclose(rms, 0.2, rtol=0.2)
 
 
 @settings(deadline=None, max_examples=40)  # a slow machine is no failure
