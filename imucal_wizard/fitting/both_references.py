@@ -24,6 +24,8 @@ from imucal_wizard.solver.second_stage.found import Added, SecondStage
 from imucal_wizard.solver.second_stage.references import References, closed
 from imucal_wizard.solver.slow_noise import slow_rate
 
+DEFAULT = "vector"
+"""The gyroscope's method where none was asked for."""
 FEWEST_TURNS = 6
 WORSE = 1.1
 """A closure that is larger by less than this says nothing: thirty turns know it to 13 %."""
@@ -57,7 +59,8 @@ def with_gyroscope(
         aligned: the magnetometer in the accelerometer's frame.
 
     Returns:
-        The stage with clock and gain, and the better of both fits.
+        The stage with clock and gain, and the better of both fits; a method that was asked for is
+        kept.
     """
     fit = report.sensors["gyroscope"]
     clock = clock_offset(passages(turns, fit, calm, aligned))
@@ -85,6 +88,9 @@ def with_gyroscope(
     stage = replace(stage, added=added)
     if added.heading_after > WORSE * added.heading_before:
         note = "the gyroscope's fit to gravity alone foretells turns better and is kept"
+        return replace(stage, notes=(*stage.notes, note)), fit
+    if fit.method != DEFAULT:
+        note = f"the gyroscope stays with the method that was asked for: {fit.method}"
         return replace(stage, notes=(*stage.notes, note)), fit
     return stage, _by_both(fit, better)
 
@@ -120,9 +126,10 @@ def _added(data: References, fit: SensorFit, better: AttitudeFit) -> Added:
         before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
         seen = before > 0.0
         ratio = float(np.sqrt(after[seen] / before[seen]).mean()) if seen.any() else None
+    closing = fit.rms_held_out if fit.unit == "rad" else None  # an offset's error is a rate
     return Added(
         len(data),
-        fit.rms_held_out or root_mean_square(first.tilt),
+        closing or root_mean_square(first.tilt),
         root_mean_square(better.tilt_held_out),
         root_mean_square(first.heading),
         root_mean_square(better.heading_held_out),

@@ -9,7 +9,7 @@ import pytest
 
 from imucal_wizard.document import fit_document
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting import fit_readings
+from imucal_wizard.fitting import FitOptions, fit_readings
 from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.solver.second_stage.dip import align
@@ -89,6 +89,21 @@ def test_turns_about_the_vertical_count_with_the_field_as_reference() -> None:
     truth = np.concatenate([SESSION.gyroscope.matrix.ravel(), SESSION.gyroscope.bias])
     found = np.concatenate([fit.matrix.ravel(), fit.bias])
     assert (np.abs(found - truth) < 4.5 * np.sqrt(np.diag(fit.covariance))).all()
+
+
+@pytest.mark.parametrize("method", ["offset", "static"])
+def test_a_method_that_was_asked_for_is_kept_and_told_what_both_references_would_add(
+    method: str,
+) -> None:
+    """Closures are angles, whatever the method's own error is of."""
+    options = FitOptions(gyroscope_method=method)
+    report = fit_readings(replace(SESSION, vertical=0.3).readings(0), options)
+    stage, fit = stage_of(report), report.sensors["gyroscope"]
+    assert fit.method == method
+    assert stage.added is not None
+    assert stage.added.tilt_after < 0.5 * stage.added.tilt_before
+    assert stage.added.tilt_before > np.radians(0.1)
+    assert any(f"was asked for: {method}" in note for note in stage.notes)
 
 
 def _heading_errors(seed: int) -> tuple[FloatArray, FloatArray]:
