@@ -26,30 +26,34 @@ def ladder_rows(sight: Sight, width: int, height: int | None = None) -> list[Lin
     present = max(rungs[-1].rms_fitted, rungs[-1].rms_held_out or 0.0, floor)
     top = min(max(errors), REACH * present) or 1.0
     room = max(4, (width - _NAME - 2 - 2 * 9) // 2)
-    rows: list[list[Line]] = []
-    for k, rung in enumerate(rungs):
-        last = k == len(rungs) - 1
-        spans: list[Span] = [
-            ("▸ " if last else "  ", "accent"),
-            (f"{step_name(sight, k):<{_NAME}.{_NAME}}", "strong" if last else ""),
-        ]
-        for error, style in ((rung.rms_fitted, "quiet"), (rung.rms_held_out, "accent")):
-            text = "–" if error is None else number(error * factor, 3)
-            spans.append((f"{text:>8} ", "strong" if last else ""))
-            spans.append((f"{blocks(error or 0.0, top, room):<{room}}", style))
-        rows.append([tuple(spans)])
-        if sight.rose(k):
-            rows[-1].append(line("    ▲ only the fitted error fell: u takes it back", "warn"))
+    rows: list[Line] = []
+    for place in range(len(rungs)):
+        rows.append(_rung(sight, place, factor, top, room))
+        if sight.rose(place):
+            rows.append(line("    ▲ only the fitted error fell: u takes it back", "warn"))
+    if height is not None:
+        rows = rows[-max(1, height - 2) :]
     head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
     foot: Line = (
         (f"  {'noise alone':<{_NAME}}", "quiet"),
         (f"{number(floor * factor, 3):>8} ", "quiet"),
         (f"{blocks(floor, top, room):<{room}}", "quiet"),
     )
-    flat = [row for group in rows for row in group]
-    if height is not None and len(flat) > max(1, height - 2):
-        flat = flat[-max(1, height - 2) :]
-    return [line(head[:width], "quiet"), *flat, foot]
+    return [line(head[:width], "quiet"), *rows, foot]
+
+
+def _rung(sight: Sight, place: int, factor: float, top: float, room: int) -> Line:
+    """One model with both its errors, as numbers and as bars of at most ``room`` columns."""
+    rung, last = sight.ladder[place], place == len(sight.ladder) - 1
+    spans: list[Span] = [
+        ("▸ " if last else "  ", "accent"),
+        (f"{step_name(sight, place):<{_NAME}.{_NAME}}", "strong" if last else ""),
+    ]
+    for error, style in ((rung.rms_fitted, "quiet"), (rung.rms_held_out, "accent")):
+        text = "–" if error is None else number(error * factor, 3)
+        spans.append((f"{text:>8} ", "strong" if last else ""))
+        spans.append((f"{blocks(error or 0.0, top, room):<{room}}", style))
+    return tuple(spans)
 
 
 def step_name(sight: Sight, place: int) -> str:

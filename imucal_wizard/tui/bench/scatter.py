@@ -35,33 +35,53 @@ def scatter(view: View, width: int, height: int, cursor: int | None = None) -> l
     columns, rows = max(10, width - LABEL - 1), max(3, height - 1 - framed)
     rows -= rows % 2 == 0  # 0 is in the middle
     low, high = _limits(view)
-    grid = [[" "] * columns for _ in range(rows)]
-    left, right = float(view.x.min()), float(view.x.max())
-
-    def put(y: float, column: int, sign: str) -> None:
-        row = round((high - y) / (high - low) * (rows - 1))
-        if 0 <= row < rows:
-            sign = "⊗" if sign == "∘" and grid[row][column] == "×" else sign
-            if _RANK[sign] > _RANK[grid[row][column]]:
-                grid[row][column] = sign
-
-    places = _columns(view.x, left, right, columns)
-    for column in range(columns):
-        put(0.0, column, "─")
-        if view.floor is not None:
-            put(view.floor, column, "┈")
-            put(-view.floor, column, "┈")
-        if view.slope is not None:
-            put(view.slope * (left + (right - left) * column / (columns - 1)), column, "·")
-    for value, column in zip(() if view.model is None else view.model, places, strict=False):
-        put(float(value), column, "×")
-    for i, column in enumerate(places):
-        far = view.floor is not None and abs(view.y[i]) > FAR * view.floor
-        put(float(view.y[i]), column, "◆" if i == cursor else "●" if far else "∘")
+    grid = _Grid(low, high, rows, columns)
+    _draw(grid, view, columns)
+    _mark(grid, view, columns, cursor)
     labels = _labels(low, high, rows)
-    drawn = [_row(labels.get(k, ""), cells) for k, cells in enumerate(grid)]
+    drawn = [_row(labels.get(k, ""), cells) for k, cells in enumerate(grid.cells)]
     frame = [line(" " * LABEL + "└" + "─" * columns, "quiet")] if framed else []
     return [*drawn, *frame, _foot(view, columns)]
+
+
+class _Grid:
+    """The characters of a plot; where two meet, the one that says more stays."""
+
+    def __init__(self, low: float, high: float, rows: int, columns: int) -> None:
+        self._low, self._high = low, high
+        self.cells = [[" "] * columns for _ in range(rows)]
+
+    def put(self, y: float, column: int, sign: str) -> None:
+        """Set a sign at a height of the plot; nothing outside it."""
+        last = len(self.cells) - 1
+        row = round((self._high - y) / (self._high - self._low) * last)
+        if 0 <= row <= last:
+            there = self.cells[row][column]
+            sign = "⊗" if sign == "∘" and there == "×" else sign
+            if _RANK[sign] > _RANK[there]:
+                self.cells[row][column] = sign
+
+
+def _draw(grid: _Grid, view: View, columns: int) -> None:
+    """The axis, the band of the noise, the line."""
+    left, right = float(view.x.min()), float(view.x.max())
+    for column in range(columns):
+        grid.put(0.0, column, "─")
+        if view.floor is not None:
+            grid.put(view.floor, column, "┈")
+            grid.put(-view.floor, column, "┈")
+        if view.slope is not None:
+            grid.put(view.slope * (left + (right - left) * column / (columns - 1)), column, "·")
+
+
+def _mark(grid: _Grid, view: View, columns: int, cursor: int | None) -> None:
+    """The points, with the model beside them."""
+    places = _columns(view.x, columns)
+    for value, column in zip(() if view.model is None else view.model, places, strict=False):
+        grid.put(float(value), column, "×")
+    for i, column in enumerate(places):
+        far = view.floor is not None and abs(view.y[i]) > FAR * view.floor
+        grid.put(float(view.y[i]), column, "◆" if i == cursor else "●" if far else "∘")
 
 
 def _limits(view: View) -> tuple[float, float]:
@@ -71,7 +91,8 @@ def _limits(view: View) -> tuple[float, float]:
     return (-top if (values < 0.0).any() or view.slope is not None else 0.0), top
 
 
-def _columns(x: FloatArray, left: float, right: float, columns: int) -> list[int]:
+def _columns(x: FloatArray, columns: int) -> list[int]:
+    left, right = float(x.min()), float(x.max())
     share = (x - left) / (right - left) if right > left else np.full(len(x), 0.5)
     return [round(float(part) * (columns - 1)) for part in share]
 
