@@ -22,6 +22,7 @@ def base_terms(text: str) -> dict[str, tuple[str, ...]]:
         UsageError: a word that is no term of a base.
     """
     words = [word.strip() for word in text.split(",") if word.strip()]
+    _check_base(words)
     plain = [word for word in words if "/" not in word]
     found = {}
     for sensor, whole in BASES.items():
@@ -30,6 +31,10 @@ def base_terms(text: str) -> dict[str, tuple[str, ...]]:
         if sensor == "magnetometer" and "non-orthogonality" in asked:
             asked.add("soft-iron")
         found[sensor] = tuple(term for term in whole if term in asked) if asked else whole
+    return found
+
+
+def _check_base(words: Sequence[str]) -> None:
     inertial = {"none", *BASES["accelerometer"]}
     known = {*inertial, "soft-iron"}
     for word in words:
@@ -39,7 +44,6 @@ def base_terms(text: str) -> dict[str, tuple[str, ...]]:
             raise UsageError(
                 f"--base: {word!r} is not in the base; it has {', '.join(sorted(own_terms))}"
             )
-    return found
 
 
 def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:

@@ -112,8 +112,8 @@ def _benches(report: "FitReport", before: "Benches | None") -> "Benches":
     return Benches(report, before=before)
 
 
-def _nothing() -> None:
-    pass
+def _nobody() -> None:
+    """Nobody waits to be told."""
 
 
 @dataclass(frozen=True)
@@ -139,4 +139,4 @@ class Services:
     ports: Callable[[], Sequence[SourceChoice]] = _none
     earlier: Callable[[], Sequence[SourceChoice]] = _none
     benches: "Callable[[FitReport, Benches | None], Benches]" = _benches
-    loaded: Callable[[], None] = _nothing
+    loaded: Callable[[], None] = _nobody
