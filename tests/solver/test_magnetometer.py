@@ -410,3 +410,20 @@ def test_an_unknown_method_is_a_mistake_of_the_user() -> None:
     rng = np.random.default_rng(13)
     with pytest.raises(UsageError, match="two-step"):
         fit_magnetometer(recorded(all_over(rng, 500), rng).series, method="magic")
+
+
+@pytest.mark.parametrize(
+    ("name", "says"), [("everywhere", False), ("one half", True), ("two ends", False)]
+)
+def test_an_empty_side_is_said(name: str, says: bool) -> None:
+    """Half a sphere carries all nine parameters, but the other half is extrapolated."""
+    rng = np.random.default_rng(20)
+    directions = all_over(rng, 12000)
+    height = directions[:, 2]
+    seen = {"everywhere": height > -2.0, "one half": height > -0.1, "two ends": abs(height) > 0.5}
+    found = fit_magnetometer(recorded(directions[seen[name]], rng).series)
+    assert found.fit.model == ("bias", "soft-iron")
+    told = [text for text in found.fit.warnings if "one side is empty" in text]
+    assert bool(told) == says
+    if told:
+        assert told[0].startswith(f"{int((found.filled > 0).sum())} of 100 directions are covered")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.ellipsoid.binned import fill
+from imucal_wizard.ellipsoid.bins import centres
 from imucal_wizard.ellipsoid.shape import Cloud, look
 from imucal_wizard.ellipsoid.two_step import sphere
 from imucal_wizard.readings import BoolArray, FloatArray, Series
@@ -22,6 +23,10 @@ from imucal_wizard.solver.magnetometer.parameters import (
 from imucal_wizard.solver.parameters import with_errors
 from imucal_wizard.solver.result import SensorFit
 from imucal_wizard.units import COUNT
+
+OFF_CENTRE = 0.3
+"""How far from the middle the covered directions have their centre of gravity where one side is
+empty: half a sphere has it at 0.5, three quarters at 0.25."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,9 +172,7 @@ def _warnings(
 
 def _one_sided(filled: FloatArray) -> bool:
     """Whether the covered directions have a centre of gravity far from the middle."""
-    from imucal_wizard.ellipsoid.bins import centres
-
-    return float(np.linalg.norm(centres()[filled > 0].mean(axis=0))) > 0.3
+    return float(np.linalg.norm(centres()[filled > 0].mean(axis=0))) > OFF_CENTRE
 
 
 def _left_out_notes(left_out: tuple[LeftOut, ...], method: str, unit: str) -> list[str]:
