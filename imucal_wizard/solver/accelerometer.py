@@ -21,6 +21,7 @@ from imucal_wizard.solver.slow_noise import spans_of
 from imucal_wizard.solver.start import errors_before, six_position
 from imucal_wizard.solver.task import Task, face_rows, make_task, up_directions
 from imucal_wizard.solver.uncertainty import (
+    Uncertainty,
     held_out,
     uncertainty,
     uncertainty_of_six,
@@ -138,12 +139,8 @@ def _gain(task: Task, theta: FloatArray) -> float:
 def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) -> AccelerometerFit:
     problem, theta, gravity = task.problem, solution.theta, task.problem.magnitude
     six = task.method == SIX
-    known = uncertainty_of_six(task, theta) if six else uncertainty(task, theta)
     errors, noise = residuals(theta, problem.points), _noise(task, holds, theta)
-    known = with_slow_noise(known, task, theta, spans_of(holds), noise)
-    if task.method == "two-step":
-        # what its first step errs is no noise, and nothing here says how much it is
-        known = replace(known, covariance=None)
+    known = _known(task, theta, holds, noise)
     out, why = (None, NEEDS_ALL_SIX) if six else held_out(task, theta)
     matrix, bias = problem.matrix_and_bias(theta)
     suspect = None if six else _suspect(task, theta)
@@ -188,6 +185,14 @@ def _report(task: Task, solution: Solution, holds: Sequence[Hold], unit: str) ->
         up_doubt(task, theta, known.whole),
         suspect,
     )
+
+
+def _known(task: Task, theta: FloatArray, holds: Sequence[Hold], noise: FloatArray) -> Uncertainty:
+    """How well θ is known, by the scatter and by what noise slower than a hold adds."""
+    known = uncertainty_of_six(task, theta) if task.method == SIX else uncertainty(task, theta)
+    known = with_slow_noise(known, task, theta, spans_of(holds), noise)
+    # what the first step of N's estimate errs is no noise, and nothing here says how much it is
+    return replace(known, covariance=None) if task.method == "two-step" else known
 
 
 def _unused(task: Task) -> tuple[int, ...]:
