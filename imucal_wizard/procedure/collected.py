@@ -11,6 +11,9 @@ from imucal_wizard.readings import FloatArray, Series
 class Collected:
     """What the procedure has measured: the input of the solver.
 
+    The fit takes all holds and rotations alike; ``up_down``, ``poses`` and ``turns`` say for
+    whoever looks at how the procedure went which of them counted for which step.
+
     Attributes:
         holds: all holds kept, in time order.
         rotations: all motions between neighbouring holds, good and rejected.
