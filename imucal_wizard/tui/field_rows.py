@@ -87,5 +87,6 @@ def notice_rows(status: Status, problem: str, width: int, height: int) -> list[L
 
 
 def _says(text: str, said: str) -> bool:
-    """Whether an event says once more what is said already."""
-    return said != "" and said.casefold() in text.casefold()
+    """Whether an event says once more what is said already, if in other words after the colon."""
+    what = said.partition(":")[0]
+    return what != "" and what.casefold() in text.casefold()
