@@ -13,7 +13,7 @@ from imucal_wizard.readings import FloatArray, Series
 from imucal_wizard.solver.attitude import lay_out
 from imucal_wizard.solver.directions import unit_vectors
 from imucal_wizard.solver.magnetometer.report import MagnetometerFit
-from imucal_wizard.solver.noise import has_rate
+from imucal_wizard.solver.noise import has_rate, hold_noise
 from imucal_wizard.solver.parameters import full_parameters, with_errors
 from imucal_wizard.solver.rest import rest_of
 from imucal_wizard.solver.result import FitReport, SensorFit
@@ -31,7 +31,11 @@ WORSE = 1.1
 """A closure that is larger by less than this says nothing: thirty turns know it to 13 %."""
 MEDIAN_OF_TWO = 1.386
 """Median of the sum of two squared normal numbers of variance 1."""
+MEDIAN_OF_ONE = 0.455
+"""The same of one."""
 SMALLEST_CLOSURE = 1e-9
+LEAST = 0.05
+"""Of a closure's variance, that all turns have alike at least."""
 
 
 def up_of(fit: SensorFit, holds: list[Hold]) -> FloatArray:
@@ -105,18 +109,30 @@ def _references(
         np.array([up[turn.after] for turn in turns]),
         np.array([known[turn.before] for turn in turns]),
         np.array([known[turn.after] for turn in turns]),
-        np.ones(len(turns)),
+        np.ones((len(turns), 2)),
     )
 
 
 def _spread(report: FitReport, turns: list[Crossing], data: References) -> FloatArray:
-    """How much less each turn is known whose ends were not steady, shape (m,)."""
+    """How much less a turn is known that lasts long, or whose ends were not steady, shape (m, 2).
+
+    Across the vertical, and about it. What all turns have alike is how well the directions at
+    their ends are known: of the field less well than of gravity.
+    """
     fit = report.sensors["gyroscope"]
+    density = hold_noise(report.holds).gyroscope_density
+    walk = 0.0 if density is None else float((fit.matrix**2 @ density).mean())
     ends = rest_of(report.holds, fit.matrix).end
-    far = ends[[turn.before for turn in turns]] + ends[[turn.after for turn in turns]]
-    tilt = (closed(data, fit.matrix, fit.bias).tilt ** 2).sum(axis=1)
-    usual = max(float(np.median(tilt)) / MEDIAN_OF_TWO, SMALLEST_CLOSURE**2)
-    return np.asarray(np.sqrt(1.0 + far / usual))
+    own = ends[[turn.before for turn in turns]] + ends[[turn.after for turn in turns]]
+    own += walk * np.add.reduceat(data.steps.dt, data.steps.offsets[:-1])
+    usual, first = float(np.median(own)), closed(data, fit.matrix, fit.bias)
+    squares = (first.tilt**2).sum(axis=1) / MEDIAN_OF_TWO, first.heading**2 / MEDIAN_OF_ONE
+    found = []
+    for square in squares:
+        median = max(float(np.median(square)), SMALLEST_CLOSURE**2)
+        alike = max(median - usual, LEAST * median)
+        found.append(np.sqrt((alike + own) / (alike + usual)))
+    return np.column_stack(found)
 
 
 def _added(data: References, fit: SensorFit, better: AttitudeFit) -> Added:

@@ -3,14 +3,17 @@
 import json
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.document import fit_document
 from imucal_wizard.errors import DataError
 from imucal_wizard.fitting import FitOptions, fit_readings
 from imucal_wizard.readings import FloatArray, Series
+from imucal_wizard.recordings import read
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.solver.second_stage.dip import align
 from imucal_wizard.solver.second_stage.found import SecondStage
@@ -104,6 +107,16 @@ def test_a_method_that_was_asked_for_is_kept_and_told_what_both_references_would
     assert stage.added.tilt_after < 0.5 * stage.added.tilt_before
     assert stage.added.tilt_before > np.radians(0.1)
     assert any(f"was asked for: {method}" in note for note in stage.notes)
+
+
+def test_long_turns_among_short_ones_are_weighed_by_what_they_last(tmp_path: Path) -> None:
+    """A turn of ten seconds walks farther than one of a second: more data is no less certain."""
+    path = tmp_path / "turned.csv"
+    simulate_recording(path, seed=3, magnetometer=True)
+    added = stage_of(fit_readings(read([path]))).added
+    assert added is not None
+    assert added.standard_errors is not None
+    assert added.standard_errors < 1.0
 
 
 def _heading_errors(seed: int) -> tuple[FloatArray, FloatArray]:

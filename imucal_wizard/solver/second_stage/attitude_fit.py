@@ -16,6 +16,8 @@ SMALLEST = 1e-9
 NOT_CARRIED = 0.02
 """Standard error of a gain, as a share of the overall gain, from which it is not carried."""
 FEWEST_SPARE = 3
+KIND = [0, 0, 0, 1]
+"""Which of the four closures of a turn are across the vertical, and which is about it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +102,9 @@ class _Problem:
         heading_variance: float,
     ) -> None:
         slopes = np.concatenate([at.tilt_slope, at.heading_slope[:, None]], axis=1)
-        self.rows = slopes * units / spread[:, None, None]
-        self.errors = np.concatenate([at.tilt, at.heading[:, None]], axis=1) / spread[:, None]
+        scale = spread[:, KIND]
+        self.rows = slopes * units / scale[:, :, None]
+        self.errors = np.concatenate([at.tilt, at.heading[:, None]], axis=1) / scale
         self.weights = 1.0 / np.array([*3 * [tilt_variance], heading_variance])
         self.tilt_normal = np.einsum("mip,miq->pq", self.rows[:, :3], self.rows[:, :3])
         self.tilt_normal *= self.weights[0]
@@ -149,7 +152,7 @@ def _fit(
         weighted = row * root[:, None]
         left = np.eye(4) - weighted @ inverse @ weighted.T
         out[k] = np.linalg.lstsq(left, error * root, rcond=1e-6)[0] / root
-        out[k] *= data.spread[k]
+        out[k] *= data.spread[k, KIND]
     return AttitudeFit(
         matrix,
         bias,

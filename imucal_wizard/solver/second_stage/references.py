@@ -29,8 +29,9 @@ class References:
         up_after: up at the hold after.
         field_before: field at the hold before.
         field_after: field at the hold after.
-        spread: standard deviation of each closure relative to that of most, shape (m,): larger
-            where the device was not steady at an end.
+        spread: standard deviation of each closure across the vertical and about it, relative to
+            that of most, shape (m, 2): larger for a long turn, and where the device was not steady
+            at an end.
     """
 
     steps: Steps
