@@ -269,6 +269,7 @@ def test_a_magnetometer_that_was_not_recorded_at_rest_stays_in_its_own_frame() -
     assert report.second_stage is None
     assert report.sensors["magnetometer"].frame == "own"
     assert any("own frame" in text for text in report.warnings)
+    assert any("clocks of the two sensors are seconds apart" in text for text in report.warnings)
 
 
 def test_a_slow_magnetometer_printed_in_every_line_is_aligned_as_well() -> None:

@@ -87,8 +87,9 @@ def align(
     """
     if len(up) < FEWEST:
         raise DataError(
-            f"{len(up)} still positions with a magnetometer are too few to align it: hold the "
-            f"device still in at least {FEWEST} orientations while it records"
+            f"the magnetometer stood still in {len(up)} of the still positions, too few to align "
+            f"it: hold the device still in at least {FEWEST} orientations while it records. If it "
+            "was, the clocks of the two sensors are seconds apart"
         )
     found = ends(up, field)
     rotation, level = found[0]
