@@ -7,18 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.errors import DataError
-from imucal_wizard.fitting import FitOptions, fit_collected, fit_readings
-from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.fitting import fit_readings
 from imucal_wizard.readings import FloatArray, Readings
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import STANDARD_GRAVITY
 from tests.fitting.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
-
-
-@pytest.fixture(scope="module")
-def plain() -> FitReport:
-    """The fit of the recording that is not spoilt."""
-    return fit_readings(session())
 
 
 def _during(readings: Readings, start: float, end: float) -> slice:
@@ -282,58 +275,3 @@ def test_an_accelerometer_alone_is_calibrated_alone() -> None:
     report = fit_readings(Readings(session().accelerometer))
     assert set(report.sensors) == {"accelerometer"}
     assert report.rotations == ()
-
-
-def test_what_the_wizard_collected_is_fitted_like_the_recording(plain: FitReport) -> None:
-    """The same holds and rotations by the other door give the same numbers to the last bit."""
-    bare = [replace(hold, pose=None) for hold in plain.holds]
-    places = {hold.start: index for index, hold in enumerate(plain.holds)}
-    rotations = [
-        replace(one, before=bare[places[one.before.start]], after=bare[places[one.after.start]])
-        for one in plain.rotations
-    ]
-    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-    report = fit_collected(Collected(tuple(bare), tuple(rotations)), units, 100.0)
-    for name, fit in report.sensors.items():
-        assert (fit.matrix == plain.sensors[name].matrix).all()
-        assert fit.parameters == plain.sensors[name].parameters
-
-
-def test_a_rotation_whose_hold_was_taken_back_is_not_used(plain: FitReport) -> None:
-    """After an undo a rotation may refer to a hold that is gone."""
-    kept = tuple(plain.holds[:10] + plain.holds[11:])
-    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-    report = fit_collected(Collected(kept, plain.rotations), units, 100.0)
-    lost = [one for one in report.rotations if one.problem]
-    assert len(lost) == 2
-    assert all("not kept" in (one.problem or "") for one in lost)
-
-
-def test_validation_holds_are_judged_and_not_fitted(plain: FitReport) -> None:
-    """Their error is the result's, not another fit's."""
-    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-    fitted, new = plain.holds[:34], plain.holds[34:]
-    rotations = tuple(one for one in plain.rotations if one.after.start < new[0].start)
-    report = fit_collected(Collected(fitted, rotations, validation=new), units, 100.0)
-    fit = report.sensors["accelerometer"]
-    means = np.array([hold.accelerometer for hold in new])
-    errors = np.linalg.norm((means - fit.bias) @ fit.matrix.T, axis=1) - STANDARD_GRAVITY
-    assert fit.validation_rms == pytest.approx(float(np.sqrt(np.mean(errors**2))), rel=1e-12)
-    assert fit.validation == pytest.approx(errors, rel=1e-9)
-    assert len(fit.residuals) == 34
-
-
-@pytest.mark.parametrize("method", ["static", "dynamic"])
-def test_the_papers_gyroscope_methods_may_be_the_result(method: str, plain: FitReport) -> None:
-    """Three scales about the axes, no cross-axis gain, the closure judged as for the vector fit."""
-    fit = fit_readings(session(), FitOptions(gyroscope_method=method)).sensors["gyroscope"]
-    assert fit.method == method
-    assert (fit.matrix == np.diag(np.diag(fit.matrix))).all()
-    assert np.diag(fit.matrix) == pytest.approx(np.diag(true().gyroscope_matrix), rel=3e-3)
-    assert fit.rms_fitted > plain.sensors["gyroscope"].rms_fitted
-    for parameter in fit.parameters:
-        if parameter.name.startswith("cross"):
-            assert (parameter.value, parameter.carried) == (0.0, False)
-        else:
-            assert parameter.standard_error
-    assert "cross-axis" in fit.warnings[0]

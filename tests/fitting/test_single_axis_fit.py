@@ -14,15 +14,9 @@ from imucal_wizard.solver.accelerometer import fit_accelerometer
 from imucal_wizard.solver.closure import errors
 from imucal_wizard.solver.result import FitReport
 from imucal_wizard.units import STANDARD_GRAVITY
-from tests.fitting.sessions import session
+from tests.fitting.sessions import session, true
 
 UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-
-
-@pytest.fixture(scope="module")
-def plain() -> FitReport:
-    """A session with six turns about each axis."""
-    return fit_readings(session())
 
 
 def _fitted(plain: FitReport, rotations: list[Rotation], method: str) -> FitReport:
@@ -37,6 +31,22 @@ def _closures(plain: FitReport, matrix: FloatArray, bias: FloatArray) -> FloatAr
     bench = make_bench(plain.holds, examined(plain.rotations), accelerometer)
     assert bench is not None
     return np.asarray(np.linalg.norm(errors(bench.turns, matrix, bias), axis=1))
+
+
+@pytest.mark.parametrize("method", ["static", "dynamic"])
+def test_the_papers_gyroscope_methods_may_be_the_result(method: str, plain: FitReport) -> None:
+    """Three scales about the axes, no cross-axis gain, the closure judged as for the vector fit."""
+    fit = fit_readings(session(), FitOptions(gyroscope_method=method)).sensors["gyroscope"]
+    assert fit.method == method
+    assert (fit.matrix == np.diag(np.diag(fit.matrix))).all()
+    assert np.diag(fit.matrix) == pytest.approx(np.diag(true().gyroscope_matrix), rel=3e-3)
+    assert fit.rms_fitted > plain.sensors["gyroscope"].rms_fitted
+    for parameter in fit.parameters:
+        if parameter.name.startswith("cross"):
+            assert (parameter.value, parameter.carried) == (0.0, False)
+        else:
+            assert parameter.standard_error
+    assert "cross-axis" in fit.warnings[0]
 
 
 @pytest.mark.parametrize("method", ["static", "dynamic"])
