@@ -2,13 +2,21 @@
 
 from collections.abc import Iterable
 
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import SourceChoice, SourceKind
 from imucal_wizard.tui.text import Line
+from tests.tui.fakes import FakeSource, services
 
 USUAL = (80, 24)
 LARGE = (160, 50)
 """Columns and rows."""
 VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
+
+
+def app_with(source: FakeSource, settings: Settings | None = None) -> WizardApp:
+    """The wizard, on a source that says what it is told to say."""
+    return WizardApp(services(source), settings, VIRTUAL)
 
 
 def plain(row: Line) -> str:

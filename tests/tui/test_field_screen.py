@@ -15,8 +15,7 @@ from imucal_wizard.procedure.poses import FACES
 from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
-from tests.tui.terminals import LARGE, USUAL
-from tests.tui.test_screens import app_with
+from tests.tui.terminals import LARGE, USUAL, app_with
 from tests.tui.waiting import seen, shows, until
 
 

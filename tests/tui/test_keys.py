@@ -1,0 +1,132 @@
+"""What a key does is said where it does it: help, sound, skipping, quitting, the virtual hand."""
+
+from dataclasses import replace
+
+import pytest
+
+from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
+from tests.tui import fakes
+from tests.tui.terminals import LARGE, USUAL, app_with
+from tests.tui.waiting import seen, shows, until
+
+
+async def test_the_key_of_an_offer_gives_its_command() -> None:
+    status = replace(fakes.poses_status(), offers=(Offer("take", "t", "take it anyway"),))
+    source = fakes.FakeSource(status)
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "take it anyway")
+        await pilot.press("t", "u")
+        await until(pilot, lambda: ("undo", "") in source.commands)
+        assert source.commands == [("take", ""), ("undo", "")]
+
+
+async def test_help_is_in_plain_words_and_closes_again() -> None:
+    async with app_with(fakes.FakeSource(fakes.rotations_status())).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸ROTATIONS")
+        await pilot.press("question_mark")
+        await shows(pilot, "Hold still, turn the device about the axis", "takes back the last hold")
+        await pilot.press("escape")
+        await until(pilot, lambda: "takes back" not in seen(pilot))
+
+
+async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions")
+        await pilot.press("question_mark")
+        await shows(pilot, "help: poses", "counter-clockwise")
+        source.say(fakes.rotations_status())
+        await shows(pilot, "▸ROTATIONS", "done    3 of 6")
+        assert "fewer directions" not in seen(pilot)
+        assert "counter-clockwise" not in seen(pilot)
+
+
+@pytest.mark.parametrize("step", [StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE])
+async def test_help_names_no_key_that_does_nothing_on_its_screen(step: StepKind) -> None:
+    source = fakes.FakeSource(Status(step=step))
+    async with app_with(source).run_test(size=LARGE) as pilot:
+        await shows(pilot, f"▸{step.upper()}")
+        await pilot.press("question_mark")
+        text = await shows(pilot, f"help: {step}", "q       leaves")
+        assert "skips the step" not in text
+        assert "takes back" not in text
+        assert "turn the virtual device" not in text
+        assert ("b       goes back" in text) is (step is not StepKind.SOURCE)
+
+
+async def test_quitting_asks_nothing_and_stops_the_source() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    app = app_with(source)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18")
+        await pilot.press("q")
+        await until(pilot, lambda: not app.is_running)
+    assert not source.running
+    assert app.return_value is None
+
+
+async def test_every_state_change_is_heard_until_the_sound_is_off() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    app = app_with(source)
+    rung: list[int] = []
+    app.bell = lambda: rung.append(1)  # type: ignore[method-assign]  # the terminal's bell
+    app.sounds = type(app.sounds)(app.bell, app.set_timer, lambda: float(100 * len(rung)))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18")
+        source.happen(Event(EventKind.STEP_DONE, 1.0, "all 18 poses done"))
+        await until(pilot, lambda: len(rung) == 3)
+        await pilot.press("m")
+        await shows(pilot, "sound off")
+        source.happen(Event(EventKind.HOLD_TAKEN, 2.0, "a hold nobody hears"))
+        await shows(pilot, "a hold nobody hears")
+        assert len(rung) == 3
+
+
+async def test_at_eighty_columns_the_mute_is_seen_and_no_word_is_cut() -> None:
+    noise = "1.1 1.0 1.1 mg, 0.10 0.10 0.10 °/s"
+    source = fakes.FakeSource(replace(fakes.poses_status(), noise=noise))
+    source.stream = replace(source.stream, source="virtual IMU on /dev/pts/0")
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, noise)
+        await pilot.press("m")
+        text = await shows(pilot, "sound off", noise)
+        assert "virtual" not in text
+        await pilot.resize_terminal(*LARGE)
+        await shows(pilot, "sound off", noise, "virtual IMU on /dev/pts/0")
+
+
+async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        assert "snap" not in await shows(pilot, "7 of 18")
+    source = fakes.FakeSource(fakes.poses_status())
+    source.hand = hand = fakes.FakeHand()  # type: ignore[attr-defined]  # only some sources have one
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18", "space snap", "T tremble", "H hand does it")
+        await pilot.press("left", "d", "space", "T")
+        await until(pilot, lambda: hand.trembling)
+        assert hand.told == [("z", 15.0), ("x", -15.0), ("snap", "+x-y")]
+
+
+async def test_skipping_states_its_consequence_first() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions", "s skip it")
+        assert source.commands == []
+        await pilot.press("s")
+        await until(pilot, lambda: source.commands == [("skip", "")])
+
+
+async def test_staying_after_all_skips_nothing() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("s")
+        await shows(pilot, "fewer directions")
+        await pilot.press("escape")
+        await until(pilot, lambda: "fewer directions" not in seen(pilot))
+        assert source.commands == []
