@@ -1,6 +1,5 @@
 """The sketch for N's pair of chips: two rates, one clock, read without a question."""
 
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -8,28 +7,17 @@ import pytest
 
 from imucal_wizard.devices.intake import Intake
 from imucal_wizard.recordings import read
-from tests.firmware.test_sketches import COMPILER, HERE, SKETCHES
+from tests.firmware.sketches import needs_compiler, printed_by
 
 NAME = "mag3110_lsm6ds3_csv"
 HEADER = "t[s],mx[uT],my[uT],mz[uT],ax[count],ay[count],az[count],gx[count],gy[count],gz[count]"
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler on this machine")
+pytestmark = needs_compiler
 
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """What the sketch printed in twelve seconds, half a second of them without the LSM6DS3."""
-    binary = tmp_path_factory.mktemp("sketch") / NAME
-    sketch = SKETCHES / NAME / f"{NAME}.ino"
-    subprocess.run(
-        [
-            *(COMPILER or "", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-DCHIP_MAG3110"),
-            *(f'-DSKETCH="{sketch}"', f"-I{HERE / 'arduino'}"),
-            *(str(HERE / "arduino" / "bench.cpp"), "-o", str(binary)),
-        ],
-        check=True,
-    )
-    done = subprocess.run([str(binary)], capture_output=True, check=True, timeout=30)
-    return done.stdout.decode()
+    return printed_by(NAME, "CHIP_MAG3110", tmp_path_factory.mktemp("sketch"))
 
 
 def test_both_chips_print_at_their_own_rate(printed: str) -> None:

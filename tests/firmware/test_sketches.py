@@ -1,20 +1,15 @@
 """What the sketches print is the contract's CSV, and the program reads it without a question."""
 
 import re
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from imucal_wizard.devices.intake import Intake
 from imucal_wizard.units import STANDARD_GRAVITY
+from tests.firmware.sketches import needs_compiler, printed_by
 
-HERE = Path(__file__).resolve().parent
-SKETCHES = HERE.parents[1] / "assets" / "firmware"
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"
-COMPILER = shutil.which("g++") or shutil.which("clang++")
 CHIPS = {"bno055_csv": "CHIP_BNO055", "lsm6ds3_csv": "CHIP_LSM6DS3"}
 WANTED = {
     "bno055_csv": ([9.81, -0.12, -0.05], np.radians([1.0, -2.0, 1.0 / 16.0]), -3.0, 100.0),
@@ -25,7 +20,7 @@ WANTED = {
         104.0,
     ),
 }
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler on this machine")
+pytestmark = needs_compiler
 
 
 @pytest.fixture(scope="module", params=CHIPS)
@@ -34,18 +29,7 @@ def run(
 ) -> tuple[str, str]:
     """The name of a sketch, and what it printed in twelve seconds."""
     name = str(request.param)
-    binary = tmp_path_factory.mktemp("sketch") / name
-    sketch = SKETCHES / name / f"{name}.ino"
-    subprocess.run(
-        [
-            *(COMPILER or "", "-std=c++11", "-Wall", "-Wextra", "-Werror"),
-            *(f"-D{CHIPS[name]}", f'-DSKETCH="{sketch}"', f"-I{HERE / 'arduino'}"),
-            *(str(HERE / "arduino" / "bench.cpp"), "-o", str(binary)),
-        ],
-        check=True,
-    )
-    done = subprocess.run([str(binary)], capture_output=True, check=True, timeout=30)
-    return name, done.stdout.decode()
+    return name, printed_by(name, CHIPS[name], tmp_path_factory.mktemp("sketch"))
 
 
 def test_it_speaks_at_the_speed_that_the_program_expects(run: tuple[str, str]) -> None:
