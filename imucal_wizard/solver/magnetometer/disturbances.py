@@ -124,11 +124,10 @@ def _swinging(off: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArr
 
     Half of such a block's samples lie so far off, which no spikes bring about.
     """
-    order = np.lexsort((off, block))
     count = np.bincount(block)
-    middle = off[order][np.cumsum(count) - count + count // 2]
-    chance = FAR * MEDIAN_ERROR / np.sqrt(count)
-    return np.asarray(middle > (NEAR / NORMAL + chance) * sigma)
+    limit = (NEAR / NORMAL + FAR * MEDIAN_ERROR / np.sqrt(count)) * sigma
+    beyond = np.bincount(block, off > limit[block])
+    return np.asarray(beyond >= count - count // 2)
 
 
 def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:
