@@ -68,6 +68,17 @@ def test_a_field_that_swings_is_left_out_as_a_stretch() -> None:
     assert_true(found)
 
 
+def test_a_field_that_swings_all_the_while_is_no_noise_of_a_sensor() -> None:
+    """Nothing can be left out then, and the misfit is what the samples' noise makes: it is said."""
+    rng = np.random.default_rng(41)
+    directions = six_circles(rng)
+    swing = 40.0 * np.sin(1.7 * np.arange(len(directions)))[:, None] * np.array([1.0, 0.3, 0.5])
+    loud = fit_magnetometer(recorded(directions, rng, extra=swing).series).fit
+    assert any("from one sample to the next" in text for text in loud.warnings)
+    calm = fit_magnetometer(recorded(directions, rng).series).fit
+    assert not any("from one sample to the next" in text for text in calm.warnings)
+
+
 def test_a_long_rest_on_one_face_is_no_majority() -> None:
     """Four fifths of the samples on one circle, wild samples between: the rest still counts."""
     rng = np.random.default_rng(36)

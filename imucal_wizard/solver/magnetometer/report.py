@@ -27,6 +27,9 @@ from imucal_wizard.units import COUNT
 OFF_CENTRE = 0.3
 """How far from the middle the covered directions have their centre of gravity where one side is
 empty: half a sphere has it at 0.5, three quarters at 0.25."""
+RESTLESS = 0.03
+"""Noise of a sample, as a share of the field, from which on something beside the sensor makes it:
+of the Earth's field the noisiest chips in use have 0.02."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +97,7 @@ def report(measured: Measured, method: str, estimate: Estimate) -> MagnetometerF
     error = float(np.sqrt(estimate.square.mean()))
     out = None if estimate.left_out is None else float(np.sqrt(estimate.left_out.mean()))
     per_reading = float(np.cbrt(np.linalg.det(found.matrix)))
+    noise = _floor(measured, estimate.theta) * cloud.span * per_reading
     left_out = tuple(
         LeftOut(run.start, run.end, run.samples, run.size * cloud.span * per_reading, run.single)
         for run in measured.left_out
@@ -119,14 +123,17 @@ def report(measured: Measured, method: str, estimate: Estimate) -> MagnetometerF
         rms_before=_before(measured, found),
         rms_fitted=error * size,
         rms_held_out=None if out is None else out * size,
-        floor=_floor(measured, estimate.theta) * cloud.span * per_reading,
+        floor=noise,
         residuals=estimate.mean * size,
         held_out=None if estimate.left_out is None else np.sqrt(estimate.left_out) * size,
         covariance=None
         if covariance is None
         else covariance_of(cloud, estimate.theta, covariance, local),
         iterations=estimate.iterations,
-        warnings=_warnings(measured, method, left_out, filled, unit),
+        warnings=(
+            *_warnings(measured, method, left_out, filled, unit),
+            *_restless(noise, size, unit),
+        ),
         degrees_of_freedom=estimate.freedom,
     )
     return MagnetometerFit(fit, size, error, out, measured.kept, left_out, filled)
@@ -175,7 +182,24 @@ def _one_sided(filled: FloatArray) -> bool:
     return float(np.linalg.norm(centres()[filled > 0].mean(axis=0))) > OFF_CENTRE
 
 
+def _restless(noise: float, size: float, unit: str) -> tuple[str, ...]:
+    """What to say of noise that no magnetometer has by itself."""
+    if noise <= RESTLESS * size:
+        return ()
+    jump, share = f"{noise:.2g} {_shown(unit)}", f"{100.0 * noise / size:.0f} %"
+    says = (
+        f"the field jumps by {jump} ({share} of it) from one sample to the next: is there a "
+        "loudspeaker, a motor or the mains beside it? Measure elsewhere once"
+    )
+    return (says,)
+
+
+def _shown(unit: str) -> str:
+    return "µT" if unit == "uT" else unit
+
+
 def _left_out_notes(left_out: tuple[LeftOut, ...], method: str, unit: str) -> list[str]:
+    unit = _shown(unit)
     verb = "left out" if method == "orthogonal" else "not judged, but used as the method says"
     notes = []
     for run in left_out:
