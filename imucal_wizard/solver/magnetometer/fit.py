@@ -140,7 +140,8 @@ def _start(cloud: Cloud, series: Series) -> _Start:
             "magnets, loudspeakers and currents"
         )
     check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
-    check_plane(series.values[kept])
+    if not kept.all():
+        check_plane(series.values[kept])
     model = decide(seen[:, kept], areas[kept])
     if model is not WHOLE:
         theta, sigma = robust_start(cloud.points[:, kept], model.quadrics)
