@@ -79,15 +79,10 @@ def with_gyroscope(
         return replace(stage, notes=(*stage.notes, note)), fit
     data = _references(report, turns, known)
     data = replace(data, spread=_spread(report, turns, data))
-    resting = [hold for hold in report.holds if has_rate(hold)]
-    means = np.array([hold.gyroscope for hold in resting], float)
-    sigma = np.maximum(means.std(axis=0), 1e-9 / np.linalg.norm(fit.matrix))
     try:
-        better = fit_attitude(data, means, sigma, fit.matrix, fit.bias)
+        better = _better(report, data, fit)
     except DataError as error:
         return replace(stage, notes=(*stage.notes, str(error))), fit
-    slow = np.concatenate([np.zeros(9), slow_rate(resting)])
-    better = replace(better, covariance=better.covariance + np.diag(slow))
     added = _added(data, fit, better)
     stage = replace(stage, added=added)
     if added.heading_after > WORSE * added.heading_before:
@@ -97,6 +92,20 @@ def with_gyroscope(
         note = f"the gyroscope stays with the method that was asked for: {fit.method}"
         return replace(stage, notes=(*stage.notes, note)), fit
     return stage, _by_both(fit, better)
+
+
+def _better(report: FitReport, data: References, fit: SensorFit) -> AttitudeFit:
+    """The gyroscope by both references, its biases as well known as slow noise lets them be.
+
+    Raises:
+        DataError: the turns do not carry it.
+    """
+    resting = [hold for hold in report.holds if has_rate(hold)]
+    means = np.array([hold.gyroscope for hold in resting], float)
+    sigma = np.maximum(means.std(axis=0), 1e-9 / np.linalg.norm(fit.matrix))
+    better = fit_attitude(data, means, sigma, fit.matrix, fit.bias)
+    slow = np.concatenate([np.zeros(9), slow_rate(resting)])
+    return replace(better, covariance=better.covariance + np.diag(slow))
 
 
 def _references(
