@@ -1,6 +1,8 @@
 """What carries no calibration is refused in words, and what only looks like it is not."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -17,43 +19,62 @@ from tests.solver.field_truth import (
 )
 
 
-def _saturated(axis: int, rng: np.random.Generator) -> FloatArray:
+def _plain(values: FloatArray) -> Series:
+    return Series(np.arange(len(values)) / 80.0, values, "count")
+
+
+def _dead(rng: np.random.Generator) -> Series:
     values = recorded(six_circles(rng), rng).series.values.copy()
-    values[:, axis] = np.minimum(values[:, axis], np.round(OFFSET[axis] + 0.8 * MAGNITUDE))
-    return values
+    values[:, 1] = 17.0
+    return _plain(values)
+
+
+def _saturated(rng: np.random.Generator) -> Series:
+    values = recorded(six_circles(rng), rng).series.values.copy()
+    values[:, 2] = np.minimum(values[:, 2], np.round(OFFSET[2] + 0.8 * MAGNITUDE))
+    return _plain(values)
+
+
+def _alternating(rng: np.random.Generator) -> Series:
+    values = recorded(six_circles(rng), rng).series.values
+    return _plain(values + 400.0 * rng.standard_normal(values.shape))
+
+
+def _one_circle(rng: np.random.Generator, share: float = 1.0, wobble: float = 6.0) -> Series:
+    return recorded(six_circles(rng, faces=(0,), share=share, wobble=wobble), rng).series
+
+
+def _still(rng: np.random.Generator, count: int = 3000) -> Series:
+    return recorded(np.tile([0.3, 0.4, 0.866], (count, 1)), rng).series
+
+
+def _elsewhere(rng: np.random.Generator, scale: float) -> Series:
+    return recorded(six_circles(rng), rng, scale=scale, unit="uT", step=0.0).series
+
+
+BAD: dict[str, Callable[[np.random.Generator], Series]] = {
+    "circle": partial(_one_circle, wobble=1.0),
+    "half circle": partial(_one_circle, share=0.5),
+    "wide half circle": partial(_one_circle, share=0.5, wobble=12.0),
+    "still": _still,
+    "few": partial(_still, count=20),
+    "absent": lambda _: _plain(np.full((3000, 3), -1.0)),
+    "dead axis": _dead,
+    "saturated": _saturated,
+    "too large": partial(_elsewhere, scale=0.3),
+    "too small": partial(_elsewhere, scale=0.02),
+    "alternating current": _alternating,
+}
 
 
 def _bad(name: str) -> Series:
     rng = np.random.default_rng(10)
-    still = np.tile([0.3, 0.4, 0.866], (3000, 1))
-    if name == "dead axis":
-        values = recorded(six_circles(rng), rng).series.values.copy()
-        values[:, 1] = 17.0
-    elif name == "absent":
-        values = np.tile([-1.0, -1.0, -1.0], (3000, 1))
-    elif name == "saturated":
-        values = _saturated(2, rng)
-    elif name == "too large":
-        return recorded(six_circles(rng), rng, scale=0.3, unit="uT", step=0.0).series
-    elif name == "too small":
-        return recorded(six_circles(rng), rng, scale=0.02, unit="uT", step=0.0).series
-    elif name == "alternating current":
-        values = recorded(six_circles(rng), rng).series.values
-        values = values + 400.0 * rng.standard_normal(values.shape)
-    elif name.endswith("with wild samples"):
-        values = _bad(name.removesuffix(" with wild samples")).values
-        wild = rng.random(len(values)) < 0.02
-        values = values + wild[:, None] * 1500.0 * rng.standard_normal(values.shape)
-    else:
-        directions = {
-            "still": still,
-            "few": still[:20],
-            "circle": six_circles(rng, faces=(0,), wobble=1.0),
-            "half circle": six_circles(rng, faces=(0,), share=0.5),
-            "wide half circle": six_circles(rng, faces=(0,), share=0.5, wobble=12.0),
-        }[name]
-        return recorded(directions, rng).series
-    return Series(np.arange(len(values)) / 80.0, values, "count")
+    series = BAD[name.removesuffix(" with wild samples")](rng)
+    if name in BAD:
+        return series
+    wild = rng.random(len(series)) < 0.02
+    off = wild[:, None] * 1500.0 * rng.standard_normal(series.values.shape)
+    return replace(series, values=series.values + off)
 
 
 @pytest.mark.parametrize(
