@@ -25,7 +25,7 @@ from imucal_wizard.tui.source import Services
 from imucal_wizard.tui.text import width_of
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
-from tests.tui.terminals import LARGE, USUAL, VIRTUAL, page
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, page
 from tests.tui.waiting import seen, shows, until
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=40, rotations=32)
@@ -221,7 +221,7 @@ async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned:
 
 async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+    async with app_with(source).run_test(size=USUAL) as pilot:
         assert "h north" not in await shows(pilot, "31.4 mg", "c compare")
         await pilot.press("question_mark")
         await shows(pilot, "help: result", "h shows north: the heading")

@@ -16,7 +16,7 @@ from imucal_wizard.tui.screens.save_screen import SaveScreen
 from imucal_wizard.tui.settings import Settings
 from imucal_wizard.tui.source import Saved
 from tests.tui import fakes
-from tests.tui.terminals import LARGE, USUAL, VIRTUAL, lines
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, lines
 from tests.tui.waiting import seen, shows, until
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
@@ -25,7 +25,7 @@ RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
 @pytest.mark.parametrize("size", [USUAL, LARGE])
 async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[int, int]) -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=size) as pilot:
+    async with app_with(source).run_test(size=size) as pilot:
         await shows(
             pilot, "as good as its noise allows", "31.4 mg →   0.11 mg", "0.16 mg",
             "4.80° →     0.52°", "0.62°", "▲", "begins by itself in", "b back", "? help  q quit",
@@ -34,7 +34,7 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
 
 async def test_everything_is_reached_by_scrolling() -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+    async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("pagedown")
         await shows(pilot, "nine parameters", "0.97520 ±0.00060")
@@ -44,7 +44,7 @@ async def test_everything_is_reached_by_scrolling() -> None:
 
 async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+    async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("t")
         await shows(
@@ -71,7 +71,7 @@ async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
 
 async def test_any_key_stops_the_countdown() -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+    async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "begins by itself in")
         await pilot.press("down")
         await until(pilot, lambda: "by itself" not in seen(pilot))
@@ -103,7 +103,7 @@ async def test_what_is_measured_after_a_fit_is_fitted_again() -> None:
 
 async def test_an_undo_that_finds_nothing_leaves_the_result_where_it_is() -> None:
     source = fakes.FakeSource(RESULT)
-    async with WizardApp(fakes.services(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+    async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("u")
         await until(pilot, lambda: ("undo", "") in source.commands)
