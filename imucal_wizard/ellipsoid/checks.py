@@ -25,7 +25,7 @@ SPIKE = 4.0
 """How many times as far from the median of five a wild sample lies as three in four do."""
 USUAL = 0.75
 STRETCH = 50
-ENOUGH = 3000
+ENOUGH = 1500
 """Samples that are looked at for wild ones, about, in stretches of so many."""
 
 

@@ -145,7 +145,8 @@ def _before(measured: Measured, found: Scaled) -> float:
     if series.unit == COUNT:
         points = measured.cloud.points[:, kept]
         centre, radius = sphere(points)
-        lengths = np.linalg.norm(points - centre[:, None], axis=0)
+        points -= centre[:, None]
+        lengths = np.sqrt(np.einsum("in,in->n", points, points))
         error = (lengths / radius - 1.0) * found.magnitude
     else:
         lengths = np.linalg.norm(series.values[kept], axis=1)
