@@ -132,7 +132,7 @@ def _references(seed: int, session: Session) -> References:
     before = [turn.before for turn in turns]
     after = [turn.after for turn in turns]
     steps = lay_out([turn.time for turn in turns], [turn.rate for turn in turns])
-    ones = np.ones(len(turns))
+    ones = np.ones((len(turns), 2))
     return References(steps, up[before], up[after], north[before], north[after], ones)
 
 
@@ -151,7 +151,7 @@ def test_turns_that_are_known_less_weigh_less_with_both_references_too() -> None
     for seed in (0, 1):
         data = _references(seed, session)
         bad = rng.choice(len(data), 8, replace=False)
-        spread = np.ones(len(data))
+        spread = np.ones((len(data), 2))
         for turn in bad:
             moved = exponential(np.radians(1.0) * rng.standard_normal(3))
             data.up_before[turn] = moved @ data.up_before[turn]
@@ -161,7 +161,7 @@ def test_turns_that_are_known_less_weigh_less_with_both_references_too() -> None
         for weighed in (False, True):
             one = References(
                 data.steps, data.up_before, data.up_after, data.field_before, data.field_after,
-                spread if weighed else np.ones(len(data)),
+                spread if weighed else np.ones((len(data), 2)),
             )  # fmt: skip
             fit = fit_attitude(one, bias[None], np.full(3, 1e-4), true, bias)
             errors[weighed] += float(np.sum((fit.matrix - true) ** 2))
