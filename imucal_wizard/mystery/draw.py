@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.devices.virtual.hidden import TERMS, Hidden
 from imucal_wizard.devices.virtual.sensor import SensorModel, Triad
 from imucal_wizard.effects.catalogue import builtin_effects
-from imucal_wizard.effects.effect import Effect, EffectParameter
+from imucal_wizard.effects.effect import MAGNETOMETER, Effect, EffectParameter
 from imucal_wizard.errors import UsageError
 
 NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
@@ -59,6 +59,11 @@ def choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[Choice]]:
 def chance(number: int | None = None) -> np.random.Generator:
     """Where the chance of an exercise comes from: its number, or nobody knows."""
     return np.random.default_rng(secrets.randbits(128) if number is None else [number % 2**63, 8])
+
+
+def sensors_of(*, magnetometer: bool) -> tuple[str, ...]:
+    """The sensors of a device, in any of which an effect may be hidden."""
+    return (*SENSORS, MAGNETOMETER) if magnetometer else SENSORS
 
 
 def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:

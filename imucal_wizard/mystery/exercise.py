@@ -9,7 +9,7 @@ from typing import Any
 from imucal_wizard.devices.virtual.hidden import TERMS, Hidden
 from imucal_wizard.devices.virtual.simulate import simulate_recording
 from imucal_wizard.errors import RecordingError, UsageError
-from imucal_wizard.mystery.draw import SENSORS, chance, draw, sensor_of
+from imucal_wizard.mystery.draw import chance, draw, sensor_of, sensors_of
 from imucal_wizard.mystery.seal import Sealed, seal, unseal
 
 SCHEMA = "imucal-wizard/mystery/1"
@@ -63,8 +63,7 @@ def make_exercise(
         raise UsageError("the key is empty; give a word with --key")
     word = any_key() if key is None else key
     rng = chance(seed)
-    sensors = (*SENSORS, "magnetometer") if magnetometer else SENSORS
-    truth = draw(rng, grade, sensors)
+    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
     simulate_recording(
         recording,

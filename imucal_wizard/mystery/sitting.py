@@ -6,7 +6,7 @@ from pathlib import Path
 
 from imucal_wizard.devices.virtual.hidden import Hidden
 from imucal_wizard.devices.virtual.sensor import SensorModel
-from imucal_wizard.mystery.draw import chance, draw, sensor_of
+from imucal_wizard.mystery.draw import chance, draw, sensor_of, sensors_of
 from imucal_wizard.mystery.exercise import write_answer
 
 
@@ -20,6 +20,7 @@ class Sitting:
         truth: what is hidden.
         hand: seed of the hand and of the noise.
         sensor: its errors but for what is hidden.
+        magnetometer: it has one, and an ammeter beside it, and the effect may be its.
     """
 
     number: int
@@ -27,6 +28,7 @@ class Sitting:
     truth: Hidden
     hand: int
     sensor: SensorModel
+    magnetometer: bool = False
 
 
 def any_number() -> int:
@@ -34,16 +36,21 @@ def any_number() -> int:
     return secrets.randbits(62)
 
 
-def sitting(number: int, grade: str = "consumer") -> Sitting:
+def sitting(number: int, grade: str = "consumer", *, magnetometer: bool = False) -> Sitting:
     """The exercise of a number.
+
+    Args:
+        number: the same is the same exercise, with a magnetometer or without.
+        grade: of the sensor.
+        magnetometer: the device has one.
 
     Raises:
         UsageError: there is no such grade.
     """
     rng = chance(number)
-    truth = draw(rng, grade)
+    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
-    return Sitting(number, grade, truth, hand, sensor_of(hand, grade))
+    return Sitting(number, grade, truth, hand, sensor_of(hand, grade), magnetometer)
 
 
 def seal_beside(session: Path, made: Sitting, key: str) -> Path:

@@ -92,8 +92,8 @@ class Opening:
         from imucal_wizard.tui.virtual_reader import VirtualReader
 
         options = self._options
-        made = sitting(number, options.grade)
-        imu = virtual_imu(made, options.speed, magnetometer=options.magnetometer)
+        made = sitting(number, options.grade, magnetometer=options.magnetometer)
+        imu = virtual_imu(made, options.speed)
         about = {"kind": "virtual", "mystery": made.number, "grade": made.grade}
         about["magnetometer"] = options.magnetometer
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))

@@ -47,18 +47,19 @@ def _same_imu(about: Mapping[str, Any], speed: float) -> VirtualImu:
     """The virtual IMU of a session, by what was written down of it."""
     field = bool(about.get("magnetometer", False))
     if "mystery" in about:
-        made = sitting(int(about["mystery"]), str(about.get("grade")))
-        return virtual_imu(made, speed, magnetometer=field)
+        made = sitting(int(about["mystery"]), str(about.get("grade")), magnetometer=field)
+        return virtual_imu(made, speed)
     seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
     return VirtualImu(seed=seed, speed=speed, hidden=hidden, magnetometer=field)
 
 
-def virtual_imu(made: Sitting, speed: float, *, magnetometer: bool = False) -> VirtualImu:
+def virtual_imu(made: Sitting, speed: float) -> VirtualImu:
     """The virtual IMU of an exercise."""
     return VirtualImu(
         seed=made.hand,
         speed=speed,
         sensor=made.sensor,
         hidden=[made.truth],
-        magnetometer=magnetometer,
+        magnetometer=made.magnetometer,
+        ammeter=made.magnetometer,
     )

@@ -1,8 +1,10 @@
 """An exercise in one sitting: chance hides an effect in the wizard's virtual IMU; it is sealed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import serial
 
 from imucal_wizard.commands import wizard
 from imucal_wizard.errors import DataError, SessionError, UsageError
@@ -12,6 +14,7 @@ from imucal_wizard.recordings.session_file import read_raw
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
 from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.taking_up import virtual_imu
 from imucal_wizard.tui.workshop import Workshop
 from tests.tui.terminals import VIRTUAL
 
@@ -64,6 +67,36 @@ def test_a_damaged_exercise_is_said_to_be_one(tmp_path: Path) -> None:
 def test_the_same_number_hides_the_same_and_others_hide_others() -> None:
     assert sitting(3).truth == sitting(3).truth
     assert len({sitting(number).truth for number in range(12)}) > 6
+
+
+def test_with_a_magnetometer_the_effect_may_be_its_and_goes_on_with_the_session(
+    tmp_path: Path,
+) -> None:
+    """Some of them are currents: an ammeter is there always, so that it gives nothing away."""
+    made = [sitting(number, magnetometer=True) for number in range(40)]
+    hidden = {one.truth.term for one in made if one.truth.sensor == "magnetometer"}
+    assert {"current", "bias-temperature"} <= hidden
+    assert not any(sitting(number).truth.sensor == "magnetometer" for number in range(40))
+    number = next(one.number for one in made if one.truth.term == "current")
+    options = WizardOptions(
+        sessions=tmp_path, mystery=number, key="newton", speed=50.0, magnetometer=True
+    )
+    workshop = Workshop(options)
+    source = workshop.open_source(VIRTUAL)
+    source.start()
+    source.stop()
+    assert workshop.sealed is not None
+    assert reveal(workshop.sealed, "newton") == made[number].truth
+    again = Workshop(WizardOptions(sessions=tmp_path, speed=50.0))
+    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.session)))
+    source.start()
+    source.stop()
+
+
+def test_every_sitting_with_a_magnetometer_prints_the_current() -> None:
+    imu = virtual_imu(replace(sitting(0, magnetometer=True), truth=sitting(0).truth), 1.0)
+    with imu, serial.serial_for_url(imu.start(), timeout=5.0) as port:
+        assert b"current[A]" in port.readline()
 
 
 def test_it_opens_on_the_virtual_imu() -> None:

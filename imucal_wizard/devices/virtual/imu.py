@@ -48,6 +48,7 @@ class VirtualImu:
         sensor: the sensor; drawn from the seed when not given.
         hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
         magnetometer: it has a magnetometer, drawn from the seed.
+        ammeter: it measures the board's current, whatever is hidden.
         loopback: use the socket even where there are pseudo-terminals.
         patience: how long a wizard that the hand follows is waited for, s of the wall clock.
 
@@ -71,6 +72,7 @@ class VirtualImu:
         loopback: bool = False,
         patience: float = DEAF,
         magnetometer: bool = False,
+        ammeter: bool = False,
     ) -> None:
         if not speed > 0.0:
             raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
@@ -79,7 +81,7 @@ class VirtualImu:
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
         check_sensors(effects, magnetometer=magnetometer)
         self.hand = VirtualHand(rate, seed, shaken=needs_shaking(effects))
-        load = VirtualLoad(seed) if draws_current(effects) else None
+        load = VirtualLoad(seed) if ammeter or draws_current(effects) else None
         field = VirtualMagnetometer(FieldModel.drawn(seed), seed) if magnetometer else None
         self._stream = VirtualStream(
             self.hand, self.sensor, effects, rate=rate, seed=seed, magnetometer=field, load=load
