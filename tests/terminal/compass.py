@@ -63,7 +63,7 @@ def _result(terminal: Terminal) -> None:
     terminal.wait_for("▸RESULT", 60.0)
     terminal.wait_for("magnetometer |m|", 60.0)
     terminal.press(PAGE_DOWN * 2)
-    terminal.wait_for("hard iron")
+    terminal.wait_for("iron that turns with it")
     terminal.press(PAGE_DOWN)
     terminal.wait_for("SECOND STAGE")
 
