@@ -18,19 +18,19 @@ from benchmarks.hidden_field.recording import record as record_field
 from benchmarks.hidden_field.sessions import REPEATED as SESSION
 from benchmarks.hidden_field.sessions import session_of
 from benchmarks.measure import machine, own_cpu
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.chance import Chances, best_by_chance
-from imucal_wizard.bench.evidence import make_jury
-from imucal_wizard.bench.session import Bench
-from imucal_wizard.bench.suspects import rank
-from imucal_wizard.bench.verdict import judge
-from imucal_wizard.devices.virtual.hidden import parse_hidden
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.effects.catalogue import effect
-from imucal_wizard.fitting import fit_readings
-from imucal_wizard.recordings import read
-from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.diagnose.significance import Chances, best_by_chance
+from imucal_wizard.diagnose.suspects import rank
+from imucal_wizard.diagnose.verdict import judge_misfit
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
+from imucal_wizard.simulate.hidden import parse_hidden
+from imucal_wizard.simulate.recording import simulate_recording
 
 HOLDS, POSES = 60, 26
 TURNS = 14
@@ -72,29 +72,30 @@ def _accelerometer() -> tuple[str, list[Row]]:
     recorded = record(plan, CONSUMER, (parse_hidden("second-order:2:x"),), rng)
     measured = measured_of(recorded)
     misfit = left_over(measured)
-    jury = make_jury(misfit)
-    weighed = jury.weigh(misfit.residual)
-    chances = Chances(jury)
+    hypotheses = hypothesis_set(misfit)
+    posterior = hypotheses.posterior(misfit.residual)
+    chances = Chances(hypotheses)
 
     def everything() -> None:
-        own = make_jury(misfit)
-        all_weighed = own.weigh(misfit.residual)
+        own = hypothesis_set(misfit)
+        all_weighed = own.posterior(misfit.residual)
         found = rank(misfit, own, all_weighed, chances)
-        judge(misfit, own, all_weighed, found[0].p)
+        assert found[0].p <= 1.0  # noqa: S101 (computed when asked for)
+        judge_misfit(misfit, own, all_weighed)
 
     added = (Term(effect("second-order")),)
-    pairs = 0 if jury.pairs is None else len(jury.pairs)
+    pairs = 0 if hypotheses.pairs is None else len(hypotheses.pairs)
     title = (
-        f"accelerometer: {len(misfit)} holds, {len(jury.hypotheses)} explanations, {pairs} pairs"
+        f"accelerometer: {len(misfit)} holds, {len(hypotheses.single)} explanations, {pairs} pairs"
     )
     return title, [
-        ("explanations built", lambda: make_jury(misfit)),
-        ("explanations weighed", lambda: jury.weigh(misfit.residual)),
-        ("suspects ranked", lambda: rank(misfit, jury, weighed, chances)),
-        ("verdict", lambda: judge(misfit, jury, weighed, 0.0)),
+        ("explanations built", lambda: hypothesis_set(misfit)),
+        ("explanations weighed", lambda: hypotheses.posterior(misfit.residual)),
+        ("suspects ranked", lambda: rank(misfit, hypotheses, posterior, chances)),
+        ("verdict", lambda: judge_misfit(misfit, hypotheses, posterior)),
         ("all of these (wanted: at most 50)", everything),
-        ("chance simulated, once per design and noise", lambda: best_by_chance(jury)),
-        ("effect added and fitted again (wanted: at most 100)", lambda: fit_with(measured, added)),
+        ("chance simulated, once per design and noise", lambda: best_by_chance(hypotheses)),
+        ("effect added and fitted again (wanted: at most 100)", lambda: fit(measured, added)),
     ]
 
 
@@ -103,21 +104,22 @@ def _magnetometer() -> tuple[str, list[Row]]:
     measured = record_field(session, QUIET, (), np.random.default_rng(1))
     bench = Bench("magnetometer", measured)
     misfit = bench.look().misfit
-    chances = Chances(make_jury(misfit))
+    chances = Chances(hypothesis_set(misfit))
 
     def everything() -> None:
-        own = make_jury(misfit)
-        weighed = own.weigh(misfit.residual)
-        judge(misfit, own, weighed, rank(misfit, own, weighed, chances)[0].p)
+        own = hypothesis_set(misfit)
+        posterior = own.posterior(misfit.residual)
+        assert rank(misfit, own, posterior, chances)[0].p <= 1.0  # noqa: S101 (computed when asked for)
+        judge_misfit(misfit, own, posterior)
 
     added = (Term(effect("bias-drift")),)
     title = (
-        f"magnetometer: {len(session.motion.time)} samples as {len(measured)} means, "
-        f"{len(measured.dips)} dips"
+        f"magnetometer: {len(session.motion.time)} samples as {len(measured.data)} means, "
+        f"{len(measured.data.dips)} dips"
     )
     return title, [
         ("suspects ranked and judged (wanted: at most 50)", everything),
-        ("effect added and fitted again (wanted: at most 100)", lambda: fit_with(measured, added)),
+        ("effect added and fitted again (wanted: at most 100)", lambda: fit(measured, added)),
         (
             "samples gathered to means, plain fit included",
             lambda: record_field(session, QUIET, (), np.random.default_rng(1)),
@@ -129,16 +131,19 @@ def _gyroscope() -> tuple[str, list[Row]]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "recording.csv"
         simulate_recording(path, poses="26+repeats", seed=7, rotations=TURNS)
-        readings = read([path])
+        readings = read_files([path])
     bench = Benches(fit_readings(readings), readings).gyroscope
     if bench is None:
         raise SystemExit("the simulated recording has no gyroscope")
     measured, added = bench.measured, (Term(effect("g-sensitivity")),)
-    usable = len(np.unique(bench.fit.linear.groups[bench.fit.linear.visits < 0]))
-    title = f"gyroscope: {usable} rotations among {len(bench.fit.linear.order)} rows at 100 Hz"
+    table = bench.fit.rows
+    if table is None:
+        raise SystemExit("a published method has no residual table")
+    usable = len(np.unique(table.index[table.kind == "rotation"]))
+    title = f"gyroscope: {usable} rotations among {len(table)} rows at 100 Hz"
     return title, [
         ("first look: suspects, chance and verdict", lambda: Bench("gyroscope", measured).look()),
-        ("effect added and fitted again (wanted: at most 500)", lambda: fit_with(measured, added)),
+        ("effect added and fitted again (wanted: at most 500)", lambda: fit(measured, added)),
     ]
 
 

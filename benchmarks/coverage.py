@@ -13,15 +13,15 @@ from functools import partial
 
 import numpy as np
 
-from imucal_wizard.fitting.gyroscope import fit_gyroscope
-from imucal_wizard.procedure.poses import DIRECTIONS
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.accelerometer import fit_accelerometer
-from imucal_wizard.solver.parameters import full_parameters, triangular_parameters
-from imucal_wizard.solver.result import SensorFit
-from imucal_wizard.solver.student import quantile
-from tests.solver.motions import hand_turns, recorded
-from tests.solver.truth import (
+from imucal_wizard.core.poses import DIRECTIONS
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
+from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.student import quantile
+from tests.estimate.motions import hand_turns, recorded
+from tests.estimate.truth import (
     EIGHTEEN,
     SIX,
     TWENTY_SIX,
@@ -31,7 +31,7 @@ from tests.solver.truth import (
     turn,
     typical_gyroscope,
 )
-from tests.solver.wandering import wandering
+from tests.estimate.wandering import wandering
 
 GRAVITY = 9.80665
 SIGMA = 3e-3
@@ -47,7 +47,7 @@ def accelerometer(up: FloatArray, method: str, rng: np.random.Generator) -> Tria
     truth = random_triangular(rng)
     noise = SIGMA * rng.standard_normal((len(up), 3))
     holds = holds_of(truth, tilted(up, 1.0, rng), noise=noise, sigma=SIGMA)
-    fit = fit_accelerometer(holds, GRAVITY, "m/s^2", method).fit
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2", method)
     return fit, triangular_parameters(truth.matrix, truth.bias)
 
 
@@ -76,7 +76,7 @@ def under_noise(sensor: str, turns: int, instability: float, rng: np.random.Gene
     found = fit_accelerometer(session.holds, GRAVITY, "m/s^2")
     if sensor == "accelerometer":
         truth = session.accelerometer
-        return found.fit, triangular_parameters(truth.matrix, truth.bias)
+        return found, triangular_parameters(truth.matrix, truth.bias)
     fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
     if fit is None:
         raise SystemExit("a simulated gyroscope was not fitted")

@@ -17,13 +17,13 @@ from typing import Self
 import numpy as np
 
 from benchmarks.measure import PYTHON
-from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Turn
-from imucal_wizard.devices.virtual.endpoint import Pty
-from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.line import HEADER_EVERY, LinePrinter
-from imucal_wizard.devices.virtual.scripts import FACES
-from imucal_wizard.devices.virtual.sensor import SensorModel
-from imucal_wizard.devices.virtual.stream import VirtualStream
+from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.imu import HEADER_EVERY, LinePrinter
+from imucal_wizard.simulate.scripts import FACES
+from imucal_wizard.simulate.sensor import SensorModel
+from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.terminal import Pty
 
 SEED = 0
 REST = 20.0
@@ -41,18 +41,18 @@ _LINE = ",".join(["%.6f", *["%.8f"] * 3, *["%.10f"] * 3, "%.3f"]) + "\r\n"
 
 def poses() -> Iterator[Action]:
     """A rest and then pose after pose."""
-    yield Rest(REST)
+    yield LieStill(REST)
     while True:
         for name in FACES:
             yield Place(name)
-            yield Rest(3.0)
+            yield LieStill(3.0)
 
 
 def turning() -> Iterator[Action]:
     """A rest, turning to and fro without a pause, then pose after pose."""
-    yield Rest(REST)
+    yield LieStill(REST)
     for index in range(round(TURNING / 2.0)):
-        yield Turn("xyz"[index % 3], 120.0 if index % 2 else -120.0, 112.0)
+        yield Rotate("xyz"[index % 3], 120.0 if index % 2 else -120.0, 112.0)
     yield from poses()
 
 
@@ -137,7 +137,7 @@ def main() -> None:
     rate, seconds, script = float(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
     lines = prepared(rate, seconds, script)
     endpoint = Pty()
-    print(endpoint.url, flush=True)
+    print(endpoint.path, flush=True)
     parent = os.getppid()
     while not endpoint.connected():
         time.sleep(TICK)  # a pty tells nobody that its other end was opened

@@ -11,17 +11,15 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.measure import machine
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.effects.catalogue import effects_for
-from imucal_wizard.fitting import fit_readings
-from imucal_wizard.recordings import read
-from imucal_wizard.solver.extended.fit import (
-    Measured,
-    fit_with,
-    measured_accelerometer,
-    measured_gyroscope,
-)
-from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.terms import Term
+from imucal_wizard.simulate.recording import simulate_recording
 
 HOLDS, ROTATIONS = 60, 40
 TURNS_PER_AXIS = 14
@@ -32,32 +30,38 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "session.csv"
         simulate_recording(path, seed=7, rotations=TURNS_PER_AXIS)
-        readings = read([path])
+        readings = read_files([path])
     report = fit_readings(readings)
-    accelerometer = measured_accelerometer(report, readings)
-    plain = fit_with(accelerometer)
-    gyroscope = measured_gyroscope(report, plain, readings)
+    accelerometer = report.sensors["accelerometer"].experiment
+    gyroscope = report.sensors["gyroscope"].experiment
+    if not isinstance(accelerometer, AccelerometerExperiment):
+        raise SystemExit("the simulated accelerometer was not fitted")
+    if not isinstance(gyroscope, GyroscopeExperiment):
+        raise SystemExit("the simulated gyroscope was not fitted")
     print(machine())
     print(f"accelerometer, {len(accelerometer.holds)} holds, wanted 100 ms each for {HOLDS}")
     show(accelerometer, "accelerometer")
-    samples = len(gyroscope.samples.time)
+    samples = len(gyroscope.closure.samples.time)
     print(
-        f"gyroscope, {len(gyroscope)} rotations, {samples} samples, wanted 500 ms for {ROTATIONS}"
+        f"gyroscope, {len(gyroscope.rotations.usable)} rotations, {samples} samples, "
+        f"wanted 500 ms for {ROTATIONS}"
     )
     show(gyroscope, "gyroscope")
 
 
-def show(measured: Measured, sensor: str) -> None:
+def show(measured: Experiment, sensor: str) -> None:
     """One line per effect, and one for the derivatives by all of them."""
-    linear = fit_with(measured).linear
+    table = fit(measured).rows
+    if table is None:
+        raise SystemExit("a published method has no residual table")
     for one in effects_for(sensor):
         term = Term(one, one.variants(measured.circumstances)[0])
-        print(f"  {one.name:26}{milliseconds(partial(fit_with, measured, (term,))):8.0f}")
+        print(f"  {one.name:26}{milliseconds(partial(fit, measured, (term,))):8.0f}")
 
     def lifts() -> None:
         for one in effects_for(sensor):
             for variant in one.variants(measured.circumstances):
-                linear.lift(one, variant)
+                table.design_columns(one, variant)
 
     print(f"  {'derivatives by all':26}{milliseconds(lifts):8.0f}")
 

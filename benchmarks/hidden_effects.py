@@ -29,8 +29,8 @@ from benchmarks.hidden.table import heading, line
 from benchmarks.hidden.trialled import Trialled, chances_of, try_out
 from benchmarks.hidden.whole_table import nothing_hidden, whole_table
 from benchmarks.measure import machine
-from imucal_wizard.bench.chance import Chances
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.diagnose.significance import Chances
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 
 SETS = {"usual": usual, "fresh": fresh}
 

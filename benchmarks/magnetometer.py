@@ -13,12 +13,12 @@ from functools import partial
 import numpy as np
 
 from benchmarks.measure import machine
-from imucal_wizard.errors import DataError
-from imucal_wizard.readings import FloatArray, Series
-from imucal_wizard.solver.magnetometer.fit import fit_magnetometer, fit_methods
-from imucal_wizard.solver.magnetometer.methods import METHODS
-from imucal_wizard.solver.student import quantile
-from tests.solver.field_truth import (
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.methods import MethodNames
+from imucal_wizard.estimate.student import quantile
+from tests.estimate.field_truth import (
     MAGNITUDE,
     TEN_BITS,
     all_over,
@@ -27,6 +27,8 @@ from tests.solver.field_truth import (
     true_parameters,
     tumbling,
 )
+
+METHODS = tuple(MethodNames("magnetometer"))
 
 Make = Callable[[np.random.Generator], FloatArray]
 TRUE = true_parameters()
@@ -121,7 +123,7 @@ def _bent(directions: FloatArray) -> FloatArray:
 def _error(series: Series, clean: Series, method: str) -> float:
     """Relative rms error of the magnitude on clean readings from everywhere, per mille."""
     try:
-        found = fit_methods(series, methods=(method,))[0]
+        found = fit_magnetometer(series, method=method)
     except DataError:
         return float("nan")
     corrected = (clean.values - found.fit.bias) @ found.fit.matrix.T

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.devices.virtual import SensorModel, VirtualHand
-from imucal_wizard.devices.virtual.actions import Action, Place, Rest, Turn
-from imucal_wizard.devices.virtual.scripts import EDGES, FACES, START_POSE, next_angle
-from imucal_wizard.devices.virtual.sensor import DEGREE, MILLI_G, Triad
-from imucal_wizard.devices.virtual.stream import VirtualStream
-from imucal_wizard.readings import FloatArray, Readings, Series
-from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.simulate import SensorModel, VirtualHand
+from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.scripts import EDGES, FACES, START_POSE, next_angle
+from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, Triad
+from imucal_wizard.simulate.stream import VirtualStream
 
 RATE = 100.0
 FIRST_REST = 12.0
@@ -97,23 +97,23 @@ XSENS = Case(
 def poses(rng: np.random.Generator) -> Iterator[Action]:
     """A rest, then six faces and twelve edges in an order by chance."""
     names = FACES + EDGES
-    yield Rest(FIRST_REST)
+    yield LieStill(FIRST_REST)
     for index in rng.permutation(len(names)):
         yield Place(names[index])
-        yield Rest(POSE)
+        yield LieStill(POSE)
 
 
 def rotations(count: int) -> Iterator[Action]:
     """``count`` different turns about each axis between rests (Q's figure 2)."""
     for axis, pose in START_POSE.items():
         yield Place(pose, error=0.7)
-        yield Rest(TURN_REST)
+        yield LieStill(TURN_REST)
         tilt = 0.0
         for index in range(count):
             angle = next_angle(index, tilt)
             tilt += angle
-            yield Turn(axis, angle, SPEEDS_DEG[index % len(SPEEDS_DEG)])
-            yield Rest(TURN_REST)
+            yield Rotate(axis, angle, SPEEDS_DEG[index % len(SPEEDS_DEG)])
+            yield LieStill(TURN_REST)
 
 
 def record(case: Case, seed: int, turns: int = 0) -> Readings:

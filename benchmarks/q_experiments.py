@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.q_cases import BNO055, RATE, XSENS, Case, record
-from imucal_wizard.devices.virtual.sensor import DEGREE
-from imucal_wizard.fitting import FitOptions, fit_readings
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.result import FitReport, SensorFit
-from imucal_wizard.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.simulate.sensor import DEGREE
 
 
 def accelerometer_sets(case: Case, sets: int, method: str = "newton") -> list[SensorFit]:

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.measure import machine
-from imucal_wizard.procedure.blocks import BlockCutter
-from imucal_wizard.procedure.holds import still_runs
-from imucal_wizard.procedure.stillness import Limits, WindowMaker
-from imucal_wizard.readings import Readings, Series
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.measurement.blocks import BlockCutter
+from imucal_wizard.measurement.holds import still_runs
+from imucal_wizard.measurement.stillness import Limits, WindowMaker
 
 RATES = (100.0, 1000.0, 8000.0)
 """A block is a tenth of a second: 10, 100 and 800 samples."""

@@ -13,11 +13,12 @@ from pathlib import Path
 
 from benchmarks.device import Device
 from benchmarks.measure import machine, own_cpu
-from imucal_wizard.devices.link import Transport
-from imucal_wizard.devices.setup import StreamSetup
-from imucal_wizard.live.engine import Engine
-from imucal_wizard.live.reader import Reader
-from imucal_wizard.live.resume import begin
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.acquire.transport import Transport
+from imucal_wizard.run.engine import Engine
+from imucal_wizard.run.pump import Pump
+from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.session_replay import begin
 from imucal_wizard.sessions import Session
 
 RATES = (1666.0, 8000.0)
@@ -54,7 +55,7 @@ def run(rate: float, way: str) -> Outcome:
         engine = Engine(StreamSetup())
         if way != WAYS[0]:
             engine = begin(Path(folder) / "stream.imucal")
-        reader = Reader(Transport(device.port), engine)
+        reader = Reader(Pump(Transport(device.port)), engine)
         reader.start()
         reader.command("start")
         share = _share(engine, reader, rate, looking=way == WAYS[2])

@@ -2,6 +2,6 @@
 
 import sys
 
-from imucal_wizard.cli import main
+from imucal_wizard.cli.main import main
 
 sys.exit(main())

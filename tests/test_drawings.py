@@ -9,8 +9,8 @@ import pytest
 from assets.drawing.figures import pose_attitude, readings, view_of
 from assets.drawing.poses import FOLDER, drawings
 from assets.drawing.solid import faces
-from imucal_wizard.procedure.poses import CORNERS, DIRECTIONS, EDGES, EIGHT, FACES, NAMED
-from imucal_wizard.procedure.wording import label
+from imucal_wizard.core.poses import CORNERS, DIRECTIONS, EDGES, EIGHT, FACES, NAMED
+from imucal_wizard.guide.wording import label
 
 
 @pytest.mark.parametrize("pose", [*DIRECTIONS, *EIGHT])

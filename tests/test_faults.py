@@ -10,19 +10,19 @@ from pathlib import Path
 import pytest
 from textual.worker import WorkerFailed
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.commands import fit
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.output import harmless
+from imucal_wizard.cli import fit
+from imucal_wizard.core.output import harmless
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.bench_run import BenchApp
-from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.run import BenchApp
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.waiting import until
 
 
 def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
-    code = "from imucal_wizard.faults import watch; watch(); {}['never there']"
+    code = "from imucal_wizard.run.faults import watch; watch(); {}['never there']"
     home = {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-c", code],

@@ -6,9 +6,9 @@ from threading import Event, Thread
 import numpy as np
 import pytest
 
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import Readings
-from imucal_wizard.recordings import read
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.sessions import Session, readings_again
 
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
@@ -33,7 +33,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
         session.commit()
 
     def read_once(paths: list[Path]) -> Readings:
-        readings = read(paths)
+        readings = read_files(paths)
         looked.set()
         return readings
 
@@ -42,7 +42,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
         with Session.open(path) as session:
             session.write_raw(10.0, _lines(500, 1000))
 
-    monkeypatch.setattr(readings_again, "read", read_once)
+    monkeypatch.setattr(readings_again, "read_files", read_once)
     writer = Thread(target=write_the_rest)
     writer.start()
     readings = readings_again.session_readings(path, [_hold(1.0), _hold(7.0)])
@@ -51,7 +51,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
     assert len(readings) == 1000
 
 
-def test_readings_that_holds_were_not_made_of_are_none(tmp_path: Path) -> None:
+def test_readings_of_other_holds_are_ignored(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     with Session.create(path, {}) as session:
         session.write_raw(0.0, HEADER.encode() + _lines(0, 500))

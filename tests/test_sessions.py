@@ -11,12 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.errors import SessionError
-from imucal_wizard.procedure.collected import Collected
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.procedure.rotations import Rotation
-from imucal_wizard.procedure.state import Event, EventKind
-from imucal_wizard.recordings import session_file
+from imucal_wizard.acquire.files import session_file
+from imucal_wizard.core.errors import SessionError
+from imucal_wizard.guide.state import Event, EventKind
+from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_path
 
 
@@ -148,7 +146,7 @@ def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:
         Session.create(path, {})
 
 
-def test_a_name_that_no_file_can_have_is_refused_in_words(tmp_path: Path) -> None:
+def test_a_name_that_no_file_can_have_is_refused_with_the_reason(tmp_path: Path) -> None:
     path = tmp_path / f"{'a' * 300}.imucal"
     with pytest.raises(SessionError, match="cannot be written"):
         Session.create(path, {})

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.errors import SessionError
-from imucal_wizard.live.resume import begin, resume
-from imucal_wizard.procedure.collected import Collected
+from imucal_wizard.core.errors import SessionError
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.run.session_replay import begin, resume
 from imucal_wizard.sessions import Session, list_sessions
-from tests.solver.truth import hold
+from tests.estimate.truth import hold
 
 
 def _foreign(path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_session_that_is_being_written_cannot_be_taken_up(tmp_path: Path) -> N
         "UPDATE meta SET value = '[]' WHERE key = 'asked'",
     ],
 )
-def test_values_of_another_kind_are_damage_and_spoil_no_list(tmp_path: Path, sql: str) -> None:
+def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path, sql: str) -> None:
     path = tmp_path / "a.imucal"
     begin(path).close()
     with Session.open(path) as session:
@@ -118,7 +118,7 @@ def _taken_up(path: Path) -> None:
     again.prepare(again.engine)
 
 
-def test_a_time_that_is_none_spoils_no_list(tmp_path: Path) -> None:
+def test_an_invalid_time_does_not_break_the_list_of_sessions(tmp_path: Path) -> None:
     Session.create(tmp_path / "a.imucal", {"created": 1e300}).close()
     (info,) = list_sessions(tmp_path)
     assert "is damaged" in info.problem

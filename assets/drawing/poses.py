@@ -8,12 +8,19 @@ from pathlib import Path
 
 from assets.drawing.figures import device_figure, pose_figure, rotation_figure
 from assets.drawing.svg import QUIET, document, moved, text
-from imucal_wizard.procedure.plan import START_POSES, standard
-from imucal_wizard.procedure.poses import AXES, CORNERS, EDGES, EIGHT, FACES, POSE_TOLERANCE_DEG
-from imucal_wizard.procedure.state import StepKind
-from imucal_wizard.procedure.turn_advice import FAST, SLOW
-from imucal_wizard.procedure.wording import label
-from imucal_wizard.tui.widgets.rotation_panel import FULL
+from imucal_wizard.core.limits.procedure import FAST_RATE, FULL_ANGLE_DEG, SLOW_RATE
+from imucal_wizard.core.poses import (
+    AXES,
+    CORNERS,
+    EDGES,
+    EIGHT,
+    FACES,
+    POSE_TOLERANCE_DEG,
+    START_POSES,
+)
+from imucal_wizard.guide.plan import standard
+from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.wording import label
 
 FOLDER = Path(__file__).resolve().parents[1] / "poses"
 WIDTH, HEIGHT, MARGIN = 210.0, 297.0, 11.0
@@ -69,8 +76,8 @@ def _opening() -> list[str]:
 def _ending() -> list[str]:
     step = standard().step(StepKind.ROTATIONS)
     rest, times = f"hold still for {step.seconds:.0f} s", f"{step.per_axis} times about each axis"
-    turn = f"turn by {step.minimum_deg:.0f}° to {FULL:.0f}°, stop anywhere"
-    speeds = f"slow (up to {SLOW:.0f} °/s), middle, and fast ({FAST:.0f} °/s or more)"
+    turn = f"turn by {step.minimum_deg:.0f}° to {FULL_ANGLE_DEG:.0f}°, stop anywhere"
+    speeds = f"slow (up to {SLOW_RATE:.0f} °/s), middle, and fast ({FAST_RATE:.0f} °/s or more)"
     return [
         f"{rest.capitalize()}, {turn}, {rest}: {times}.",
         f"In both senses and at three speeds: {speeds}.",

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from imucal_wizard.devices.virtual.sensor import Thermal
-from imucal_wizard.procedure.poses import CORNERS, EDGES, FACES
-from imucal_wizard.readings import BoolArray, FloatArray
+from imucal_wizard.core.poses import CORNERS, EDGES, FACES
+from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.simulate.sensor import Thermal
 
 BATCHES = 5
 """Averages per hold from which the program learns the noise."""

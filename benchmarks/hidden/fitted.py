@@ -5,19 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.hidden.recording import Recorded
-from imucal_wizard.bench.from_fit import misfit_of
-from imucal_wizard.bench.misfit import Misfit
-from imucal_wizard.effects.catalogue import effects_for
-from imucal_wizard.effects.effect import ACCELEROMETER
-from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.hold_data import HoldData, hold_data
-from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, accelerometer_experiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.effect import ACCELEROMETER
 
 
-def measured_of(recorded: Recorded) -> HoldData:
+def measured_of(recorded: Recorded) -> AccelerometerExperiment:
     """All that the program knows of the holds; the session begins at 0 s."""
-    data = hold_data(recorded.holds, STANDARD_GRAVITY, "m/s^2")
+    data = accelerometer_experiment(recorded.holds, STANDARD_GRAVITY, "m/s^2")
     time = np.array([0.5 * (hold.start + hold.end) for hold in recorded.holds])
     around = replace(
         data.circumstances,
@@ -25,17 +24,24 @@ def measured_of(recorded: Recorded) -> HoldData:
         reference_time=np.nan,
         vibration=recorded.vibration,
     )
-    return replace(data, circumstances=around)
+    data.circumstances = around
+    data.source = replace(
+        data.source, circumstances=around, labels=replace(data.source.labels, time=time)
+    )
+    data.sources = (data.source,)
+    return data
 
 
-def left_over(measured: HoldData, fit: Extended | None = None) -> Misfit:
+def left_over(
+    measured: AccelerometerExperiment, found: SensorFit | None = None
+) -> WhitenedResiduals:
     """What a fit leaves, that of the base model when none is given."""
-    fit = fit_with(measured) if fit is None else fit
-    known = set(fit.model)
+    found = fit(measured) if found is None else found
+    known = set(found.model)
     suspects = [
         effect
         for effect in effects_for(ACCELEROMETER)
         if effect.name not in known
         and effect.lacking(ACCELEROMETER, measured.circumstances) is None
     ]
-    return misfit_of(fit.linear, ACCELEROMETER, measured.circumstances, suspects)
+    return whitened_residuals(found, suspects)

@@ -19,11 +19,11 @@ from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import MILLI_G, Colour
 from benchmarks.hidden.recording import Extra, record
 from benchmarks.hidden.scenarios import Scenario
-from imucal_wizard.bench.misfit import Misfit
-from imucal_wizard.bench.noise import frame_of
-from imucal_wizard.bench.rivals import own_share
-from imucal_wizard.bench.verdict import needed
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.explained_variance import discriminability
+from imucal_wizard.diagnose.random_walk import frame_of
+from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.diagnose.verdict import needed
 
 LOST = 0.02
 """Share of true effects that the rule may call strange; 3 % may go without their name in all."""
@@ -79,13 +79,13 @@ def _limit(plan: Plan, colour: Colour, stranger: Extra, seed: list[int]) -> Limi
     across = frame.across
     pattern = across.T @ ((error * recorded.schedule.up).sum(axis=1) / misfit.sigma)
     whole = float(pattern @ pattern)
-    share = own_share(misfit, frame)
+    share = discriminability(misfit, frame)
     every = [(_outside(pattern, across.T @ x), family) for x, family in _effects(misfit)]
     own, family = min(every)
     return Limit(whole - own, own, needed(family, share))
 
 
-def _effects(misfit: Misfit) -> Iterator[tuple[FloatArray, str]]:
+def _effects(misfit: WhitenedResiduals) -> Iterator[tuple[FloatArray, str]]:
     """Columns of every effect, on all its parameters and on each alone; its family."""
     for one in misfit.candidates:
         yield one.columns, one.family

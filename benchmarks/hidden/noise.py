@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.hidden.designs import BATCHES, Schedule
-from imucal_wizard.devices.virtual.noise import RATIO, TIMES
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.simulate.noise import RATIO, TIMES
 
 TREMOR_FREQUENCY = 8.0
 """Of a hand and of what a desk passes on, Hz."""

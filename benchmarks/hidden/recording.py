@@ -8,12 +8,12 @@ import numpy as np
 
 from benchmarks.hidden.designs import BATCHES, Plan, Schedule, drawn_schedule
 from benchmarks.hidden.noise import MILLI_G, Colour, averaged_rounding, batch_noise
-from imucal_wizard.devices.virtual import forward
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.devices.virtual.sensor import SensorModel
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.simulate import forward
+from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.sensor import SensorModel
 
 RATE = 100.0
 SETTLING = (1.2, 8.0)
@@ -74,10 +74,10 @@ def record(
     return Recorded(_holds(schedule, rounded), measured, schedule)
 
 
-def circumstances(schedule: Schedule, step: float, settling: float) -> forward.Circumstances:
+def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:
     """What the forward equations need, one row per hold; ``step`` and ``settling`` in minutes."""
     n = len(schedule.up)
-    return forward.Circumstances(
+    return forward.TrueCircumstances(
         force=schedule.up,
         rate=np.zeros((n, 3)),
         temperature=schedule.temperature,

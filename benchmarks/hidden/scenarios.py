@@ -8,11 +8,11 @@ import numpy as np
 from benchmarks.hidden import strangers
 from benchmarks.hidden.noise import Colour
 from benchmarks.hidden.recording import Extra
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.effects.catalogue import builtin_effects, effects_for
-from imucal_wizard.effects.catalogue import effect as known_effect
-from imucal_wizard.effects.effect import ACCELEROMETER
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.catalogue import builtin_effects, effects_for
+from imucal_wizard.model.catalogue import effect as known_effect
+from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.simulate.hidden import Hidden
 
 EFFECTS = tuple(effect.name for effect in effects_for(ACCELEROMETER))
 FAMILY = {effect.name: effect.family or effect.name for effect in builtin_effects()}

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from benchmarks.hidden.designs import Schedule
 from benchmarks.hidden.recording import Extra
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray
 
 WAVES = 24
 """Zonal harmonics that together make a random field."""

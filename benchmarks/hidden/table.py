@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.hidden.scenarios import FAMILY, Scenario
 from benchmarks.hidden.trialled import Trialled
-from imucal_wizard.bench.verdict import Opinion, Verdict
-from imucal_wizard.devices.virtual.hidden import Hidden
+from imucal_wizard.diagnose.verdict import Opinion, Verdict
+from imucal_wizard.simulate.hidden import Hidden
 
 COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "complete", "WRONG")
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
@@ -67,7 +67,7 @@ def line(scenario: Scenario, trials: Sequence[Trialled]) -> str:
     counts["family"] += counts["named"]
     share = 100.0 / len(trials)
     cells = "".join(f"{share * counts[name]:9.1f}" for name in COLUMNS)
-    seen = share * sum(one.opinion.p <= 0.01 for one in trials)
+    seen = share * sum(one.p <= 0.01 for one in trials)
     errors = np.array([(one.before, one.linear, one.after) for one in trials])
     sure = [abs(one.sure) < 1.0 for one in trials if one.sure is not None]
     inside = f"{100.0 * np.mean(sure):.0f}" if sure else ""

@@ -11,24 +11,23 @@ from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import MILLI_G, Colour
 from benchmarks.hidden.recording import record
 from benchmarks.hidden.scenarios import FAMILY, Scenario
-from imucal_wizard.bench.chance import Chances
-from imucal_wizard.bench.detectable import detectable
-from imucal_wizard.bench.evidence import Jury, Weighed, make_jury
-from imucal_wizard.bench.misfit import Candidate, Misfit
-from imucal_wizard.bench.settling import settled
-from imucal_wizard.bench.suspects import Suspect, noise_of, rank
-from imucal_wizard.bench.trial import try_effect
-from imucal_wizard.bench.verdict import Opinion, judge
-from imucal_wizard.bench.wandering import with_wander
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.effects.catalogue import effect
-from imucal_wizard.effects.effect import ACCELEROMETER
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.hold_data import HoldData
-from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.solver.extended.terms import Term
-from imucal_wizard.solver.student import quantile
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.expected_log_odds import detectable
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
+from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
+from imucal_wizard.diagnose.random_walk import with_random_walk
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.diagnose.significance import Chances
+from imucal_wizard.diagnose.suspects import Suspect, expected_noise, rank, try_effect
+from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.student import quantile
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.model.terms import Term
+from imucal_wizard.simulate.hidden import Hidden
 
 Seed = Sequence[int]
 
@@ -41,6 +40,7 @@ class Trialled:
         hidden: the effects.
         families: theirs, sorted.
         opinion: what the program says.
+        p: chance that noise alone makes any suspect look as good.
         before: error held out without any effect, mg.
         linear: the same with the hidden effects added (the first suspect where there are none), as
             foretold by the linear model, mg.
@@ -52,6 +52,7 @@ class Trialled:
     hidden: tuple[Hidden, ...]
     families: tuple[str, ...]
     opinion: Opinion
+    p: float
     before: float
     linear: float
     after: float
@@ -73,25 +74,25 @@ class Detectable(dict[str, FloatArray]):
         self._plan, self._colour, self._chances, self._seed = plan, colour, chances, seed
 
     @cached_property
-    def _plain(self) -> tuple[Misfit, Jury, Weighed]:
+    def _plain(self) -> tuple[WhitenedResiduals, HypothesisSet, Posterior]:
         rng = np.random.default_rng(self._seed)
         misfit = left_over(measured_of(record(self._plan, self._colour, (), rng)))
-        jury = make_jury(misfit, pairs=False)
-        return misfit, jury, jury.weigh(misfit.residual)
+        hypotheses = hypothesis_set(misfit, pairs=False)
+        return misfit, hypotheses, hypotheses.posterior(misfit.residual)
 
     def __missing__(self, term: str) -> FloatArray:
-        misfit, jury, weighed = self._plain
+        misfit, hypotheses, posterior = self._plain
         found = [one for one in misfit.candidates if one.term == term]
-        threshold, noise = self._chances.threshold(weighed.noise), noise_of(weighed)
+        threshold, noise = self._chances.threshold(posterior.noise), expected_noise(posterior)
         middle = found[len(found) // 2]
-        self[term] = detectable(jury, middle, threshold, noise, weighed.wander)
+        self[term] = detectable(hypotheses, middle, threshold, noise, posterior.wander)
         return self[term]
 
 
 def chances_of(plan: Plan, colour: Colour) -> Chances:
     """Chance on a session of this plan."""
     misfit = left_over(measured_of(record(plan, colour, (), np.random.default_rng(1))))
-    return Chances(make_jury(misfit, pairs=False))
+    return Chances(hypothesis_set(misfit, pairs=False))
 
 
 def try_out(
@@ -103,32 +104,33 @@ def try_out(
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)
     measured = measured_of(record(plan, noise, hidden, rng, scenario.extra))
-    plain = fit_with(measured)
+    plain = fit(measured)
     misfit = left_over(measured, plain)
-    jury = make_jury(misfit)
-    weighed = jury.weigh(misfit.residual)
-    suspects = rank(misfit, jury, weighed, chances)
-    opinion = judge(misfit, jury, weighed, suspects[0].p)
+    hypotheses = hypothesis_set(misfit)
+    posterior = hypotheses.posterior(misfit.residual)
+    suspects = rank(misfit, hypotheses, posterior, chances)
+    opinion = judge_misfit(misfit, hypotheses, posterior)
     chosen = _chosen(suspects, hidden)
-    fit = _with(measured, chosen)
+    added = _with(measured, chosen)
     return Trialled(
         hidden=hidden,
         families=tuple(sorted({FAMILY[one.term] for one in hidden})),
         opinion=opinion,
+        p=suspects[0].p,
         before=_milli(plain.rms_held_out),
         linear=_milli(try_effect(misfit, chosen, opinion.noise).rms_held_out),
-        after=_milli(fit.rms_held_out),
-        sure=_sure(with_wander(fit, left_over(measured, fit)), hidden),
+        after=_milli(added.rms_held_out),
+        sure=_sure(with_random_walk(added, left_over(measured, added)), hidden),
     )
 
 
-def _with(measured: HoldData, chosen: Sequence[Candidate]) -> Extended:
+def _with(measured: AccelerometerExperiment, chosen: Sequence[Candidate]) -> SensorFit:
     """The fit with effects; the setting of a single one is settled as the bench does."""
     terms = [Term(effect(one.term), one.variant) for one in chosen]
     if len(terms) > 1:
-        return fit_with(measured, terms)
+        return fit(measured, terms)
     variants = terms[0].effect.variants(measured.circumstances)
-    return settled(lambda term: fit_with(measured, [term]), terms[0], variants)
+    return most_likely_setting(lambda term: fit(measured, [term]), terms[0], variants)
 
 
 def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Candidate, ...]:
@@ -138,15 +140,15 @@ def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Cand
     return tuple(one for one in found if one.term in named) or (found[0],)
 
 
-def _sure(fit: Extended, hidden: Sequence[Hidden]) -> float | None:
+def _sure(fit: SensorFit, hidden: Sequence[Hidden]) -> float | None:
     """How far the size that was fitted is from the truth, in units of its own interval."""
     if len(hidden) != 1:
         return None
-    reach = quantile(0.95, max(fit.fit.degrees_of_freedom, 1))
+    reach = quantile(0.95, max(fit.degrees_of_freedom, 1))
     letters = "".join("xyz"[axis] for axis in hidden[0].axes)
     names = [one.name for one in effect(hidden[0].term).parameters(ACCELEROMETER)]
     place = names.index(letters)
-    return float((fit.sizes[0][place] - hidden[0].size) / (reach * fit.errors[0][place]))
+    return float((fit.sizes[0][place] - hidden[0].size) / (reach * fit.size_errors[0][place]))
 
 
 def _milli(rms: float | None) -> float:

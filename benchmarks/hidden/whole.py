@@ -9,17 +9,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.hidden.noise import MILLI_G
-from imucal_wizard.bench.automatic import add_by_itself
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.verdict import Opinion
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.effects.catalogue import effect, effects_for
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
-from imucal_wizard.fitting import fit_readings
-from imucal_wizard.mystery.draw import sensor_of
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.recordings import read
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.verdict import Opinion
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.recording import simulate_recording
+from imucal_wizard.teach.draw import virtual_sensor
 
 POSES = "26+repeats"
 NEVER = {"earth-rate"}
@@ -60,9 +60,9 @@ def benches_of(seed: int, grade: str, hidden: Sequence[Hidden]) -> Benches:
     """One recording of the virtual sensor of a seed, as the program reads and fits it."""
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
-        model = sensor_of(seed, grade)
+        model = virtual_sensor(seed, grade)
         simulate_recording(path, hidden=hidden, poses=POSES, seed=seed, model=model)
-        readings = read([path])
+        readings = read_files([path])
     return Benches(fit_readings(readings), readings)
 
 

@@ -17,10 +17,10 @@ from benchmarks.hidden.whole import (
     judged,
     terms_of,
 )
-from imucal_wizard.bench.automatic import add_by_itself
-from imucal_wizard.bench.verdict import Opinion
-from imucal_wizard.effects.effect import ACCELEROMETER, GYROSCOPE
-from imucal_wizard.mystery.draw import NOISE
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.verdict import Opinion
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.teach.draw import NOISE
 
 TIMES = 2.0
 """Hidden at so many times what the program calls detectable in the same session without it."""

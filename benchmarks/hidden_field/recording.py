@@ -7,17 +7,16 @@ import numpy as np
 
 from benchmarks.hidden_field.sessions import Session
 from benchmarks.hidden_field.strangers import Extra
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.devices.virtual.magnetometer import FIELD_RATE, NOISE, STEP
-from imucal_wizard.devices.virtual.noise import Noise
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import FloatArray, Readings, Series
-from imucal_wizard.solver.accelerometer import AccelerometerFit
-from imucal_wizard.solver.directions import group_directions
-from imucal_wizard.solver.extended.field_data import FieldData
-from imucal_wizard.solver.extended.field_measuring import field_data
-from imucal_wizard.solver.magnetometer.fit import fit_magnetometer
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.core.directions import group_directions
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.result import GravityReference
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.magnetometer import FIELD_NOISE, FIELD_RATE, FIELD_STEP
+from imucal_wizard.simulate.noise import SensorNoise
 
 UP_ERROR = 8e-5
 """Of the direction of gravity in a hold, rad: what a virtual accelerometer leaves."""
@@ -47,7 +46,7 @@ def record(
     hidden: Sequence[Hidden],
     rng: np.random.Generator,
     extra: Extra | None = None,
-) -> FieldData:
+) -> MagnetometerExperiment:
     """What the program knows of a session.
 
     Args:
@@ -68,21 +67,22 @@ def record(
     if extra is not None:
         error = error + extra.error(session, rng)
     exact = session.model.reading(session.motion, error)
-    readings = _readings(session, np.round(exact / STEP) * STEP)
+    readings = _readings(session, np.round(exact / FIELD_STEP) * FIELD_STEP)
     series = readings.magnetometer
     if series is None:
         raise ValueError("the session has no magnetometer")
-    found = fit_magnetometer(series, float(np.linalg.norm(session.model.world)))
+    field = float(np.linalg.norm(session.model.world))
+    found = fit_magnetometer(series, field, readings=readings)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
     variance = np.full(len(up), UP_ERROR**2)
-    # of the accelerometer's fit only the directions are looked at
-    gravity = AccelerometerFit(found.fit, up, group_directions(up), variance)
-    return field_data(found, readings, _holds(session), gravity)
+    doubt, labels = np.zeros((len(up), 3, 0)), group_directions(up)
+    gravity = GravityReference(up, labels, variance, doubt, 1.0, STANDARD_GRAVITY)
+    return found.experiment(readings, _holds(session), gravity, None)
 
 
 def _noise(colour: Colour, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-    density, floor = np.full(3, NOISE * np.sqrt(2.0 / FIELD_RATE)), np.full(3, colour.floor)
-    noise = Noise(rng, FIELD_RATE, density, floor).take(len(time))
+    density, floor = np.full(3, FIELD_NOISE * np.sqrt(2.0 / FIELD_RATE)), np.full(3, colour.floor)
+    noise = SensorNoise(rng, FIELD_RATE, density, floor).take(len(time))
     if colour.walk:
         step = colour.walk / np.sqrt(60.0 * FIELD_RATE)
         noise = noise + np.cumsum(step * rng.standard_normal((len(time), 3)), axis=0)

@@ -7,9 +7,9 @@ import numpy as np
 from benchmarks.hidden.scenarios import Draw, Sizes, nothing
 from benchmarks.hidden_field import strangers
 from benchmarks.hidden_field.recording import Colour
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.effects.catalogue import effects_for
-from imucal_wizard.effects.effect import MAGNETOMETER
+from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.simulate.hidden import Hidden
 
 EFFECTS = tuple(effect.name for effect in effects_for(MAGNETOMETER))
 FAMILY = {effect.name: effect.family or effect.name for effect in effects_for(MAGNETOMETER)}

@@ -7,17 +7,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from imucal_wizard.devices.virtual.actions import Action, Rest
-from imucal_wizard.devices.virtual.chance import Chance, generator
-from imucal_wizard.devices.virtual.forward import Circumstances
-from imucal_wizard.devices.virtual.hand import VirtualHand
-from imucal_wizard.devices.virtual.load import VirtualLoad
-from imucal_wizard.devices.virtual.magnetometer import FIELD_RATE, FieldModel
-from imucal_wizard.devices.virtual.motion import Motion
-from imucal_wizard.devices.virtual.scripts import perform_circles, perform_poses, pose_names
-from imucal_wizard.devices.virtual.sensor import Thermal
-from imucal_wizard.readings import FloatArray
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.simulate.actions import Action, LieStill
+from imucal_wizard.simulate.forward import TrueCircumstances
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.magnetometer import FIELD_RATE, TrueField
+from imucal_wizard.simulate.motion import Motion
+from imucal_wizard.simulate.noise import RandomStream, generator
+from imucal_wizard.simulate.scripts import perform_circles, perform_poses, pose_names
+from imucal_wizard.simulate.sensor import Thermal
+from imucal_wizard.simulate.stream import VirtualLoad
 
 STILL = 0.01
 """Rate under which the device rests, rad/s."""
@@ -65,16 +65,16 @@ class Session:
 
     motion: Motion
     seen: FloatArray
-    model: FieldModel
+    model: TrueField
     temperature: FloatArray
     current: FloatArray
     holds: FloatArray
     up: FloatArray
 
-    def circumstances(self, step: float) -> Circumstances:
+    def circumstances(self, step: float) -> TrueCircumstances:
         """What the forward equations need; ``step`` in minutes."""
         motion, count = self.motion, len(self.seen)
-        return Circumstances(
+        return TrueCircumstances(
             motion.specific_force / STANDARD_GRAVITY,
             np.degrees(motion.rate),
             self.temperature,
@@ -92,20 +92,20 @@ def _script(plan: Plan, rng: np.random.Generator) -> Iterator[Action]:
     names = pose_names(plan.poses, rng)
     first = perform_circles(1.0) if plan.before else iter(())
     poses = perform_poses(tuple(str(name) for name in names), plan.hold)
-    return itertools.chain([Rest(5.0)], first, poses, perform_circles(1.0))
+    return itertools.chain([LieStill(5.0)], first, poses, perform_circles(1.0))
 
 
 @lru_cache(maxsize=2)
 def session_of(plan: Plan, seed: int) -> Session:
     """The session of a seed."""
     hand = VirtualHand(FIELD_RATE, seed)
-    hand.perform(_script(plan, generator(seed, Chance.POSES)))
+    hand.perform(_script(plan, generator(seed, RandomStream.POSES)))
     parts = []
     while count := hand.remaining(4096):
         parts.append(hand.advance(count))
     names = [one.name for one in fields(Motion)]
     motion = Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-    model = replace(FieldModel.drawn(seed), misalignment=np.zeros(3))
+    model = replace(TrueField.drawn(seed), misalignment=np.zeros(3))
     holds = _holds(motion)
     middle = np.searchsorted(motion.time, holds.mean(axis=1))
     up = motion.specific_force[middle]

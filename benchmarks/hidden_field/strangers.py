@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.hidden_field.sessions import Session
-from imucal_wizard.devices.virtual import attitude
-from imucal_wizard.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.simulate import attitude
 
 WIDTH = (1.0, 4.0)
 """Half of the time that steel takes to pass, s."""

@@ -28,7 +28,7 @@ def line(scenario: Scenario, trials: Sequence[Trialled | None]) -> str:
     share = 100.0 / len(trials)
     cells = "".join(f"{share * counts[name]:9.1f}" for name in COLUMNS)
     refused = share * (len(trials) - len(own))
-    seen = share * sum(one.opinion.p <= 0.01 for one in own)
+    seen = share * sum(one.p <= 0.01 for one in own)
     sure = [abs(one.sure) < 1.96 for one in own if one.sure is not None]
     inside = f"{100.0 * np.mean(sure):.0f}" if sure else ""
     errors = np.array([(one.before, one.after) for one in own]).reshape(-1, 2)

@@ -9,22 +9,21 @@ from benchmarks.hidden.scenarios import Sizes
 from benchmarks.hidden_field.recording import CONSUMER, record
 from benchmarks.hidden_field.scenarios import FAMILY, Scenario
 from benchmarks.hidden_field.sessions import Plan, session_of
-from imucal_wizard.bench.chance import Chances
-from imucal_wizard.bench.detectable import detectable
-from imucal_wizard.bench.evidence import make_jury
-from imucal_wizard.bench.from_fit import misfit_of
-from imucal_wizard.bench.misfit import Misfit
-from imucal_wizard.bench.suspects import noise_of, rank
-from imucal_wizard.bench.verdict import Opinion, judge
-from imucal_wizard.bench.wandering import with_wander
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.effects.catalogue import effect, effects_for
-from imucal_wizard.effects.effect import MAGNETOMETER
-from imucal_wizard.errors import DataError
-from imucal_wizard.solver.extended.field_data import FieldData
-from imucal_wizard.solver.extended.fit import fit_with
-from imucal_wizard.solver.extended.result import Extended
-from imucal_wizard.solver.extended.terms import Term
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.diagnose.expected_log_odds import detectable
+from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.diagnose.random_walk import with_random_walk
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.significance import Chances
+from imucal_wizard.diagnose.suspects import expected_noise, rank
+from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.model.terms import Term
+from imucal_wizard.simulate.hidden import Hidden
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,7 @@ class Trialled:
         hidden: the effects.
         families: theirs, sorted.
         opinion: what the program says; None where it refuses the recording.
+        p: chance that noise alone makes any suspect look as good.
         before: error held out of the base model, µT.
         after: the same with the hidden effects added (the first suspect where there are none), µT.
         sure: for a single effect, (size − truth) / standard error of its parameter, once added.
@@ -43,6 +43,7 @@ class Trialled:
     hidden: tuple[Hidden, ...]
     families: tuple[str, ...]
     opinion: Opinion
+    p: float
     before: float
     after: float
     sure: float | None
@@ -64,12 +65,12 @@ class Quiet:
 def quiet(plan: Plan, seed: int) -> Quiet:
     """The session of a seed with nothing hidden."""
     data = record(session_of(plan, seed), CONSUMER, (), np.random.default_rng([seed, 0]))
-    misfit = left_over(data, fit_with(data))
-    jury = make_jury(misfit, pairs=False)
-    weighed, chances = jury.weigh(misfit.residual), Chances(jury)
-    threshold, noise = chances.threshold(weighed.noise), noise_of(weighed)
+    misfit = left_over(data, fit(data))
+    hypotheses = hypothesis_set(misfit, pairs=False)
+    posterior, chances = hypotheses.posterior(misfit.residual), Chances(hypotheses)
+    threshold, noise = chances.threshold(posterior.noise), expected_noise(posterior)
     sizes = {
-        one.term: detectable(jury, one, threshold, noise, weighed.wander)
+        one.term: detectable(hypotheses, one, threshold, noise, posterior.wander)
         for one in misfit.candidates
     }
     return Quiet(sizes, chances)
@@ -81,44 +82,45 @@ def try_out(plan: Plan, scenario: Scenario, known: Quiet, seed: int) -> Trialled
     rng = np.random.default_rng([seed, 0])
     try:
         data = record(session_of(plan, seed), scenario.colour, hidden, rng, scenario.extra)
-        plain = fit_with(data)
+        plain = fit(data)
     except DataError:
         return None
     misfit = left_over(data, plain)
-    jury = make_jury(misfit)
-    weighed = jury.weigh(misfit.residual)
-    suspects = rank(misfit, jury, weighed, known.chances)
-    opinion = judge(misfit, jury, weighed, suspects[0].p)
+    hypotheses = hypothesis_set(misfit)
+    posterior = hypotheses.posterior(misfit.residual)
+    suspects = rank(misfit, hypotheses, posterior, known.chances)
+    opinion = judge_misfit(misfit, hypotheses, posterior)
     names = [one.term for one in hidden] or [
         next(one.term for one in suspects if one.candidate is not None)
     ]
-    fit = fit_with(data, [Term(effect(name)) for name in names])
+    added = fit(data, [Term(effect(name)) for name in names])
     return Trialled(
         hidden=hidden,
         families=tuple(sorted({FAMILY[one.term] for one in hidden})),
         opinion=opinion,
+        p=suspects[0].p,
         before=_known(plain.rms_held_out),
-        after=_known(fit.rms_held_out),
-        sure=_sure(with_wander(fit, left_over(data, fit)), hidden),
+        after=_known(added.rms_held_out),
+        sure=_sure(with_random_walk(added, left_over(data, added)), hidden),
     )
 
 
-def left_over(data: FieldData, fit: Extended) -> Misfit:
+def left_over(data: MagnetometerExperiment, found: SensorFit) -> WhitenedResiduals:
     """What a fit leaves, with every effect that is not in it."""
     suspects = [
         one
         for one in effects_for(MAGNETOMETER)
-        if one.name not in fit.model and one.lacking(MAGNETOMETER, data.circumstances) is None
+        if one.name not in found.model and one.lacking(MAGNETOMETER, data.circumstances) is None
     ]
-    return misfit_of(fit.linear, MAGNETOMETER, data.circumstances, suspects)
+    return whitened_residuals(found, suspects)
 
 
-def _sure(fit: Extended, hidden: Sequence[Hidden]) -> float | None:
+def _sure(fit: SensorFit, hidden: Sequence[Hidden]) -> float | None:
     """How far the size that was fitted is from the truth, in its own standard errors."""
     if len(hidden) != 1:
         return None
     axis = hidden[0].axes[0]
-    return float((fit.sizes[0][axis] - hidden[0].size) / fit.errors[0][axis])
+    return float((fit.sizes[0][axis] - hidden[0].size) / fit.size_errors[0][axis])
 
 
 def _known(rms: float | None) -> float:

@@ -12,14 +12,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.hidden_field.scenarios import EFFECTS, FAMILY
-from imucal_wizard.bench.automatic import add_by_itself
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.session import Bench
-from imucal_wizard.devices.virtual.hidden import Hidden
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.effects.effect import MAGNETOMETER
-from imucal_wizard.fitting import FitOptions, fit_readings, with_field
-from imucal_wizard.recordings import read
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
+from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.recording import simulate_recording
 
 TIMES = 2.0
 """Hidden at so many times what the program calls detectable in the same session without it."""
@@ -53,7 +53,7 @@ def bench_of(seed: int, hidden: Sequence[Hidden]) -> Bench:
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
         simulate_recording(path, hidden=hidden, seed=seed, rotations=0, magnetometer=True)
-        readings = read([path])
+        readings = read_files([path])
     if readings.magnetometer is None:
         raise ValueError("the recording has no magnetometer")
     plain = fit_readings(replace(readings, magnetometer=None))

@@ -1,9 +1,8 @@
 """One SQLite file per session, written as the bytes arrive, and the list of them."""
 
-from imucal_wizard.recordings.session_file import SUFFIX, Command
+from imucal_wizard.acquire.files.session_file import SUFFIX, Command
 from imucal_wizard.sessions.catalogue import SessionInfo, default_directory, list_sessions, new_path
-from imucal_wizard.sessions.kept import KeptSession
-from imucal_wizard.sessions.session import Session
+from imucal_wizard.sessions.session import KeptSession, Session
 
 __all__ = [
     "SUFFIX",

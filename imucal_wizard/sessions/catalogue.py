@@ -1,4 +1,4 @@
-"""Which sessions there are, and how far each of them came."""
+"""The list of sessions with the step that each has reached."""
 
 import datetime as dt
 import sqlite3
@@ -6,9 +6,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from imucal_wizard.errors import SessionError
-from imucal_wizard.recordings import session_file
-from imucal_wizard.recordings.session_file import SUFFIX, understanding
+from imucal_wizard.acquire.files import session_file
+from imucal_wizard.acquire.files.session_file import SUFFIX, understanding
+from imucal_wizard.core.errors import SessionError
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def new_path(directory: Path, now: dt.datetime) -> Path:
 
 
 def _taken(path: Path) -> bool:
-    """Whether a file has this name; where that cannot be told, creating it says why."""
+    """Whether a file has this name; if that is unknown, creating the file reports the cause."""
     try:
         return path.exists()
     except OSError:
@@ -64,7 +64,7 @@ def _taken(path: Path) -> bool:
 
 
 def list_sessions(directory: Path) -> list[SessionInfo]:
-    """The sessions in a folder, newest first; one that cannot be taken up again says why."""
+    """The sessions in a folder, newest first; each that cannot be resumed has the reason."""
     try:
         paths = sorted(directory.glob(f"*{SUFFIX}"), reverse=True)
     except OSError:  # a folder that cannot be looked into; who writes a session there is told why

@@ -11,21 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.errors import ImucalError
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.readings import Readings
-from imucal_wizard.recordings import read
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.measurement.holds import Hold
 
-SAME = 1e-6
+SAME_MEAN = 1e-6
 """Relative difference of a hold's mean up to which it was made of these readings."""
 
 BEHIND = 3.0
 """Seconds for which a file that is being written may lack the newest samples."""
-PAUSE = 0.2
+RETRY_PAUSE = 0.2
 
 
 def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:
-    """What a session has written down; None where that is not what the holds were made of.
+    """The readings of a session; None if the holds were not made of them.
 
     Args:
         path: the session, or None.
@@ -36,25 +36,25 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
     patience = time.monotonic() + BEHIND
     while True:
         try:
-            readings = read([path])
+            readings = read_files([path])
         except ImucalError:  # the bench works without them, it only knows less
             return None
-        if belongs(readings, holds):
+        if made_of(readings, holds):
             return readings
         ends = max((hold.end for hold in holds), default=0.0)
         complete = len(readings) > 0 and readings.accelerometer.time[-1] > ends
         if complete or time.monotonic() > patience:
             return None
-        time.sleep(PAUSE)  # who writes the file does so in batches
+        time.sleep(RETRY_PAUSE)  # who writes the file does so in batches
 
 
-def belongs(readings: Readings, holds: Sequence[Hold]) -> bool:
+def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
     """Whether the first and the last hold were made of these readings."""
     for hold in (*holds[:1], *holds[-1:]):
         values = readings.accelerometer.between(hold.start, hold.end).values
         if not len(values):
             return False
         off = float(np.abs(values.mean(axis=0) - hold.accelerometer).max())
-        if not off <= SAME * float(np.abs(hold.accelerometer).max()):
+        if not off <= SAME_MEAN * float(np.abs(hold.accelerometer).max()):
             return False
     return bool(holds)

@@ -1,4 +1,4 @@
-"""The file of a session: what arrived, as it arrived, and what was made of it.
+"""The file of a session: the bytes as they arrived, the commands, and the results.
 
 Bytes and commands are enough to come back to the same state; holds, rotations and events are
 written beside them as they are finished. A crash loses at most what came in the last half second.
@@ -7,18 +7,134 @@ written beside them as they are finished. A crash loses at most what came in the
 import json
 import sqlite3
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from imucal_wizard import __version__
-from imucal_wizard.errors import SessionError
-from imucal_wizard.procedure.collected import Collected
-from imucal_wizard.procedure.state import Event
-from imucal_wizard.recordings import session_file
-from imucal_wizard.sessions.findings import Findings
-from imucal_wizard.sessions.kept import KeptSession
+from imucal_wizard.acquire.files import session_file
+from imucal_wizard.acquire.files.session_file import Command, explaining
+from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.version import VERSION
+from imucal_wizard.guide.state import Event
+from imucal_wizard.measurement.holds import Collected, Hold, Rotation
+
+
+class KeptSession:
+    """A session file, read only. Used by one thread at a time.
+
+    Every method raises ``SessionError`` when the file can no longer be read.
+
+    Attributes:
+        path: the file.
+        last_raw: number of the newest piece of bytes; 0 before the first.
+        last_arrival: arrival of the newest piece, s; None before the first.
+    """
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self.last_raw = 0
+        self.last_arrival: float | None = None
+        self._connection = connection
+
+    @classmethod
+    def look(cls, path: Path) -> "KeptSession":
+        """An existing file, also one that is being written.
+
+        Raises:
+            SessionError: it cannot be read.
+        """
+        session = KeptSession(path, session_file.connect(path))
+        with session._explaining(), ExitStack() as on_failure:
+            on_failure.callback(session._connection.close)
+            session._connection.execute("PRAGMA query_only = 1")
+            session._seek()
+            on_failure.pop_all()
+        return session
+
+    def _seek(self) -> None:
+        last = self._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
+        self.last_raw, self.last_arrival = last[0] or 0, last[1]
+
+    def _explaining(self) -> AbstractContextManager[None]:
+        return explaining(self.path)
+
+    def meta(self) -> dict[str, Any]:
+        """All settings."""
+        with self._explaining():
+            return session_file.meta(self._connection)
+
+    def raw(self) -> Iterator[tuple[int, float, bytes]]:
+        """Number, arrival and bytes of each piece, in order."""
+        with self._explaining():
+            yield from session_file.raw(self._connection)
+
+    def commands(self) -> list[Command]:
+        """All commands, in order."""
+        with self._explaining():
+            return list(session_file.read_commands(self._connection))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+_Row = tuple[Any, ...]
+
+
+class FindingTables:
+    """Keeps the tables of holds and rotations up to date, writing only changed rows."""
+
+    def __init__(self) -> None:
+        self._written: dict[str, list[_Row]] = {"hold": [], "rotation": []}
+
+    def write(self, connection: sqlite3.Connection, collected: Collected) -> None:
+        """Write the rows that differ from last time; delete those that were taken back."""
+        holds = (*collected.holds, *collected.validation)
+        self._equal(connection, "hold", [_hold_row(hold) for hold in holds])
+        self._equal(connection, "rotation", [_rotation_row(one) for one in collected.rotations])
+
+    def _equal(self, connection: sqlite3.Connection, table: str, rows: list[_Row]) -> None:
+        before = self._written[table]
+        for index, row in enumerate(rows):
+            if index >= len(before) or before[index] != row:
+                places = ", ".join("?" * (len(row) + 1))
+                connection.execute(
+                    f"INSERT OR REPLACE INTO {table} VALUES ({places})",  # noqa: S608 - own names
+                    (index, *row),
+                )
+        if len(rows) < len(before) or not before:
+            connection.execute(
+                f"DELETE FROM {table} WHERE id >= ?",  # noqa: S608 - one of two own names
+                (len(rows),),
+            )
+        self._written[table] = rows
+
+
+def _hold_row(hold: Hold) -> _Row:
+    gyroscope = hold.gyroscope
+    value = {
+        "mean_accelerometer": hold.accelerometer.tolist(),
+        "covariance_accelerometer": hold.accelerometer_covariance.tolist(),
+        "mean_gyroscope": None if gyroscope is None else gyroscope.tolist(),
+        "samples": hold.samples,
+        "temperature": hold.temperature,
+        "hand_held": hold.hand_held,
+    }
+    return hold.start, hold.end, hold.pose, json.dumps(value)
+
+
+def _rotation_row(rotation: Rotation) -> _Row:
+    start, end = rotation.before.end, rotation.after.start
+    value = json.dumps({"samples": len(rotation.time)})
+    return start, end, rotation.axis, rotation.problem, value
+
 
 COMMIT_SECONDS = 0.5
 """How far the file on disk may lie behind what has arrived."""
@@ -39,7 +155,7 @@ class Session(KeptSession):
         super().__init__(path, connection)
         self._clock = clock
         self._committed = clock()
-        self._findings = Findings()
+        self._findings = FindingTables()
         self.commits = 0
 
     @classmethod
@@ -64,14 +180,15 @@ class Session(KeptSession):
         except (OSError, sqlite3.Error) as error:
             raise SessionError(
                 f"{path} cannot be written ({getattr(error, 'strerror', None) or error}); give"
-                " another folder with --sessions"
+                " another folder for sessions",
+                settings=("sessions",),
             ) from error
         session = cls(path, connection, clock)
         with session._explaining(), ExitStack() as on_failure:
             on_failure.callback(connection.close)
             session._set_up()
             on_failure.pop_all()
-        for key, value in {"program": __version__, "created": time.time(), **about}.items():
+        for key, value in {"program": VERSION, "created": time.time(), **about}.items():
             session.set_meta(key, value)
         session.commit()
         return session
@@ -99,7 +216,7 @@ class Session(KeptSession):
         self._connection.execute("BEGIN IMMEDIATE")
 
     def _begin(self) -> None:
-        """Write on after what is on the disk."""
+        """Continue after the last committed row."""
         self._connection.execute("BEGIN IMMEDIATE")
         self._seek()
 
@@ -108,7 +225,7 @@ class Session(KeptSession):
         self._connection.execute("PRAGMA synchronous = NORMAL")
 
     def write_raw(self, arrival: float, data: bytes) -> None:
-        """Write down what has come, before anything is made of it.
+        """Write bytes before they are decoded.
 
         Args:
             arrival: seconds on the session's own clock, which never goes back.
@@ -123,7 +240,7 @@ class Session(KeptSession):
         self.commit_when_due()
 
     def write_command(self, sample_index: int, name: str, argument: str = "") -> None:
-        """Write down what the operator asked for, before it is obeyed."""
+        """Write a command before it is carried out."""
         with self._explaining():
             self._connection.execute(
                 "INSERT INTO command VALUES (NULL, ?, ?, ?, ?)",
@@ -132,12 +249,12 @@ class Session(KeptSession):
         self.commit()
 
     def write_findings(self, collected: Collected) -> None:
-        """Write down the holds and rotations finished so far; those taken back are forgotten."""
+        """Write the holds and rotations finished so far; delete those that were taken back."""
         with self._explaining():
             self._findings.write(self._connection, collected)
 
     def write_events(self, events: Sequence[Event]) -> None:
-        """Write down what happened."""
+        """Write events."""
         rows = [(event.time, str(event.kind), event.text) for event in events]
         with self._explaining():
             self._connection.executemany("INSERT INTO event VALUES (NULL, ?, ?, ?)", rows)
@@ -150,12 +267,12 @@ class Session(KeptSession):
             )
 
     def commit_when_due(self) -> None:
-        """Bring what was written to the disk when half a second has passed."""
+        """Commit if half a second has passed since the last commit."""
         if self._clock() - self._committed >= COMMIT_SECONDS:
             self.commit()
 
     def commit(self) -> None:
-        """Bring what was written to the disk."""
+        """Commit to the disk."""
         with self._explaining():
             if self._connection.in_transaction:
                 self._connection.execute("COMMIT")
@@ -164,15 +281,15 @@ class Session(KeptSession):
         self._committed = self._clock()
 
     def roll_back(self) -> None:
-        """Forget what is not on the disk, after a failure, so that it can be written once more."""
+        """Drop uncommitted rows after a failure, so that they can be written again."""
         with self._explaining():
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
             self._begin()
-        self._findings = Findings()
+        self._findings = FindingTables()
 
     def close(self) -> None:
-        """Write everything and let go of the file."""
+        """Commit and close the file."""
         try:
             with self._explaining():
                 if self._connection.in_transaction:

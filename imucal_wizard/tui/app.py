@@ -1,30 +1,74 @@
-"""The app: it holds the source, asks it for a snapshot and gives that to the screen in front."""
+"""The app: asks the source for snapshots, and shows the screen of the step that it is in."""
 
+import asyncio
+import sys
 import time
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
-from imucal_wizard.errors import DataError, ImucalError
-from imucal_wizard.tui.bench_keeper import BenchKeeper
-from imucal_wizard.tui.hand_keys import HandKeys
-from imucal_wizard.tui.plain_app import PlainApp
-from imucal_wizard.tui.screens.help_screen import HelpScreen
-from imucal_wizard.tui.screens.live_screen import LiveScreen
-from imucal_wizard.tui.screens.skip_screen import SkipScreen
-from imucal_wizard.tui.settings import FRAMES_PER_SECOND, Settings
+from rich.text import Text
+from textual import work
+from textual.app import App
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.run.faults import fault_line, keep_traceback
+from imucal_wizard.tui.options import FRAMES_PER_SECOND, AppSettings
+from imucal_wizard.tui.screens.base import HORIZONTAL, VERTICAL, Failed, LiveScreen, StepOver
+from imucal_wizard.tui.screens.source import SourceScreen
+from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
-from imucal_wizard.tui.source import Hand, Saved, Services, Source, SourceChoice
-from imucal_wizard.tui.wizard import conduct
+from imucal_wizard.tui.sources import SourceChoice
+from imucal_wizard.tui.state import WizardState
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
-    from imucal_wizard.live.snapshot import Snapshot
-    from imucal_wizard.procedure.asked import Asked
-    from imucal_wizard.solver.result import FitReport
+    from imucal_wizard.run.snapshot import Snapshot
 
 MEASURING = ("settle", "up-down", "poses", "rotations", "field", "more")
 """Steps that cannot go on when the source has ended."""
+_SCREENS = {
+    "settle": "steps.SettleScreen",
+    "up-down": "steps.UpDownScreen",
+    "poses": "steps.PoseScreen",
+    "validate": "steps.ValidateScreen",
+    "rotations": "steps.RotationScreen",
+    "more": "steps.MoreScreen",
+    "field": "field.FieldScreen",
+    "result": "result.ResultScreen",
+    "save": "result.SaveScreen",
+}
+"""Screen of each step but the first; imported while the operator looks at that one."""
+Result = TypeVar("Result")
 
 
-class WizardApp(PlainApp[Saved]):
+class BaseApp(App[Result], Generic[Result]):
+    """Style and sizes of the screens, the keys to leave by, a line for an unforeseen fault."""
+
+    CSS_PATH = "wizard.tcss"
+    HORIZONTAL_BREAKPOINTS = HORIZONTAL
+    VERTICAL_BREAKPOINTS = VERTICAL
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+q,ctrl+c", "quit", "quit", show=False, priority=True),
+    ]
+
+    def action_explain(self, about: str = "") -> None:
+        """Explain the screen in front: one text and the keys that work there."""
+        from imucal_wizard.tui.screens.help import HelpScreen
+
+        self.push_screen(HelpScreen(about, self.screen))
+
+    def _fatal_error(self) -> None:
+        """An unforeseen fault: its traceback goes to a file, one line to the user.
+
+        Textual calls this; without it, it would print the traceback with all values in it.
+        """
+        error = self._exception or sys.exception() or RuntimeError("unknown")
+        error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
+        self.panic(Text(fault_line(error, keep_traceback(error))))
+
+
+class WizardApp(BaseApp[Saved]):
     """The wizard in the terminal. Returns where the calibration was saved, or None.
 
     Args:
@@ -38,142 +82,101 @@ class WizardApp(PlainApp[Saved]):
     def __init__(
         self,
         services: Services,
-        settings: Settings | None = None,
+        settings: AppSettings | None = None,
         choice: SourceChoice | None = None,
     ) -> None:
         super().__init__()
-        self.services = services
-        self.settings = settings or Settings()
-        self.choice = choice
-        self.source: Source | None = None
-        self.hand_keys: HandKeys | None = None
-        self.snapshot: Snapshot | None = None
-        self.report: FitReport | None = None
-        self.kept = BenchKeeper(services.benches)
-        self.saved: Saved | None = None
-        self.failure: ImucalError | None = None
-        self.unwritten = ""
-        self.sounds = Sounds(self.bell, self.set_timer, time.monotonic)
-        self.sounds.muted = self.settings.muted
-        self._heard = 0
+        settings = settings or AppSettings()
+        sounds = Sounds(self.bell, self.set_timer, time.monotonic, muted=settings.muted)
+        self.state = WizardState(services, settings, choice, sounds)
         self._shown: tuple[object, int] = (None, -1)
         self._ended_in = ""
+        self._loaded = asyncio.Event()
 
     def on_mount(self) -> None:
-        """Begin to ask for snapshots and to lead through the steps."""
-        self.set_interval(1.0 / FRAMES_PER_SECOND, self.tick)
-        self.run_worker(conduct(self), name="wizard")
+        """Begin to ask for snapshots."""
+        self.set_interval(1.0 / FRAMES_PER_SECOND, self._tick)
 
     def on_unmount(self) -> None:
         """Leave no thread behind."""
-        self.drop_source()
+        self.state.drop()
 
-    def use_source(self, source: Source) -> None:
-        """Read from this source from now on."""
-        self.drop_source()
-        self.source, self.snapshot, self._heard = source, None, 0
-        self.kept.forget()
-        self._ended_in = ""
-        hand = getattr(source, "hand", None)
-        if isinstance(hand, Hand):
-            self.hand_keys = HandKeys(hand)
-        source.start()
+    def on_failed(self, message: Failed) -> None:
+        """An unattended run ends with the reason; others stay and show it."""
+        if message.always or self.state.settings.quit_after:
+            self.state.fail(message.error)
+            self.leave()
 
-    def drop_source(self) -> None:
-        """Stop the source; what it has measured is on disk already."""
-        source, self.source, self.hand_keys = self.source, None, None
-        if source is not None:
-            source.stop()
-            self.unwritten = source.snapshot().stream.unwritten
+    def leave(self) -> None:
+        """End the app; everything measured is written down already."""
+        self.state.drop()
+        self.exit(self.state.saved)
 
-    def tick(self) -> None:
+    async def action_quit(self) -> None:
+        """Leave without a question."""
+        self.leave()
+
+    def action_explain(self, about: str = "") -> None:
+        """Explain the step, also from a question above it."""
+        below = self._step_screen()
+        super().action_explain(about or (below.step if below is not None else ""))
+
+    def action_mute(self) -> None:
+        """Switch the sounds off or on."""
+        self.state.sounds.muted = not self.state.sounds.muted
+        self._shown = (None, -1)
+
+    def get_default_screen(self) -> Screen[Any]:
+        """The first step; no empty screen is painted before it."""
+        return SourceScreen(self.state)
+
+    @work
+    async def on_step_over(self, message: StepOver) -> None:
+        """Show the screen of the step that the procedure has gone to, forwards or backwards."""
+        await self._loaded.wait()
+        self.state.enter(message.step)
+        screen = screen_for(message.step, self.state)
+        if len(self.screen_stack) == 1:  # Textual cannot replace the default screen
+            await self.push_screen(screen)
+        else:
+            await self.switch_screen(screen)
+
+    @work
+    async def on_source_screen_seen(self) -> None:
+        """Import the other screens, and numpy with them, while the first is being looked at."""
+        if not self._loaded.is_set():
+            for step in _SCREENS:
+                await asyncio.to_thread(_class_of, step)
+            self._loaded.set()
+            self.state.services.loaded()
+
+    def _tick(self) -> None:
         """Take one snapshot and show it where it says something new."""
-        if self.source is None or not self.is_running or not self.screen_stack:
+        if self.state.source is None or not self.is_running or not self.screen_stack:
             return  # the app is closing: the parts of a screen go before it does
-        snapshot = self.source.snapshot()
+        snapshot = self.state.source.snapshot()
         screen = self.screen
         self._uncover(snapshot)
         if self._shown == (screen, snapshot.serial) or not screen.is_mounted:
             return
-        self.snapshot = snapshot
-        self._hear(snapshot)
+        self.state.take(snapshot)
         if snapshot.finished:
             self._end_early(snapshot)
         if isinstance(screen, LiveScreen):
             self._shown = (screen, snapshot.serial)
             screen.take(snapshot)
 
-    def order(self, name: str, argument: str = "") -> None:
-        """Hand a command to the procedure."""
-        if self.source is not None:
-            self.source.command(name, argument)
-
-    def fail(self, error: ImucalError, *, always: bool = False) -> None:
-        """An unattended run cannot go on: leave with the reason; others stay and show it."""
-        if always or self.settings.quit_after:
-            self.failure = error
-            self.action_leave()
-
-    def action_explain(self, about: str = "") -> None:
-        """Explain what is in front, or the step, in plain words."""
-        below = self._followed()
-        if below is not None:
-            self.push_screen(HelpScreen(about or below.step, hand=self.hand_keys is not None))
-
-    def action_bench(self) -> None:
-        """Open the bench on what was fitted."""
-        report = self.report
-        if report is not None:
-            from imucal_wizard.tui.screens.bench_screen import BenchScreen
-
-            live = self.source is not None and self.source.live
-            predict = self.settings.predict and self.kept.benches is None
-            screen = BenchScreen(
-                lambda: self.kept.of(report), self.kept.sensor, live=live, predict=predict
-            )
-            self.push_screen(screen, lambda asked: self._ask(asked, screen.sensor))
-
-    def _ask(self, asked: "tuple[Asked, ...] | None", sensor: str) -> None:
-        """The bench has been left, perhaps to measure something for it."""
-        self.kept.sensor = sensor
-        if asked:
-            from imucal_wizard.procedure.asked import to_text
-
-            self.kept.again = True
-            self.order("measure", to_text(asked))
-
-    def action_mute(self) -> None:
-        """Switch the sounds off or on."""
-        self.sounds.muted = not self.sounds.muted
-        self._shown = (None, -1)
-
-    def action_leave(self) -> None:
-        """Leave; everything measured is written down already."""
-        self.drop_source()
-        self.exit(self.saved)
-
-    @property
-    def waiting_words(self) -> str:
-        """What to say while the procedure has not said anything yet."""
-        return "ONE MOMENT"
-
     def _uncover(self, snapshot: "Snapshot") -> None:
         """Take away help and questions about a step that is over."""
-        below = self._followed()
+        below = self._step_screen()
         over = below is not None and below.step != snapshot.status.step
-        if over and isinstance(self.screen, HelpScreen | SkipScreen):
+        if over and getattr(self.screen, "goes_with_step", False):
             self.screen.dismiss(None)
 
-    def _followed(self) -> LiveScreen | None:
+    def _step_screen(self) -> LiveScreen | None:
         """The screen of the step, perhaps below a box."""
         screens = reversed(self.screen_stack)
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
-
-    def _hear(self, snapshot: "Snapshot") -> None:
-        new = snapshot.event_count - self._heard
-        self._heard = snapshot.event_count
-        if new > 0:
-            self.sounds.hear(snapshot.events[-new:])
 
     def _end_early(self, snapshot: "Snapshot") -> None:
         """A recording that ends in the middle of a step is fitted with what it has."""
@@ -182,8 +185,20 @@ class WizardApp(PlainApp[Saved]):
             return
         self._ended_in = step
         if step in MEASURING:
-            self.order("goto", "result")
+            self.state.order("goto", "result")
         elif step == "validate":
-            self.order("save")
+            self.state.order("save")
         elif step == "source" and not snapshot.stream.samples:
-            self.fail(DataError("nothing could be read before the recording ended"))
+            error = DataError("nothing could be read before the recording ended")
+            self.post_message(Failed(error))
+
+
+def _class_of(step: str) -> type[LiveScreen]:
+    module, name = _SCREENS[step].split(".")
+    found = getattr(import_module(f"imucal_wizard.tui.screens.{module}"), name)
+    return cast("type[LiveScreen]", found)
+
+
+def screen_for(step: str, state: WizardState) -> LiveScreen:
+    """The screen of a step of the procedure."""
+    return _class_of(step)(state) if step in _SCREENS else SourceScreen(state)

@@ -2,16 +2,19 @@
 
 import shlex
 import sys
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from imucal_wizard.errors import RecordingError, SessionError, UsageError
-from imucal_wizard.output import say
-from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.opening import stream_setup
-from imucal_wizard.tui.options import WizardOptions
-from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
-from imucal_wizard.tui.workshop import Workshop
+from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.output import say
+from imucal_wizard.tui.app import BaseApp, WizardApp
+from imucal_wizard.tui.options import AppSettings, WizardOptions
+from imucal_wizard.tui.services import WizardServices
+from imucal_wizard.tui.sources import SourceChoice, SourceKind, stream_setup
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.diagnose.benches import Benches
 
 AUTO_COUNTDOWN = 2.0
 """Seconds an unattended run shows its result before it goes on."""
@@ -29,28 +32,29 @@ def run_wizard(options: WizardOptions) -> int:
         SessionError: the session to resume is not there.
     """
     _check(options)
-    workshop = Workshop(options)
-    settings = Settings(options.auto, options.quit, options.muted)
+    services = WizardServices(options)
+    settings = AppSettings(options.auto, options.quit, options.muted)
     settings = replace(settings, predict=options.mystery is not None)
     if options.auto or options.quit:
         settings = replace(settings, countdown=AUTO_COUNTDOWN)
-    app = WizardApp(workshop.services(), settings, first_choice(options))
+    app = WizardApp(services, settings, first_choice(options))
+    state, sources = app.state, services.sources
     try:
         saved = app.run()
     finally:
-        app.drop_source()
-    if app.unwritten:
-        say(f"▲ the end of the session is {app.unwritten}")
-    if app.failure is not None:
-        raise app.failure
+        state.drop()
+    if state.unwritten:
+        say(f"▲ the end of the session is {state.unwritten}")
+    if state.failure is not None:
+        raise state.failure
     if saved is not None:
         say("\n".join(saved.says))
-    elif workshop.session is not None and workshop.session.exists():
-        say(f"kept: {workshop.session}")
-        say(f"go on with: imucal-wizard --resume {shlex.quote(str(workshop.session))}")
-    if workshop.sealed is not None:
-        say(f"sealed answer: {workshop.sealed}")
-        reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(workshop.sealed))}"
+    elif sources.session is not None and sources.session.exists():
+        say(f"kept: {sources.session}")
+        say(f"go on with: imucal-wizard --resume {shlex.quote(str(sources.session))}")
+    if sources.sealed is not None:
+        say(f"sealed answer: {sources.sealed}")
+        reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
         word = shlex.quote(options.key) if options.key_made else "WORD"
         say(f"open it with: {reveal} --key {word} --guess TERM:AXIS")
     return app.return_code or 0
@@ -85,12 +89,12 @@ def _check(options: WizardOptions) -> None:
         raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
     _check_stream(options)
     if options.effects:
-        from imucal_wizard.effects.own import load_effect
+        from imucal_wizard.model.catalogue import load_effect
 
         for path in options.effects:
             load_effect(path)
     if options.hidden:
-        from imucal_wizard.devices.virtual import parse_hidden
+        from imucal_wizard.simulate import parse_hidden
 
         for text in options.hidden:
             parse_hidden(text)
@@ -102,9 +106,43 @@ def _check_stream(options: WizardOptions) -> None:
     units = (known.accelerometer_unit, known.gyroscope_unit, known.magnetometer_unit)
     if options.format == "auto" and not known.columns and not any(units):
         return
-    from imucal_wizard.devices.formats import decoder_for
-    from imucal_wizard.devices.setup import AUTO
+    from imucal_wizard.acquire.decode import decoder_for
+    from imucal_wizard.acquire.setup import AUTO
 
     setup = stream_setup(options)
     if setup.format != AUTO:
         decoder_for(setup.format, setup.columns)
+
+
+class BenchApp(BaseApp[None]):
+    """Only the bench, on a recording.
+
+    Args:
+        make: makes the benches; called in a thread.
+    """
+
+    TITLE = "imucal-wizard bench"
+
+    def __init__(self, make: "Callable[[], Benches]") -> None:
+        super().__init__()
+        self._make = make
+
+    def on_mount(self) -> None:
+        """Open it."""
+        from imucal_wizard.tui.screens.bench import BenchScreen
+
+        self.push_screen(BenchScreen(self._make), lambda _none: self.exit())
+
+
+def run_bench(benches: "Benches") -> int:
+    """Open the bench's screen and stay until it is left.
+
+    Args:
+        benches: of the recording.
+
+    Returns:
+        Exit status.
+    """
+    app = BenchApp(lambda: benches)
+    app.run()
+    return app.return_code or 0

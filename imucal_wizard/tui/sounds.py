@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
-    from imucal_wizard.procedure.state import Event
+    from imucal_wizard.guide.state import Event
 
 QUICK = 0.15
 """Seconds between the bells of a good pattern."""
@@ -46,6 +46,7 @@ class Sounds:
         bell: rings once.
         later: calls back after some seconds.
         now: a clock in seconds.
+        muted: begin without a sound.
     """
 
     def __init__(
@@ -53,6 +54,8 @@ class Sounds:
         bell: Callable[[], None],
         later: Callable[[float, Callable[[], None]], object],
         now: Callable[[], float],
+        *,
+        muted: bool = False,
     ) -> None:
         self._bell = bell
         self._later = later
@@ -60,7 +63,7 @@ class Sounds:
         self._playing = 0
         self._until = 0.0
         self._rank = -1
-        self.muted = False
+        self.muted = muted
 
     def hear(self, events: "Sequence[Event]") -> None:
         """Play the most important of these events, unless a more important one still plays."""

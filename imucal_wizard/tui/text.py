@@ -2,8 +2,13 @@
 
 import math
 import textwrap
+from collections.abc import Iterable
+from itertools import groupby
 
-from imucal_wizard.digits import decimals, fixed
+from rich.style import Style
+from rich.text import Text
+
+from imucal_wizard.core.quantities import fixed
 
 Span = tuple[str, str]
 """A piece of text and the name of its style (``""``, ``strong``, ``quiet``, ``good`` …)."""
@@ -38,22 +43,6 @@ def wrapped(text: str, width: int, style: str = "", indent: str = "") -> list[Li
     return [line(row, style) for row in rows]
 
 
-def signed(name: str) -> str:
-    """A pose's name as people write it: ``+x-y`` becomes ``+x−y``."""
-    return name.replace("-", "−")
-
-
-def number(value: float, digits: int = 3) -> str:
-    """A number with about ``digits`` significant digits and a true minus sign."""
-    if not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    if not 1e-4 <= abs(value) < 1e6:
-        return f"{value:.{digits - 1}e}".replace("-", "−")
-    return fixed(value, decimals(value, digits))
-
-
 def compact(value: float, places: int) -> str:
     """A number of at most four characters where that can be, with a k or M for thousands."""
     for size, letter, shown in ((1.0, "", places), (1.0, "", 0), (1e3, "k", 0), (1e6, "M", 0)):
@@ -76,22 +65,35 @@ def bar(fraction: float, width: int) -> str:
     return "▕" + "█" * filled + "░" * (inner - filled) + "▏"
 
 
-_UNITS = {
-    "m/s^2": "m/s²",
-    "deg/s": "°/s",
-    "mdeg/s": "m°/s",
-    "degC": "°C",
-    "uT": "µT",
-    "deg": "°",
-    "1": "",
-}
-
-
 def known_as(unit: str) -> tuple[str, float]:
     """The unit in which people know a reading, and the factor to it: rates in degrees."""
     return ("deg/s", math.degrees(1.0)) if unit == "rad/s" else (unit, 1.0)
 
 
-def unit_sign(unit: str) -> str:
-    """A unit word as people write it: ``m/s^2`` becomes ``m/s²``; a mere ratio has none."""
-    return _UNITS.get(unit, clean(unit).replace("^2", "²"))
+STYLES = {
+    "": Style(),
+    "strong": Style(bold=True),
+    "quiet": Style(dim=True),
+    "good": Style(color="green", bold=True),
+    "warn": Style(color="yellow", bold=True),
+    "bad": Style(color="red", bold=True),
+    "accent": Style(color="cyan", bold=True),
+    "key": Style(color="cyan", bold=True),
+}
+"""The styles of a row; the theme says which green that is. Colour only repeats a word or a sign."""
+_SIGNS = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good"}
+"""Style of each sign of a plot."""
+
+
+def rich_text(rows: Iterable[Line]) -> Text:
+    """Rows as Rich shows them."""
+    spans = [[(text, STYLES[style]) for text, style in row] for row in rows]
+    return Text("\n").join(Text.assemble(*row) for row in spans)
+
+
+def by_sign(row: str) -> Line:
+    """A row of a plot, each sign in its style; the axis and its label are quiet."""
+    return tuple(
+        ("".join(same), style)
+        for style, same in groupby(row, lambda sign: _SIGNS.get(sign, "quiet"))
+    )

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeVar
 
-from imucal_wizard.tui.leaving import worker_is_left
+from textual.dom import DOMNode
+from textual.widget import Widget
+from textual.worker import NoActiveWorker, get_current_worker
 
 _T = TypeVar("_T")
 
@@ -41,5 +43,19 @@ async def in_thread(work: Callable[[], _T]) -> _T:
     try:
         return await answer
     finally:
-        if worker_is_left():
+        if _worker_is_left():
             raise asyncio.CancelledError
+
+
+def being_left(node: DOMNode) -> bool:
+    """Whether a screen is being removed, or the whole app closed: its parts go before it does."""
+    removed = isinstance(node, Widget) and node._pruning
+    return removed or not node.is_attached
+
+
+def _worker_is_left() -> bool:
+    """Whether the screen that the present worker works for is being left."""
+    try:
+        return being_left(get_current_worker().node)
+    except NoActiveWorker:
+        return False

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.intake import Intake
-from imucal_wizard.recordings import read
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.intake import Intake
 from tests.firmware.sketches import needs_compiler, printed_by
 
 NAME = "mag3110_lsm6ds3_csv"
@@ -56,7 +56,7 @@ def test_its_log_is_a_recording(printed: str, tmp_path: Path) -> None:
     """What a terminal program wrote down reads the same."""
     path = tmp_path / "log.csv"
     path.write_text("".join(f"{line}\n" for line in printed.splitlines() if "page" not in line))
-    readings = read([path])
+    readings = read_files([path])
     assert readings.magnetometer is not None
     assert readings.magnetometer.rate == pytest.approx(80.0, rel=0.06)
     assert np.isfinite(readings.accelerometer.values).all()

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from imucal_wizard.devices.intake import Intake
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from tests.firmware.sketches import needs_compiler, printed_by
 
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"

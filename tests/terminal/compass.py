@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.calibration import load
+from imucal_wizard.api import load
 from tests.terminal.terminal import Terminal
 
 SEED = 3
-SPEED = 40
+SPEED = 20
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "FIELD", "RESULT")
-PAGE_DOWN, END = "\x1b[6~", "\x1b[F"
+END = "\x1b[F"
 FACES = ("+x", "−x", "+y", "−y", "+z", "−z")
 
 
@@ -62,10 +62,8 @@ def _circles(terminal: Terminal) -> int:
 def _result(terminal: Terminal) -> None:
     terminal.wait_for("▸RESULT", 60.0)
     terminal.wait_for("magnetometer |m|", 60.0)
-    terminal.press(PAGE_DOWN * 2)
-    terminal.wait_for("iron that turns with it")
-    terminal.press(PAGE_DOWN)
-    terminal.wait_for("SECOND STAGE")
+    for text in ("iron that turns with it", "SECOND STAGE"):
+        terminal.scroll_to(text)
 
 
 def _heading(terminal: Terminal) -> str:

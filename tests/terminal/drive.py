@@ -1,24 +1,26 @@
 """Drives the installed program in a real terminal at 80×24: ``python -m tests.terminal.drive BIN``.
 
-Six sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
+Seven sittings: the whole procedure unattended; a person at the keys who quits in the middle; the
 same session taken up again; a hand that trembles; a student who finds a hidden effect; a
-magnetometer that becomes a compass. Each screen that passes is read; what is saved is held against
-the virtual sensor's truth.
+magnetometer that becomes a compass; a device on a port of its own. Each screen that passes is
+read; what is saved is held against the virtual sensor's truth.
 """
 
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.calibration import load
+from imucal_wizard.api import load
+from tests.simulate.sensors import truth
 from tests.terminal.compass import a_compass
+from tests.terminal.second_terminal import on_a_port
 from tests.terminal.student import a_student
 from tests.terminal.terminal import Terminal
 from tests.terminal.trouble import a_trembling_hand
-from tests.virtual.sensors import truth
 
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "RESULT", "VALIDATE", "SAVE")
 SEED = 3
@@ -114,17 +116,22 @@ def taken_up_again(binary: str, session: Path) -> None:
     print(f"taken up again: {done} of 18 poses are there")
 
 
+def quit_and_resumed(binary: str, folder: Path) -> None:
+    """A person at the keys, and the session that this person left."""
+    taken_up_again(binary, at_the_keys(binary, folder))
+
+
+SITTINGS = (unattended, a_student, a_compass, a_trembling_hand, quit_and_resumed, on_a_port)
+AT_ONCE = 2
+"""A sitting uses about half of two cores."""
+
+
 def main() -> None:
     """Drive the program named on the command line."""
     binary = sys.argv[1]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        unattended(binary, folder)
-        session = at_the_keys(binary, folder)
-        taken_up_again(binary, session)
-        a_trembling_hand(binary, folder)
-        a_student(binary, folder)
-        a_compass(binary, folder)
+    with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(AT_ONCE) as pool:
+        for sitting in [pool.submit(sitting, binary, Path(name)) for sitting in SITTINGS]:
+            sitting.result()
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from imucal_wizard.calibration import load
+from imucal_wizard.api import load
 from tests.terminal.terminal import Terminal
 
 HIDDEN = "second-order:5:y"

@@ -15,6 +15,7 @@ from typing import Self
 import pyte
 
 POLL = 0.02
+PAGE_DOWN = "\x1b[6~"
 
 
 class Terminal:
@@ -61,7 +62,7 @@ class Terminal:
         os.write(self._fd, keys.encode())
 
     def pump(self, seconds: float = 0.0) -> None:
-        """Read what the program draws, for at most this long (at least what is there)."""
+        """Read what the program draws, for at most this long (at least one piece)."""
         deadline = time.monotonic() + seconds
         while True:
             left = max(deadline - time.monotonic(), 0.0)
@@ -75,7 +76,7 @@ class Terminal:
                     return
                 self.bells += data.count(b"\x07")
                 self._stream.feed(data)
-            elif left <= 0.0:
+            if left <= 0.0:
                 return
 
     def wait_for(self, what: str | Callable[[str], bool], timeout: float = 30.0) -> str:
@@ -97,6 +98,19 @@ class Terminal:
                 break
         wanted = what if isinstance(what, str) else "the condition"
         raise AssertionError(f"the screen never showed {wanted!r}; it shows:\n{self.text}")
+
+    def scroll_to(self, text: str, pages: int = 12) -> None:
+        """Press page down until a text is on the screen.
+
+        Raises:
+            AssertionError: it is on none of the pages.
+        """
+        for _ in range(pages):
+            self.pump(0.5)
+            if text in self.text:
+                return
+            self.press(PAGE_DOWN)
+        raise AssertionError(f"no page shows {text!r}; the last one is:\n{self.text}")
 
     def status(self) -> int | None:
         """Exit status of the program, or None while it runs; minus the number of a signal."""

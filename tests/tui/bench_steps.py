@@ -4,8 +4,8 @@ from typing import Any
 
 from textual.pilot import Pilot
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.tui.bench_run import BenchApp
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.tui.run import BenchApp
 from tests.tui.waiting import shows
 
 

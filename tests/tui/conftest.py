@@ -1,23 +1,24 @@
 """A small recording with a hidden effect, fitted once."""
 
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.session import Bench
-from imucal_wizard.devices.virtual.simulate import simulate_recording
-from imucal_wizard.fitting import fit_readings
-from imucal_wizard.readings import Readings
-from imucal_wizard.recordings import read
-from imucal_wizard.solver.result import FitReport
-from tests.solver.whole_session import Session
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.simulate.recording import simulate_recording
+from tests.estimate.whole_session import Session
 
 
 def fitted(path: Path, hidden: str, rotations: int) -> FitReport:
     """The fit of 18 poses of a virtual IMU with this effect."""
     simulate_recording(path, hidden=[hidden], seed=3, rotations=rotations)
-    return fit_readings(read([path]))
+    return fit_readings(read_files([path]))
 
 
 @pytest.fixture(scope="session")
@@ -45,10 +46,28 @@ def aligned(turned: Readings) -> FitReport:
     return fit_readings(turned)
 
 
+@pytest.fixture(scope="session")
+def bent_benches(bent: FitReport) -> Benches:
+    """The benches of the accelerometer that bends, with its suspects ranked."""
+    benches = Benches(bent)
+    benches.accelerometer.look()
+    return benches
+
+
+@pytest.fixture(scope="session")
+def sagging_benches(sagging: FitReport) -> Benches:
+    """The benches of the gyroscope that feels gravity, with its suspects ranked."""
+    benches = Benches(sagging)
+    benches.accelerometer.look()
+    assert benches.gyroscope is not None
+    benches.gyroscope.look()
+    return benches
+
+
 @pytest.fixture
-def benches(bent: FitReport) -> Benches:
+def benches(bent_benches: Benches) -> Benches:
     """The accelerometer that bends, with the base model."""
-    return Benches(bent)
+    return deepcopy(bent_benches)
 
 
 @pytest.fixture
@@ -58,6 +77,6 @@ def bench(benches: Benches) -> Bench:
 
 
 @pytest.fixture
-def sagged(sagging: FitReport) -> Benches:
+def sagged(sagging_benches: Benches) -> Benches:
     """The gyroscope that feels gravity, beside its accelerometer."""
-    return Benches(sagging)
+    return deepcopy(sagging_benches)

@@ -2,20 +2,20 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.devices.setup import StreamSetup
-from imucal_wizard.fitting.methods import MethodRow, method_rows
-from imucal_wizard.live.snapshot import Snapshot, StreamStatus
-from imucal_wizard.procedure.collected import Collected
-from imucal_wizard.procedure.holds import Hold
-from imucal_wizard.procedure.poses import DIRECTIONS, EDGES, FACES
-from imucal_wizard.procedure.state import (
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.poses import DIRECTIONS, EDGES, FACES
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.fitting.methods import MethodRow, method_rows
+from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.guide.state import (
     AxisMotion,
     AxisStart,
     Event,
@@ -25,8 +25,11 @@ from imucal_wizard.procedure.state import (
     StepKind,
     StillStatus,
 )
-from imucal_wizard.solver.result import AxisComparison, FitReport, Parameter, SensorFit
-from imucal_wizard.tui.source import Saved, Services, SourceChoice
+from imucal_wizard.measurement.holds import Collected, Hold
+from imucal_wizard.report.exports import Exported, ExportTarget, targets
+from imucal_wizard.run.snapshot import Snapshot, StreamStatus
+from imucal_wizard.tui.services import Saved
+from imucal_wizard.tui.sources import SampleSource, SourceChoice
 
 GRAVITY = 9.80665
 STREAM = StreamStatus(
@@ -285,15 +288,46 @@ def report(validated: bool = False) -> FitReport:
         (),
         {"accelerometer": accelerometer, "gyroscope": gyroscope},
         comparison,
-        verdict=(
-            "The accelerometer is as good as its noise allows: 0.16 mg on directions not seen.",
-            "The gyroscope's closure is 6 times what the noise makes: something is missing.",
-        ),
         warnings=("the stream lost 3 samples",),
     )
 
 
-def services(source: FakeSource, path: Path = Path("calibration.json")) -> Services:
+def diagnoses() -> dict[str, Diagnosis]:
+    """An accelerometer that is complete, a gyroscope that lacks something."""
+    good = "As good as its noise allows: 0.16 mg on directions not seen."
+    bad = "The closure is 6 times what the noise makes: something is missing."
+    return {
+        "accelerometer": Diagnosis("accelerometer", Verdict.COMPLETE, good),
+        "gyroscope": Diagnosis("gyroscope", Verdict.UNEXPLAINED, bad),
+    }
+
+
+def exported() -> Exported:
+    """What an export says of itself."""
+    lost = ("the gyroscope",)
+    return Exported("ros-imu-calib", Path("a.yaml"), "a = SM · (b − y)", lost, 0.3, 0.001, 0.001)
+
+
+@dataclass
+class FakeServices:
+    """Services that a test replaces one by one."""
+
+    open_source: Callable[[SourceChoice], SampleSource]
+    fit: Callable[[Collected, Snapshot], FitReport]
+    save: Callable[[FitReport, Benches | None], Saved]
+    compare: Callable[[FitReport, Collected, Snapshot], Sequence[MethodRow]]
+    ports: Callable[[], Sequence[SourceChoice]] = tuple
+    earlier: Callable[[], Sequence[SourceChoice]] = tuple
+    benches: Callable[[FitReport, Benches | None], Benches] = lambda report, before: Benches(
+        report, before=before
+    )
+    diagnose: Callable[[Benches], Mapping[str, Diagnosis]] = lambda _benches: diagnoses()
+    targets: Callable[[], Sequence[ExportTarget]] = lambda: tuple(targets().values())
+    export: Callable[[Path, str], Exported] = lambda _saved, _target: exported()
+    loaded: Callable[[], None] = lambda: None
+
+
+def services(source: FakeSource, path: Path = Path("calibration.json")) -> FakeServices:
     """Services around one fake source."""
 
     def save(_report: FitReport, _benches: Benches | None = None) -> Saved:
@@ -307,4 +341,4 @@ def services(source: FakeSource, path: Path = Path("calibration.json")) -> Servi
     ) -> Sequence[MethodRow]:
         return method_rows(found, "rad/s", None, None)
 
-    return Services(open_source, lambda _collected, _snapshot: report(), save, compare)
+    return FakeServices(open_source, lambda _collected, _snapshot: report(), save, compare)

@@ -1,10 +1,13 @@
 """What the screens are tried on: terminals, a source, and their rows as plain text."""
 
+import io
 from collections.abc import Iterable
 
+from rich.console import Console, RenderableType
+
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.options import AppSettings
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.text import Line
 from tests.tui.fakes import FakeSource, services
 
@@ -14,7 +17,7 @@ LARGE = (160, 50)
 VIRTUAL = SourceChoice(SourceKind.VIRTUAL, title="virtual IMU")
 
 
-def app_with(source: FakeSource, settings: Settings | None = None) -> WizardApp:
+def app_with(source: FakeSource, settings: AppSettings | None = None) -> WizardApp:
     """The wizard, on a source that says what it is told to say."""
     return WizardApp(services(source), settings, VIRTUAL)
 
@@ -32,3 +35,10 @@ def lines(rows: Iterable[Line]) -> list[str]:
 def page(rows: Iterable[Line]) -> str:
     """The same as one text."""
     return "\n".join(lines(rows))
+
+
+def printed(renderable: RenderableType, width: int = 76) -> str:
+    """What Rich shows of something at a width, without styles."""
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(renderable)
+    return console.export_text()

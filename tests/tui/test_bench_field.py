@@ -1,22 +1,34 @@
 """The magnetometer on the bench's screen: pictures, lesson, adding, and what to measure next."""
 
+from copy import deepcopy
 from typing import Any
 
 import pytest
 from textual.pilot import Pilot
 
-from imucal_wizard.bench.benches import Benches
-from tests.bench.recordings import tumbled
+from imucal_wizard.diagnose.benches import Benches
+from tests.diagnose.recordings import tumbled
 from tests.tui.bench_steps import app_with
 from tests.tui.terminals import LARGE, USUAL
 from tests.tui.waiting import shows
 
 
-@pytest.fixture
-def drawing() -> Benches:
-    """A board whose current is felt on x, with the base model."""
+@pytest.fixture(scope="module")
+def ranked() -> Benches:
+    """A board whose current is felt on x, with the suspects of every sensor ranked."""
     made = tumbled("magnetometer/current:0.3:x")
-    return Benches(made.report, made.readings)
+    benches = Benches(made.report, made.readings)
+    for sensor in benches.sensors:
+        bench = benches.bench(sensor)
+        assert bench is not None
+        bench.look()
+    return benches
+
+
+@pytest.fixture
+def drawing(ranked: Benches) -> Benches:
+    """The same board, with the base model."""
+    return deepcopy(ranked)
 
 
 async def to_the_field(pilot: Pilot[Any]) -> None:
@@ -70,7 +82,7 @@ async def test_model_and_lesson_speak_of_the_field(drawing: Benches) -> None:
         await shows(pilot, "m = W·(y − b)", "soft-iron", "6 numbers, the largest")
 
 
-async def test_of_what_is_measured_in_circles_the_bench_says_where_to_do_so(
+async def test_the_bench_says_where_to_measure_circles(
     drawing: Benches,
 ) -> None:
     async with app_with(drawing).run_test(size=LARGE) as pilot:

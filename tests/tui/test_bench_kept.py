@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.procedure.state import Status, StepKind
-from imucal_wizard.solver.result import FitReport
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.state import Status, StepKind
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.source import Saved
+from imucal_wizard.tui.services import Saved
 from tests.tui import fakes
 from tests.tui.bench_steps import add_the_first, open_from_wizard
 from tests.tui.terminals import USUAL, VIRTUAL

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.bench.session import Bench
-from imucal_wizard.procedure.state import Status, StepKind
-from imucal_wizard.solver.result import FitReport
+from imucal_wizard.core.quantities import number
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.state import Status, StepKind
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.screens.bench_screen import BenchScreen
-from imucal_wizard.tui.text import number
-from imucal_wizard.units import STANDARD_GRAVITY
+from imucal_wizard.tui.screens.bench import BenchScreen
 from tests.tui import fakes
 from tests.tui.bench_steps import app_with, open_from_wizard, ranked
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL
@@ -113,7 +113,7 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
         await until(pilot, lambda: "proof mass" not in seen(pilot))
 
 
-async def test_tab_turns_what_the_residuals_are_plotted_against(benches: Benches) -> None:
+async def test_tab_changes_the_abscissa_of_the_residuals(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
         for label in ("force along x", "force along y", "force along z", "pose: 6 faces",
                       "number of the pose", "time, min", "temperature",
@@ -126,7 +126,7 @@ async def test_a_point_says_which_pose_it_is_and_what_was_read(benches: Benches)
     async with app_with(benches).run_test(size=USUAL) as pilot:
         await shows(pilot, "force along x, g")
         await pilot.press("right")
-        await shows(pilot, "◆ pose 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
+        await shows(pilot, "◆ hold 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
 
 
 async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Benches) -> None:
@@ -135,7 +135,7 @@ async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Ben
         await pilot.press("t")
         await shows(pilot, "raw trace", "what the model leaves of it", "only their means")
         await pilot.press("t")
-        await shows(pilot, "◆ pose ", "▸ second-order")
+        await shows(pilot, "◆ hold ", "▸ second-order")
 
 
 async def test_measurement_stands_beside_the_model_axis_by_axis(benches: Benches) -> None:
@@ -176,9 +176,7 @@ async def test_in_lesson_mode_nothing_is_told_before_the_guess(
 
 
 @SIZES
-async def test_the_next_poses_come_with_what_they_bring(
-    benches: Benches, size: tuple[int, int]
-) -> None:
+async def test_the_next_poses_show_their_gain(benches: Benches, size: tuple[int, int]) -> None:
     async with app_with(benches).run_test(size=size) as pilot:
         await ranked(pilot)
         await pilot.press("n")
@@ -202,11 +200,11 @@ async def test_the_gyroscope_is_one_key_away_and_shows_turns_and_rest(
     async with app_with(sagged).run_test(size=LARGE) as pilot:
         await shows(pilot, "BENCH  accelerometer", "g gyroscope", "is complete")
         await pilot.press("g")
-        await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity", "turns:", "does not close")
+        await shows(pilot, "BENCH  gyroscope", "▸ g-sensitivity", "rotations:", "does not close")
         await pilot.press("a")
         await shows(pilot, "at rest, x axis", "force along x, g")
         await pilot.press("right")
-        await shows(pilot, "◆ pose")
+        await shows(pilot, "◆ hold")
 
 
 async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> None:

@@ -6,13 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.ellipsoid.bins import centres
-from imucal_wizard.ellipsoid.checks import check_field, check_readings, check_scatter
-from imucal_wizard.ellipsoid.saturation import check_saturation
-from imucal_wizard.errors import DataError
-from imucal_wizard.procedure.field_status import FieldStatus
-from imucal_wizard.procedure.poses import FACES
-from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import FACES
+from imucal_wizard.estimate.ellipsoid.coverage import centres
+from imucal_wizard.guide.state import Event, EventKind, FieldStatus, Offer, Status, StepKind
+from imucal_wizard.measurement.field_quality import (
+    check_field,
+    check_readings,
+    check_saturation,
+    check_scatter,
+)
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
@@ -78,7 +81,7 @@ async def test_a_disturbance_is_said_large_and_with_its_size_while_it_lasts() ->
         assert app.screen.query_one(BigText).text == "TURN −Z DOWN"
 
 
-async def test_what_keeps_a_calibration_from_coming_of_it_comes_before_the_advice() -> None:
+async def test_a_problem_that_prevents_calibration_comes_before_advice() -> None:
     trouble = "The field is 140 µT: that is not the Earth's"
     async with app_with(source_of(replace(field(), trouble=trouble))).run_test(size=USUAL) as pilot:
         await shows(pilot, f"▲ {trouble}")
@@ -93,7 +96,7 @@ async def test_the_way_to_the_next_face_comes_before_the_advice() -> None:
         assert "lay the −y face" not in text
 
 
-async def test_the_way_stays_in_sight_under_what_is_wrong() -> None:
+async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
     way, wrong = "88° away: turn it about x, to the left", "it does not turn: turn it once round"
     shown = replace(status(replace(field(), trouble=wrong)), guidance=way)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
@@ -109,7 +112,7 @@ async def test_a_disturbance_is_not_said_twice() -> None:
         assert text.casefold().count("the field is disturbed") == 1
 
 
-async def test_that_nothing_new_comes_does_not_repeat_what_to_do() -> None:
+async def test_instructions_are_not_repeated_without_new_data() -> None:
     """The way on that is offered says it; the reason stands above already."""
     wrong = "it does not turn: turn it once round"
     event = Event(
@@ -120,11 +123,11 @@ async def test_that_nothing_new_comes_does_not_repeat_what_to_do() -> None:
         assert (await shows(pilot, "flat on it")).count("turn it once round") == 1
 
 
-async def test_the_way_on_has_its_key_and_place_whatever_else_is_said() -> None:
+async def test_the_way_to_continue_is_always_shown() -> None:
     trouble = (
         "the field has changed and stays so: take away what came near, or begin the step again"
     )
-    offers = (Offer("enough", "g", "go on with what there is: it may carry less"),)
+    offers = (Offer("enough", "go on with what there is: it may carry less"),)
     source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "stays so", " g  go on with what there is")
@@ -149,11 +152,11 @@ def refusals() -> dict[str, Callable[[], object]]:
 
 
 @pytest.mark.parametrize("words", refusals())
-async def test_what_is_wrong_is_told_to_its_end_beside_the_way_and_the_way_on(words: str) -> None:
+async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str) -> None:
     with pytest.raises(DataError, match=words) as told:
         refusals()[words]()
     trouble, way = str(told.value), "88° away: turn it about x, to the left"
-    offers = (Offer("enough", "g", "go on: the magnetometer will hardly be calibrated"),)
+    offers = (Offer("enough", "go on: the magnetometer will hardly be calibrated"),)
     shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         await shows(pilot, f"▸ {way}", " g  go on: the magnetometer", "█ covered")

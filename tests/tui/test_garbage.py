@@ -5,9 +5,6 @@ import sys
 from dataclasses import replace
 
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.garbage import look_briefly
-from imucal_wizard.tui.options import WizardOptions
-from imucal_wizard.tui.workshop import Workshop
 from tests.tui import fakes
 from tests.tui.waiting import until
 
@@ -17,8 +14,9 @@ def test_what_is_loaded_is_not_looked_through_again() -> None:
     lines = (
         "import gc, textual.app",
         "before = len(gc.get_objects())",
-        "from imucal_wizard.tui.garbage import look_briefly",
-        "look_briefly()",
+        "from imucal_wizard.tui.options import WizardOptions",
+        "from imucal_wizard.tui.services import WizardServices",
+        "WizardServices(WizardOptions()).loaded()",
         "assert len(gc.get_objects()) < before / 20, len(gc.get_objects())",
         "assert gc.isenabled()",
     )
@@ -32,8 +30,3 @@ async def test_the_app_says_once_that_everything_is_loaded() -> None:
     async with WizardApp(services).run_test() as pilot:
         await until(pilot, lambda: bool(told))
     assert told == [True]
-
-
-def test_the_program_looks_briefly_then() -> None:
-    """The real services; tests do without, because it would last for all of them."""
-    assert Workshop(WizardOptions()).services().loaded is look_briefly

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.procedure.state import Event, EventKind, Offer, Status, StepKind
+from imucal_wizard.guide.state import Event, EventKind, Offer, Status, StepKind
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
 from tests.tui.waiting import seen, shows, until
 
 
 async def test_the_key_of_an_offer_gives_its_command() -> None:
-    status = replace(fakes.poses_status(), offers=(Offer("take", "t", "take it anyway"),))
+    status = replace(fakes.poses_status(), offers=(Offer("take", "take it anyway"),))
     source = fakes.FakeSource(status)
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "take it anyway")
@@ -49,11 +49,11 @@ async def test_help_names_no_key_that_does_nothing_on_its_screen(step: StepKind)
     async with app_with(source).run_test(size=LARGE) as pilot:
         await shows(pilot, f"▸{step.upper()}")
         await pilot.press("question_mark")
-        text = await shows(pilot, f"help: {step}", "q       leaves")
+        text = await shows(pilot, f"help: {step}", "leaves; everything is written")
         assert "skips the step" not in text
         assert "takes back" not in text
         assert "turn the virtual device" not in text
-        assert ("b       goes back" in text) is (step is not StepKind.SOURCE)
+        assert ("goes back one step" in text) is (step is not StepKind.SOURCE)
 
 
 async def test_quitting_asks_nothing_and_stops_the_source() -> None:
@@ -72,7 +72,9 @@ async def test_every_state_change_is_heard_until_the_sound_is_off() -> None:
     app = app_with(source)
     rung: list[int] = []
     app.bell = lambda: rung.append(1)  # type: ignore[method-assign]  # the terminal's bell
-    app.sounds = type(app.sounds)(app.bell, app.set_timer, lambda: float(100 * len(rung)))
+    app.state.sounds = type(app.state.sounds)(
+        app.bell, app.set_timer, lambda: float(100 * len(rung))
+    )
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "7 of 18")
         source.happen(Event(EventKind.STEP_DONE, 1.0, "all 18 poses done"))

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from textual.screen import Screen
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.errors import DataError
-from imucal_wizard.tui.bench_run import BenchApp
-from imucal_wizard.tui.screens.bench_screen import BenchScreen
-from imucal_wizard.tui.screens.help_screen import HelpScreen
-from imucal_wizard.tui.screens.page_screen import PageScreen
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.tui.run import BenchApp
+from imucal_wizard.tui.screens.bench import BenchScreen
+from imucal_wizard.tui.screens.help import HelpScreen
+from imucal_wizard.tui.screens.page import PageScreen
 from imucal_wizard.tui.text import line
 from tests.tui.waiting import until
 
@@ -65,21 +65,20 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: HelpScreen("poses"),
-        lambda: PageScreen("page", lambda width: [line("text" * width)]),
-        lambda: BenchScreen(never),
+        lambda below: HelpScreen("poses", below),
+        lambda _: PageScreen("page", lambda width, _height: [line("text" * width)]),
+        lambda _: BenchScreen(never),
     ],
 )
 async def test_a_terminal_that_changes_its_size_while_a_screen_is_left_is_no_fault(
-    make: Callable[[], HelpScreen | PageScreen | BenchScreen],
+    make: Callable[[Screen[Any]], HelpScreen | PageScreen | BenchScreen],
 ) -> None:
     app = BenchApp(never)
     async with app.run_test(size=(80, 24)) as pilot:
-        screen = make()
+        screen = make(app.screen)
         await app.push_screen(screen)
-        await app.pop_screen()
-        screen.on_resize()
-        await pilot.pause()
+        app.pop_screen()
+        await pilot.resize_terminal(120, 40)
     assert app.return_code in (None, 0)
 
 

@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 
-from imucal_wizard.bench.benches import Benches
-from imucal_wizard.live.snapshot import Snapshot
-from imucal_wizard.procedure.asked import from_text
-from imucal_wizard.procedure.collected import Collected
-from imucal_wizard.procedure.state import RotationStatus, Status, StepKind
-from imucal_wizard.solver.result import FitReport
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.state import RotationStatus, Status, StepKind
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.measurement.requests import from_text
+from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.source import Services
 from tests.tui import fakes
 from tests.tui.bench_steps import add_the_first, app_with, open_from_wizard, ranked
 from tests.tui.terminals import USUAL, VIRTUAL
@@ -18,7 +17,7 @@ from tests.tui.waiting import seen, shows, until
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24)
 
 
-def fitting(source: fakes.FakeSource, *reports: FitReport) -> Services:
+def fitting(source: fakes.FakeSource, *reports: FitReport) -> fakes.FakeServices:
     """Services whose fits give these reports one after the other."""
     left = list(reports)
 

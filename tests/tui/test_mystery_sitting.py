@@ -1,27 +1,26 @@
 """An exercise in one sitting: chance hides an effect in the wizard's virtual IMU; it is sealed."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import serial
 
-from imucal_wizard.commands import wizard
-from imucal_wizard.errors import DataError, SessionError, UsageError
-from imucal_wizard.mystery import reveal
-from imucal_wizard.mystery.sitting import sitting
-from imucal_wizard.recordings.session_file import read_raw
+from imucal_wizard.acquire.files.session_file import read_raw
+from imucal_wizard.cli import wizard
+from imucal_wizard.core.errors import DataError, SessionError, UsageError
+from imucal_wizard.teach import reveal
+from imucal_wizard.teach.exercise_session import exercise_session
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
-from imucal_wizard.tui.source import SourceChoice, SourceKind
-from imucal_wizard.tui.taking_up import virtual_imu
-from imucal_wizard.tui.workshop import Workshop
+from imucal_wizard.tui.services import WizardServices
+from imucal_wizard.tui.sources import SourceChoice, SourceKind, virtual_imu
 from tests.tui.terminals import VIRTUAL
 
 
-def begun(folder: Path, number: int = 3) -> Workshop:
+def begun(folder: Path, number: int = 3) -> WizardServices:
     """A workshop in which the exercise of this number has been opened and left again."""
-    workshop = Workshop(WizardOptions(sessions=folder, mystery=number, key="newton", speed=50.0))
+    workshop = WizardServices(
+        WizardOptions(sessions=folder, mystery=number, key="newton", speed=50.0)
+    )
     source = workshop.open_source(VIRTUAL)
     source.start()
     source.stop()
@@ -30,73 +29,73 @@ def begun(folder: Path, number: int = 3) -> Workshop:
 
 def test_the_answer_lies_sealed_beside_the_session(tmp_path: Path) -> None:
     workshop = begun(tmp_path)
-    assert workshop.sealed is not None
-    assert workshop.session is not None
-    assert workshop.sealed == workshop.session.with_suffix(".mystery")
-    truth = sitting(3).truth
-    assert reveal(workshop.sealed, "newton") == truth
+    assert workshop.sources.sealed is not None
+    assert workshop.sources.session is not None
+    assert workshop.sources.sealed == workshop.sources.session.with_suffix(".mystery")
+    truth = exercise_session(3).truth
+    assert reveal(workshop.sources.sealed, "newton") == truth
     with pytest.raises(DataError, match="does not open it"):
-        reveal(workshop.sealed, "leibniz")
-    assert truth.term.encode() not in workshop.sealed.read_bytes()
+        reveal(workshop.sources.sealed, "leibniz")
+    assert truth.term.encode() not in workshop.sources.sealed.read_bytes()
 
 
 def test_the_session_does_not_name_what_is_hidden_and_goes_on_with_it(tmp_path: Path) -> None:
     workshop = begun(tmp_path)
-    assert workshop.session is not None
-    about, _ = read_raw(workshop.session)
-    assert sitting(3).truth.term not in str(about)
-    again = Workshop(WizardOptions(sessions=tmp_path, speed=50.0))
-    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.session)))
+    assert workshop.sources.session is not None
+    about, _ = read_raw(workshop.sources.session)
+    assert exercise_session(3).truth.term not in str(about)
+    again = WizardServices(WizardOptions(sessions=tmp_path, speed=50.0))
+    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.sources.session)))
     source.start()
     source.stop()
 
 
 def test_a_damaged_exercise_is_said_to_be_one(tmp_path: Path) -> None:
     workshop = begun(tmp_path)
-    assert workshop.session is not None
+    assert workshop.sources.session is not None
     from imucal_wizard.sessions import Session
 
-    with Session.open(workshop.session) as session:
+    with Session.open(workshop.sources.session) as session:
         session.set_meta("grade", "none such")
     with pytest.raises(SessionError, match="damaged"):
-        Workshop(WizardOptions(sessions=tmp_path)).open_source(
-            SourceChoice(SourceKind.SESSION, str(workshop.session))
+        WizardServices(WizardOptions(sessions=tmp_path)).open_source(
+            SourceChoice(SourceKind.SESSION, str(workshop.sources.session))
         )
 
 
 def test_the_same_number_hides_the_same_and_others_hide_others() -> None:
-    assert sitting(3).truth == sitting(3).truth
-    assert len({sitting(number).truth for number in range(12)}) > 6
+    assert exercise_session(3).truth == exercise_session(3).truth
+    assert len({exercise_session(number).truth for number in range(12)}) > 6
 
 
 def test_with_a_magnetometer_the_effect_may_be_its_and_goes_on_with_the_session(
     tmp_path: Path,
 ) -> None:
     """Some of them are currents: an ammeter is there always, so that it gives nothing away."""
-    made = [sitting(number, magnetometer=True) for number in range(40)]
+    made = [exercise_session(number, magnetometer=True) for number in range(40)]
     hidden = {one.truth.term for one in made if one.truth.sensor == "magnetometer"}
     assert {"current", "bias-temperature"} <= hidden
-    assert not any(sitting(number).truth.sensor == "magnetometer" for number in range(40))
+    assert not any(exercise_session(number).truth.sensor == "magnetometer" for number in range(40))
     number = next(one.number for one in made if one.truth.term == "current")
     options = WizardOptions(
         sessions=tmp_path, mystery=number, key="newton", speed=50.0, magnetometer=True
     )
-    workshop = Workshop(options)
+    workshop = WizardServices(options)
     source = workshop.open_source(VIRTUAL)
     source.start()
     source.stop()
-    assert workshop.sealed is not None
-    assert reveal(workshop.sealed, "newton") == made[number].truth
-    again = Workshop(WizardOptions(sessions=tmp_path, speed=50.0))
-    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.session)))
+    assert workshop.sources.sealed is not None
+    assert reveal(workshop.sources.sealed, "newton") == made[number].truth
+    again = WizardServices(WizardOptions(sessions=tmp_path, speed=50.0))
+    source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.sources.session)))
     source.start()
     source.stop()
 
 
 def test_every_sitting_with_a_magnetometer_prints_the_current() -> None:
-    imu = virtual_imu(replace(sitting(0, magnetometer=True), truth=sitting(0).truth), 1.0)
-    with imu, serial.serial_for_url(imu.start(), timeout=5.0) as port:
-        assert b"current[A]" in port.readline()
+    about = {"kind": "virtual", "mystery": 0, "grade": "consumer", "magnetometer": True}
+    imu = virtual_imu(about, WizardOptions(speed=float("inf")))
+    assert b"current[A]" in imu.read().splitlines()[0]
 
 
 def test_it_opens_on_the_virtual_imu() -> None:
@@ -114,6 +113,6 @@ def test_it_opens_on_the_virtual_imu() -> None:
         ["--mystery", "--key", " "],
     ],
 )
-def test_what_does_not_go_together_is_refused(arguments: list[str]) -> None:
+def test_contradicting_options_are_refused(arguments: list[str]) -> None:
     with pytest.raises(UsageError):
         wizard.run(arguments)

@@ -7,23 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imucal_wizard.digits import measured
-from imucal_wizard.live.snapshot import StreamStatus
-from imucal_wizard.procedure.field.words import TURN_ABOUT, TURN_ROUND, lay_down
-from imucal_wizard.procedure.poses import DIRECTIONS, FACES
-from imucal_wizard.procedure.state import AxisMotion, Event, EventKind
-from imucal_wizard.procedure.wording import turn_up
-from imucal_wizard.tui.cube import IDENTITY, about, draw, product, tilted, times
-from imucal_wizard.tui.residual_plot import dot_plot
-from imucal_wizard.tui.screens.field_screen import DISTURBED
+from imucal_wizard.core.poses import DIRECTIONS, FACES
+from imucal_wizard.core.quantities import number, unit_sign, value_and_error
+from imucal_wizard.guide.state import AxisMotion, Event, EventKind
+from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, lay_down, turn_up
+from imucal_wizard.report.plot import scatter
+from imucal_wizard.run.snapshot import StreamStatus
+from imucal_wizard.tui.drawing import IDENTITY, about, cube_rows, product, tilted, times
+from imucal_wizard.tui.panels.step import compact_row, stream_row
+from imucal_wizard.tui.panels.traces import trace, trace_rows
+from imucal_wizard.tui.screens.field import DISTURBED
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
-from imucal_wizard.tui.text import bar, clean, compact, number, unit_sign, wrapped
+from imucal_wizard.tui.text import bar, clean, compact, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
-from imucal_wizard.tui.widgets.key_footer import footer_row
-from imucal_wizard.tui.widgets.still_bars import compact_row
-from imucal_wizard.tui.widgets.stream_line import stream_row
-from imucal_wizard.tui.widgets.traces import trace, trace_rows
-from tests.tui.terminals import lines, plain
+from tests.tui.terminals import plain
 
 SI = ("m/s^2", "rad/s")
 
@@ -65,8 +62,8 @@ def test_a_value_beside_a_bar_is_never_cut_to_another_number(
 
 
 def test_a_value_is_shown_to_the_second_digit_of_its_standard_error() -> None:
-    assert measured(1.0279451, 0.0000219) == ("1.027945", "0.000022")
-    assert measured(-0.58016, 0.019) == ("−0.580", "0.019")
+    assert value_and_error(1.0279451, 0.0000219) == ("1.027945", "0.000022")
+    assert value_and_error(-0.58016, 0.019) == ("−0.580", "0.019")
 
 
 def test_a_path_is_never_broken_at_a_hyphen() -> None:
@@ -101,7 +98,7 @@ def test_the_wanted_attitude_has_the_wanted_direction_on_top(name: str) -> None:
 
 
 def test_a_device_at_rest_shows_its_top_front_and_right_face() -> None:
-    picture = draw(IDENTITY, 30, 14)
+    picture = cube_rows(IDENTITY, 30, 14)
     text = "\n".join(picture)
     assert [face in text for face in ("+z", "−y", "+x")] == [True] * 3
     assert [face in text for face in ("−z", "+y", "−x")] == [False] * 3
@@ -111,7 +108,7 @@ def test_a_device_at_rest_shows_its_top_front_and_right_face() -> None:
 
 @given(st.floats(-math.pi, math.pi), st.integers(6, 40), st.integers(3, 20))
 def test_a_drawing_fills_its_place_and_no_more(angle: float, columns: int, rows: int) -> None:
-    picture = draw(about((0.6, 0.0, 0.8), angle), columns, rows, axis="y")
+    picture = cube_rows(about((0.6, 0.0, 0.8), angle), columns, rows, axis="y")
     assert len(picture) == rows
     assert {len(row) for row in picture} == {columns}
 
@@ -164,7 +161,7 @@ def test_the_instruction_is_as_large_as_there_is_room(width: int, height: int, r
 
 
 def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
-    rows = lines(dot_plot(np.array([0.1, -0.9]), 0.1, 40))
+    rows = scatter(np.arange(2.0), np.array([0.1, -0.9]), 40, 8, error=np.full(2, 0.1))
     assert "∘" in rows[3]
     assert "●" in rows[6]
     assert "┼" in rows[3]
@@ -186,14 +183,6 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
     now[0] = 60.0
     sounds.hear([Event(EventKind.STILL, 60.0, "still")])
     assert rung == [0.0, 60.0]
-
-
-def test_help_and_quit_stay_in_the_footer_when_there_is_no_room_for_all_keys() -> None:
-    keys = (("a", "a" * 30), ("b", "b" * 30), ("c", "c" * 30), ("?", "help"), ("q", "quit"))
-    row = plain(footer_row(keys, 80))
-    assert row.rstrip() == f" a {'a' * 30}  ? help  q quit"
-    row = plain(footer_row(keys, 83))
-    assert row.rstrip() == f" a {'a' * 30}  b {'b' * 30}  ? help  q quit"
 
 
 def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.errors import DataError, UsageError
-from imucal_wizard.live.snapshot import Snapshot
-from imucal_wizard.procedure.collected import Collected
-from imucal_wizard.procedure.state import Status, StepKind
-from imucal_wizard.solver.result import FitReport
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.report_rows import summary_rows
-from imucal_wizard.tui.screens.save_screen import SaveScreen
-from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import Saved
+from imucal_wizard.tui.options import AppSettings
+from imucal_wizard.tui.panels.report import fit_summary
+from imucal_wizard.tui.screens.result import SaveScreen
+from imucal_wizard.tui.services import Saved
 from tests.tui import fakes
-from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, lines
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, printed
 from tests.tui.waiting import seen, shows, until
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
@@ -27,8 +27,8 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
-            pilot, "as good as its noise allows", "31.4 mg →   0.11 mg", "0.16 mg",
-            "4.80° →     0.52°", "0.62°", "▲", "begins by itself in", "b back", "? help  q quit",
+            pilot, "As good as its noise allows", "31.4 mg  →", "0.160 mg",
+            "4.80°  →", "0.619°", "▲", "begins by itself in", "b back", "? help", "q quit",
         )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ async def test_everything_is_reached_by_scrolling() -> None:
         await shows(pilot, "−y−z")
 
 
-async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -> None:
+async def test_the_table_gives_standard_errors_units_and_what_is_not_determined() -> None:
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
@@ -52,18 +52,18 @@ async def test_the_table_gives_standard_errors_units_and_what_is_not_carried() -
             "bias_x",
             "0.10000 ± 0.00040 (repeats ± 0.00060)",
             "m/s²",
-            "not carried",
+            "not determined",
             "M · (reading − b)",
         )
         await pilot.press("question_mark")
         await shows(pilot, "help: parameters", "bias: the reading when there is nothing")
         await pilot.press("escape", "escape")
-        await until(pilot, lambda: "not carried" not in seen(pilot))
+        await until(pilot, lambda: "not determined" not in seen(pilot))
 
 
 async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
     source = fakes.FakeSource(RESULT)
-    app = WizardApp(fakes.services(source), Settings(countdown=0.1), VIRTUAL)
+    app = WizardApp(fakes.services(source), AppSettings(countdown=0.1), VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await until(pilot, lambda: ("validate", "") in source.commands)
         await shows(pilot, "▸VALIDATE")
@@ -115,7 +115,7 @@ async def test_an_undo_that_finds_nothing_leaves_the_result_where_it_is() -> Non
 async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) -> None:
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     path = tmp_path / "calibration.json"
-    app = WizardApp(fakes.services(source, path), Settings(quit_after=True), VIRTUAL)
+    app = WizardApp(fakes.services(source, path), AppSettings(quit_after=True), VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await until(pilot, lambda: not app.is_running)
     assert app.return_value is not None
@@ -127,11 +127,13 @@ def refuse(_collected: object, _snapshot: object) -> FitReport:
     raise DataError("4 holds do not carry a fit; hold at least 6 poses")
 
 
-async def test_data_that_carry_no_fit_are_explained_and_more_can_be_measured() -> None:
+async def test_data_that_determine_no_fit_are_explained_and_more_can_be_measured() -> None:
     source = fakes.FakeSource(RESULT)
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        text = await shows(pilot, "▲ 4 holds do not carry a fit", "b goes back", "b back")
+        text = await shows(
+            pilot, "▲ 4 holds do not carry a fit", "Go back to measure more", "b back", "s leave it"
+        )
         assert "find missing" not in text, "there is nothing to look into"
         assert "v: a few" not in text
         await pilot.press("b")
@@ -142,7 +144,7 @@ async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        text = await shows(pilot, "not saved: 4 holds do not carry a fit", "b measure more")
+        text = await shows(pilot, "not saved: 4 holds do not carry a fit", "b back")
         assert "find what is missing" not in text
         assert "parameters" not in text
         await pilot.press("f", "t")
@@ -150,33 +152,47 @@ async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit
         await until(pilot, lambda: ("back", "") in source.commands)
 
 
-async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not(tmp_path: Path) -> None:
+async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
-    app = WizardApp(fakes.services(source, tmp_path / "a.json"), None, VIRTUAL)
+    services = fakes.services(source, Path("a.json"))
+    app = WizardApp(services, None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "✓ ", "a.json")
 
         def full(_report: object, _benches: object) -> Saved:
             raise UsageError("the disk is full; make room")
 
-        app.services = replace(app.services, save=full)
+        app.state.services = replace(services, save=full)
         screen = app.screen
         assert isinstance(screen, SaveScreen)
         screen.save()
-        text = await shows(pilot, "not saved: the disk is full", "31.4 mg", "t parameters")
+        text = await shows(pilot, "not saved: the disk is full", "31.4 mg", "t table")
         assert "a.json" not in text
 
 
 def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
-    rows = lines(summary_rows(fakes.report(True), 76))
+    rows = printed(fit_summary(fakes.report(True), {})).splitlines()
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
-    assert "0.19 mg" in sensor
+    assert "0.194 mg" in sensor
     assert any("left over on each new pose  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
 @pytest.mark.parametrize("width", [60, 76, 150])
 def test_no_row_of_the_summary_is_wider_than_the_page(width: int) -> None:
-    for row in summary_rows(fakes.report(), max(76, width)):
-        assert sum(len(text) for text, _ in row) <= max(76, width)
+    for row in printed(fit_summary(fakes.report(), {}), max(76, width)).splitlines():
+        assert len(row) <= max(76, width)
+        assert "…" not in row
+
+
+async def test_the_saved_calibration_is_written_for_another_program_by_one_key() -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "x export")
+        await pilot.press("x")
+        await shows(pilot, "export for", "imu_calib")
+        await pilot.press("enter")
+        await shows(pilot, "✓ a.yaml", "0.102 mg", "▲ not in this file: the gyroscope")
+        await pilot.press("escape")
+        await shows(pilot, "x export")

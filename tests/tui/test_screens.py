@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.procedure.state import Offer, Status, StepKind
+from imucal_wizard.guide.state import Offer, Status, StepKind
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
@@ -71,7 +71,7 @@ async def test_a_range_that_is_not_known_is_taken_as_the_smallest_usual_one() ->
     source = fakes.FakeSource(replace(status, rotation=replace(status.rotation, range_known=False)))
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "fastest 131, range 250 (usual)", "good")
-        fast = replace(status.rotation, range_known=False, fastest=240.0)
+        fast = replace(status.rotation, range_known=False, fastest=240.0, clips=True)
         source.say(replace(status, rotation=fast))
         await shows(pilot, "▲ may clip")
 
@@ -89,8 +89,8 @@ async def test_a_problem_comes_before_the_ways_out_and_these_before_the_last_eve
     status = replace(
         fakes.poses_status(),
         offers=(
-            Offer("loosen", "l", "widen the limits to 1.6 times"),
-            Offer("take", "t", "take it anyway, marked hand-held"),
+            Offer("loosen", "widen the limits to 1.6 times"),
+            Offer("take", "take it anyway, marked hand-held"),
         ),
     )
     source = fakes.FakeSource(status)
@@ -108,7 +108,7 @@ async def test_a_lost_device_and_a_hold_that_counts_are_read_from_afar() -> None
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "7 of 18")
         words = app.screen.query_one(BigText)
-        in_place = replace(fakes.poses_status(), recognised="+x-y", still=fakes.still())
+        in_place = replace(fakes.poses_status(), counts_here=True, still=fakes.still())
         source.say(in_place)
         await until(pilot, lambda: words.text == "HOLD STILL")
         spent = replace(fakes.still(0.0), spent=True)
@@ -116,7 +116,7 @@ async def test_a_lost_device_and_a_hold_that_counts_are_read_from_afar() -> None
         await until(pilot, lambda: words.text == "TURN +X −Y UP")
         source.say(in_place)
         await until(pilot, lambda: words.text == "HOLD STILL")
-        source.say(replace(in_place, recognised="+x"))
+        source.say(replace(in_place, counts_here=False))
         await until(pilot, lambda: words.text == "TURN +X −Y UP")
         source.stream = replace(source.stream, connected=False)
         source.say(in_place)
@@ -166,7 +166,7 @@ async def test_a_result_that_there_is_not_is_not_ticked() -> None:
     app = app_with(source)
     async with app.run_test(size=(120, 30)) as pilot:
         await shows(pilot, "–Result", "▸VALIDATE")
-        app.report = fakes.report()
+        app.state.report = fakes.report()
         source.say(status)
         await shows(pilot, "✓Result", "▸VALIDATE")
 

@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.devices.formats.base import Column
-from imucal_wizard.errors import LinkError
-from imucal_wizard.live.snapshot import StreamStatus
-from imucal_wizard.procedure.state import Status, StepKind
+from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.core.errors import LinkError
+from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.settings import Settings
-from imucal_wizard.tui.source import SourceChoice, SourceKind
+from imucal_wizard.tui.options import AppSettings
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.terminals import USUAL
 from tests.tui.waiting import shows, until
 
-AT_ONCE = Settings(header_patience=0.0)
+AT_ONCE = AppSettings(header_patience=0.0)
 """A stream without a header is asked about at once."""
 PORT = SourceChoice(SourceKind.PORT, "/dev/ttyACM0", "/dev/ttyACM0", "2341:8057  Arduino Nano")
 SESSION = SourceChoice(SourceKind.SESSION, "a.imucal", "session of 14:03", "at 18 poses")
@@ -79,7 +79,7 @@ async def test_a_stream_that_is_come_back_to_is_the_same_one_and_called_by_its_n
     assert opened == [PORT]
 
 
-async def test_a_field_is_shown_or_said_to_be_none() -> None:
+async def test_a_field_is_shown_or_reported_missing() -> None:
     source = fakes.FakeSource()
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         await shows(pilot, "field        none")
@@ -153,7 +153,7 @@ async def test_what_is_typed_is_opened_as_a_port_or_as_a_file(typed: str, kind: 
 
 async def test_unattended_and_recordings_start_by_themselves() -> None:
     source = fakes.FakeSource()
-    app = WizardApp(fakes.services(source), Settings(auto=True), PORT)
+    app = WizardApp(fakes.services(source), AppSettings(auto=True), PORT)
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "▸SETTLE")
     source = fakes.FakeSource()
@@ -176,14 +176,12 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     )
     app = WizardApp(fakes.services(source), AT_ONCE, PORT)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(
-            pilot, "which column is what?", "[red]0.03", "acc_x", "turn rate unit", "▲ choose"
-        )
+        await shows(pilot, "which column is what?", "[red]0.03", "acc_x", "rate unit", "▲ choose")
         source.stream = replace(source.stream, line="0.1,9.7,0.2", values=(0.1, 9.7, 0.2, 1, 2, -3))
         source.say(source.status)
         await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
         await pilot.press("enter")
-        await shows(pilot, "choose the turn rate unit")
+        await shows(pilot, "choose the rate unit")
         await pilot.press("right", "right", "right", "enter")
         await until(pilot, lambda: bool(source.setups))
     setup = source.setups[0]
@@ -215,7 +213,7 @@ async def test_the_fields_unit_is_asked_too_and_a_current_beside_it_is_kept() ->
     )
 
 
-async def test_half_a_magnetometer_is_none() -> None:
+async def test_a_magnetometer_with_missing_axes_is_ignored() -> None:
     source = fakes.FakeSource()
     columns = tuple(Column(name, "", name) for name in ("ax", "ay", "az", "mx", "my"))
     source.stream = replace(fakes.STREAM, columns=columns, values=(0.1, 0.2, 9.8, 20.0, 3.0))

@@ -5,10 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imucal_wizard.ellipsoid.bins import BINS, bin_of, centres
-from imucal_wizard.tui.hemispheres import FULL, GAP, HERE, THIN, half, signs
+from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of, centres
+from imucal_wizard.tui.panels.sphere import (
+    FULL,
+    GAP,
+    HERE,
+    MIN_SPHERE_ROWS,
+    THIN,
+    half,
+    signs,
+    sphere_rows,
+)
 from imucal_wizard.tui.text import width_of
-from imucal_wizard.tui.widgets.sphere import SMALLEST, sphere_rows
 from tests.tui.terminals import page
 
 ROWS = 20
@@ -33,7 +41,7 @@ def test_every_area_is_seen_once_and_as_large_as_every_other() -> None:
     assert cells.std() < 0.2 * expected
 
 
-@given(st.integers(0, BINS - 1), st.integers(SMALLEST - 2, 60))
+@given(st.integers(0, BINS - 1), st.integers(MIN_SPHERE_ROWS - 2, 60))
 def test_the_middle_of_an_area_is_where_the_area_is_drawn(area: int, rows: int) -> None:
     """In its own half and in no other, however large it is drawn."""
     side = 1 if centres()[area, 2] > 0 else -1

@@ -7,7 +7,7 @@ HEAVY = ("numpy", "scipy", "serial", "sqlite3", "msgspec")
 
 
 def test_nothing_heavy_is_imported_before_the_first_screen() -> None:
-    names = "imucal_wizard.commands.wizard, imucal_wizard.tui.run, imucal_wizard.cli"
+    names = "imucal_wizard.cli.wizard, imucal_wizard.tui.run, imucal_wizard.cli.main"
     code = f"import sys, {names}; print(*(m for m in {HEAVY} if m in sys.modules))"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
@@ -16,6 +16,6 @@ def test_nothing_heavy_is_imported_before_the_first_screen() -> None:
 
 
 def test_reading_recordings_comes_with_numpy_when_it_is_asked_for() -> None:
-    from imucal_wizard import recordings
+    from imucal_wizard.acquire import files
 
-    assert recordings.read.__module__ == "imucal_wizard.recordings.reader"
+    assert files.read_files.__module__ == "imucal_wizard.acquire.files.reader"

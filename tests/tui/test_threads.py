@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from imucal_wizard.errors import DataError
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.tui.threads import in_thread
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from textual.pilot import Pilot
 
-DEADLINE = 20.0
+DEADLINE = 60.0
 """Seconds after which what has not come will not come."""
 
 

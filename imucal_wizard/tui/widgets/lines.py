@@ -1,47 +1,34 @@
 """Rows of styled text that go to the terminal only where they have changed."""
 
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Callable, Hashable, Sequence
 
 from rich.segment import Segment
-from rich.style import Style
 from textual.geometry import Region, Size
 from textual.strip import Strip
 from textual.widget import Widget
 
-from imucal_wizard.tui.text import Line, clean, width_of
+from imucal_wizard.tui.text import STYLES, Line, clean, width_of
+
+Build = Callable[[int, int], Sequence[Line]]
+"""Makes rows for a width and a height in characters."""
 
 
 class Lines(Widget):
-    """Shows rows; only the rows that differ from those before are painted again.
+    """Shows rows, and makes them again whenever its size changes.
 
-    The text is never read as markup, and control characters in it are dropped.
+    Only the rows that differ from the previous ones are painted again, which keeps a screen that
+    changes 20 times a second cheap. The text is never read as markup, and control characters in it
+    are dropped.
     """
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "lines--strong",
-        "lines--quiet",
-        "lines--good",
-        "lines--warn",
-        "lines--bad",
-        "lines--accent",
-        "lines--key",
-    }
     ALLOW_SELECT = False
-    DEFAULT_CSS = """
-    Lines { height: auto; }
-    Lines .lines--strong { text-style: bold; }
-    Lines .lines--quiet { color: $text-muted; }
-    Lines .lines--good { color: $text-success; text-style: bold; }
-    Lines .lines--warn { color: $text-warning; text-style: bold; }
-    Lines .lines--bad { color: $text-error; text-style: bold; }
-    Lines .lines--accent { color: $text-accent; text-style: bold; }
-    Lines .lines--key { color: $text-accent; text-style: bold; }
-    """
+    DEFAULT_CSS = "Lines { height: auto; }"
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 (Textual's own name for it)
         super().__init__(id=id, classes=classes)
         self._rows: tuple[Line, ...] = ()
+        self._build: Build | None = None
+        self._drawn: Hashable = None
 
     @property
     def rows(self) -> tuple[Line, ...]:
@@ -53,8 +40,32 @@ class Lines(Widget):
         """The text shown now, without styles."""
         return "\n".join("".join(text for text, _ in row) for row in self._rows)
 
+    def draw(self, build: Build, of: Hashable = None) -> None:
+        """Show what ``build`` makes for the present size, and for every later one.
+
+        Args:
+            build: makes the rows for a width and a height.
+            of: what is drawn; nothing is done while it is the same, unless it is None.
+        """
+        if of is not None and of == self._drawn:
+            return
+        self._build, self._drawn = build, of
+        if self.size.width:
+            self._show(build(*self.size))
+        elif self.styles.is_auto_height:
+            self.refresh(layout=True)
+
     def show(self, rows: Sequence[Line]) -> None:
-        """Show these rows from now on."""
+        """Show these rows whatever the size."""
+        self._build = self._drawn = None
+        self._show(rows)
+
+    def on_resize(self) -> None:
+        """Make the rows for the new size."""
+        if self._build is not None:
+            self._show(self._build(*self.size))
+
+    def _show(self, rows: Sequence[Line]) -> None:
         new = tuple(rows)
         old, self._rows = self._rows, new
         if new == old:
@@ -72,6 +83,8 @@ class Lines(Widget):
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002 (Textual's signature)
         """One line per row."""
+        if self._build is not None and width:
+            self._rows = tuple(self._build(width, 0))
         return len(self._rows)
 
     def render_line(self, y: int) -> Strip:
@@ -80,10 +93,8 @@ class Lines(Widget):
         width = self.size.width
         if y >= len(self._rows):
             return Strip.blank(width, base)
-        parts = [Segment(clean(text), self._style(base, name)) for text, name in self._rows[y]]
+        parts = [
+            Segment(clean(text), base + STYLES[name] if name else base)
+            for text, name in self._rows[y]
+        ]
         return Strip(parts).adjust_cell_length(width, base)
-
-    def _style(self, base: Style, name: str) -> Style:
-        return (
-            base + self.get_component_rich_style(f"lines--{name}", partial=True) if name else base
-        )

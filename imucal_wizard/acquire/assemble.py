@@ -1,0 +1,281 @@
+"""Rows of numbers to Readings: SI units or counts, and a time for every sample."""
+
+import numpy as np
+
+from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLines
+from imucal_wizard.acquire.decode.base import Column, DecodedRows
+from imucal_wizard.acquire.host_clock import HostClock, period_of, quantum_of
+from imucal_wizard.acquire.resolve import places_of
+from imucal_wizard.core import units
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
+
+_MIN_BARREN = 50
+"""So many rows without a number in a row are no accident."""
+_SENSOR = {"a": "accelerometer", "g": "gyroscope"}
+_HELP = "check the sensor's wiring and the sketch"
+_SENSORS = ("accelerometer", "gyroscope", "magnetometer")
+_NO_ACCELEROMETER = Series(np.zeros(0), np.zeros((0, 3)), units.SI_UNIT["accelerometer"])
+
+
+class Assembler:
+    """Gives every row its units and its time.
+
+    Args:
+        columns: resolved columns, every sensor's with its unit.
+        first: first rows, shape (n, columns), from which the device's period is taken.
+        rate: samples per second where the stream carries no time and it is known.
+        recording: the rows are a whole recording: the device's own origin of time is kept, and
+            sensors may have rows of their own.
+
+    Attributes:
+        missing: the rows that were left out because they lack a number.
+    """
+
+    def __init__(
+        self,
+        columns: tuple[Column, ...],
+        first: FloatArray,
+        rate: float | None = None,
+        *,
+        recording: bool = False,
+    ) -> None:
+        self.columns = columns
+        self._recording = recording
+        self.samples = 0
+        self._places = {s: places_of(columns, s) for s in _SENSORS}
+        self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
+        where = {c.channel: i for i, c in enumerate(columns) if c.channel}
+        self._beside = _beside(columns, where)
+        self._load = "current" if "current" in self._beside else "throttle"
+        self._time = where.get("t")
+        self._count = where.get("counter") if self._time is None else None
+        self._apart = recording and self._are_apart(first)
+        self.missing = MissingValues(columns, self._needed())
+        self._counter = SampleCounter()
+        self._host = HostClock(rate)
+        self._split: SplitLines | None = None
+        self._device = self._device_clock(first)
+        self._waiting = np.zeros((0, len(columns)))
+        self._index = 0.0
+        self._fields = 0
+
+    def _factor(self, sensor: str, places: list[int]) -> FloatArray:
+        return np.array([units.factor(sensor, self.columns[p].unit) for p in places])
+
+    def _device_clock(self, first: FloatArray) -> DeviceClock | None:
+        if self._time is None:
+            return None
+        factor = units.factor("time", self.columns[self._time].unit)
+        ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
+        period, quantum = period_of(ticks), quantum_of(ticks)
+        self._device_period = period
+        self._split = SplitLines(self._time, (1.5 * period + quantum) / factor)
+        return DeviceClock(factor, period, quantum, from_zero=not self._recording)
+
+    @property
+    def device(self) -> DeviceClock | None:
+        """The device's clock, where the stream carries time."""
+        return self._device
+
+    @property
+    def period(self) -> float:
+        """Seconds per sample as known now; 0 before it is known."""
+        return self._device_period if self._device is not None else self._host.period
+
+    @property
+    def lost(self) -> int:
+        """Samples missing by the device's time or count, or by the host's clock."""
+        by_device = self._device.lost if self._device is not None else self._host.lost
+        return by_device + self._counter.lost
+
+    @property
+    def counter_restarts(self) -> int:
+        """How often the device's sample counter began again."""
+        return self._counter.restarts
+
+    @property
+    def fieldless(self) -> bool:
+        """Whether there are columns of a magnetometer, and never a number in all of them."""
+        return bool(self._places["magnetometer"]) and not self._fields
+
+    @property
+    def split(self) -> int:
+        """Rows left out because their time is a piece of two lines."""
+        return self._split.count if self._split is not None else 0
+
+    @property
+    def dropped(self) -> int:
+        """Those of the lost samples that went missing while the device was there."""
+        clock = self._device if self._device is not None else self._host
+        return self.lost - clock.away
+
+    def feed(self, rows: DecodedRows, arrival: float) -> Readings | None:
+        """The samples whose time can be told now; None when there are none."""
+        values = rows.values
+        if not len(values):
+            return None
+        indices = self._indices(rows)
+        good = self.missing.sift(values)
+        if not good.all():
+            values, indices = values[good], indices[good]
+            if not len(values):
+                return None
+        if self._split is not None:
+            return self._timed(self._split.feed(values))
+        if self._count is not None:
+            period = self._host.period
+            gap = RESTART_GAP_SECONDS / period if period else 1.0
+            indices = self._counter.feed(values[:, self._count], gap)
+        self._waiting = np.concatenate((self._waiting, values))
+        return self._released(self._host.feed(indices, arrival))
+
+    def flush(self) -> Readings | None:
+        """What still waits for its time, at the end of the stream."""
+        if self._split is not None:
+            held = self._split.flush()
+            return None if held is None else self._timed(held)
+        return self._released(self._host.flush())
+
+    def _timed(self, values: FloatArray) -> Readings | None:
+        """Samples that carry their time."""
+        if self._device is None or self._time is None:
+            return None
+        return self._readings(self._device.feed(values[:, self._time]), values)
+
+    def _released(self, times: FloatArray) -> Readings | None:
+        values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]
+        return self._readings(times, values)
+
+    def _indices(self, rows: DecodedRows) -> FloatArray:
+        steps = np.ones(len(rows.values))
+        if rows.skipped:
+            steps += rows.skipped
+        indices: FloatArray = self._index + np.cumsum(steps) - 1.0
+        self._index = float(indices[-1]) + 1.0
+        return indices
+
+    def _needed(self) -> list[int]:
+        extra = [i for i in (self._time, self._count) if i is not None]
+        if self._apart:
+            return extra
+        return self._places["accelerometer"] + self._places["gyroscope"] + extra
+
+    def _are_apart(self, first: FloatArray) -> bool:
+        """Whether accelerometer and gyroscope come in rows of their own."""
+        places = self._places["accelerometer"], self._places["gyroscope"]
+        if not all(places):
+            return False
+        one, other = (np.isfinite(first[:, place]).all(axis=1) for place in places)
+        return bool((one & other).sum() < 0.5 * min(one.sum(), other.sum()))
+
+    def _readings(self, times: FloatArray, values: FloatArray) -> Readings | None:
+        if not len(times):
+            return None
+        self.samples += len(times)
+        accelerometer = self._series("accelerometer", times, values)
+        field = self._series("magnetometer", times, values)
+        self._fields += 0 if field is None else len(field)
+        return Readings(
+            _NO_ACCELEROMETER if accelerometer is None else accelerometer,
+            self._series("gyroscope", times, values),
+            field,
+            self._slow("temperature", times, values),
+            current=self._slow(self._load, times, values),
+        )
+
+    def _series(self, sensor: str, times: FloatArray, values: FloatArray) -> Series | None:
+        """The samples of a sensor; one that is slower than the others is absent in most rows."""
+        places = self._places[sensor]
+        if not places:
+            return None
+        unit = units.si_unit(sensor, self.columns[places[0]].unit)
+        own = values[:, places]
+        if self._apart or sensor == "magnetometer":
+            there = np.isfinite(own).all(axis=1)
+            times, own = times[there], own[there]
+        return Series(times, own * self._factors[sensor], unit)
+
+    def _slow(self, name: str, times: FloatArray, values: FloatArray) -> Series | None:
+        """What stands beside the sensors: a temperature, a current, a throttle."""
+        if name not in self._beside:
+            return None
+        place, factor = self._beside[name]
+        own = values[:, place : place + 1] * factor
+        there = np.isfinite(own[:, 0])
+        return Series(times[there], own[there], units.SI_UNIT[name])
+
+
+def _beside(columns: tuple[Column, ...], where: dict[str, int]) -> dict[str, tuple[int, float]]:
+    """Column and factor of what stands beside the sensors; a temperature without unit is in °C."""
+    found = {"temperature": (where["temp"], 1.0)} if "temp" in where else {}
+    for name in ("current", "throttle"):
+        unit = columns[where[name]].unit if name in where else ""
+        if unit in units.FACTORS[name]:
+            found[name] = (where[name], units.FACTORS[name][unit])
+    return found
+
+
+class MissingValues:
+    """Leaves out rows in which a needed column holds no number, and counts them.
+
+    Args:
+        columns: the columns of the stream.
+        needed: places of those that every sample must have.
+
+    Attributes:
+        count: how many rows were left out.
+    """
+
+    def __init__(self, columns: tuple[Column, ...], needed: list[int]) -> None:
+        self._columns = [columns[place] for place in needed]
+        self._needed = needed
+        self._each = np.zeros(len(needed), np.int64)
+        self._running = 0
+        self.count = 0
+
+    def sift(self, values: FloatArray) -> BoolArray:
+        """Which rows have all they need, shape (n,)."""
+        there = np.isfinite(values[:, self._needed])
+        good = np.asarray(there.all(axis=1), np.bool_)
+        if good.all():
+            self._running = 0
+            return good
+        self.count += int((~good).sum())
+        self._each += (~there).sum(axis=0)
+        numbered = np.flatnonzero(good)
+        before = self._running if not len(numbered) else -1 - int(numbered[-1])
+        self._running = before + len(good)
+        return good
+
+    @property
+    def where(self) -> str:
+        """The columns that are to blame for most of it: "the accelerometer's x axis"."""
+        worst = self._each >= 0.5 * max(int(self._each.max(initial=0)), 1)
+        return _named([c for c, bad in zip(self._columns, worst, strict=True) if bad])
+
+    @property
+    def note(self) -> str:
+        """What to say of single rows."""
+        return f"Some samples have no number (NaN, or nothing) for {self.where}: {_HELP}."
+
+    @property
+    def problem(self) -> str:
+        """What to say when no row has all it needs any more; "" while some have."""
+        if self._running < _MIN_BARREN:
+            return ""
+        return (
+            f"No number (NaN, or nothing) comes for {self.where}, and without it nothing is "
+            f"measured: {_HELP}, or say in the source step that it is another column."
+        )
+
+
+def _named(columns: list[Column]) -> str:
+    parts = []
+    for letter, sensor in _SENSOR.items():
+        axes = [c.channel[1] for c in columns if len(c.channel) == 2 and c.channel[0] == letter]
+        if axes:
+            word = "axis" if len(axes) == 1 else "axes"
+            parts.append(f"the {sensor}'s {' and '.join(axes)} {word}")
+    parts += [f"column {c.name or c.channel}" for c in columns if c.channel[:1] not in _SENSOR]
+    return " and ".join(parts)

@@ -1,0 +1,249 @@
+"""Device ticks and counters to seconds: wraps, drops, restarts, lines cut in two."""
+
+import numpy as np
+
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
+from imucal_wizard.core.readings import FloatArray
+
+LONG_GAP = 1.0
+"""A longer gap is no drop: the device was away."""
+_LONGEST_GAP = 3600.0
+"""Seconds; a longer step is no gap: the clock was set."""
+WRAP_WITHIN = 2.0
+"""Seconds; a step back that lands so near behind a full counter is no restart."""
+
+
+class DeviceClock:
+    """Seconds from the device's own time.
+
+    The result depends on the ticks alone: not on arrival, not on how the bytes were cut. Counted
+    are ``wraps``, ``restarts`` and ``jumps``.
+
+    Args:
+        factor: seconds per tick.
+        period: sampling period, s, for counting what is missing.
+        quantum: step of the printed time, s, where that is coarser than the period, so that equal
+            times are normal; else 0.
+        from_zero: the first sample is at 0 s; else the device's own origin is kept, so that files
+            of one session fit together.
+    """
+
+    def __init__(
+        self, factor: float, period: float, quantum: float = 0.0, *, from_zero: bool = True
+    ) -> None:
+        self._from_zero = from_zero
+        self._factor = factor
+        self._period = period
+        self._limit = 1.5 * period + quantum
+        self._smoother = Smoother(period, quantum) if quantum else None
+        self._moduli = (2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6, 2.0**16, 86400.0 / factor)
+        self._base = 0.0
+        self._offset = 0.0
+        self._last: float | None = None
+        self._last_time = 0.0
+        self._lost = 0
+        self._away = 0
+        self.wraps = 0
+        self.restarts = 0
+        self.jumps = 0
+
+    @property
+    def lost(self) -> int:
+        """How many samples are missing by the device's time."""
+        return self._smoother.lost if self._smoother else self._lost
+
+    @property
+    def away(self) -> int:
+        """Those of them that are missing in long gaps."""
+        return self._smoother.away if self._smoother else self._away
+
+    def feed(self, ticks: FloatArray) -> FloatArray:
+        """Times of these samples, s, never decreasing.
+
+        Args:
+            ticks: device times, shape (n,), finite.
+        """
+        if not len(ticks):
+            return np.zeros(0)
+        if self._last is None:
+            self._last = float(ticks[0])
+            self._base = self._last if self._from_zero else 0.0
+        steps = np.diff(ticks, prepend=self._last) * self._factor
+        times = (ticks - self._base) * self._factor + self._offset
+        for i in np.flatnonzero((steps < 0) | (steps > self._limit)):
+            before = float(times[i - 1]) if i else self._last_time
+            step = self._odd_step(float(steps[i]))
+            if step != steps[i]:
+                self._base, self._offset = float(ticks[i]), before + step
+                times[i:] = (ticks[i:] - self._base) * self._factor + self._offset
+        self._last, self._last_time = float(ticks[-1]), float(times[-1])
+        return self._smoother.feed(times) if self._smoother else times
+
+    def _odd_step(self, step: float) -> float:
+        """What a step that is not one period means, s: a gap, a wrap, or a new segment."""
+        if step < 0:
+            for modulus in self._moduli:
+                unwrapped = step + modulus * self._factor
+                if 0 < unwrapped <= WRAP_WITHIN:
+                    self.wraps += 1
+                    self._count_lost(unwrapped)
+                    return unwrapped
+            self.restarts += 1
+            return RESTART_GAP_SECONDS
+        if step > _LONGEST_GAP:
+            self.jumps += 1
+            return RESTART_GAP_SECONDS
+        self._count_lost(step)
+        return step
+
+    def _count_lost(self, step: float) -> None:
+        if step > self._limit:
+            missing = round(step / self._period) - 1
+            self._lost += missing
+            self._away += missing if step > LONG_GAP else 0
+
+
+class Smoother:
+    """Fine times from coarse ones: a phase-locked loop over the samples.
+
+    Milliseconds at 8,000 samples/s come as eight equal times and then a step. The loop follows
+    their mean with a time constant of a hundred samples.
+
+    Args:
+        period: sampling period, s.
+        quantum: step of the coarse time, s.
+    """
+
+    _PHASE, _FREQUENCY = 0.02, 1e-4
+
+    def __init__(self, period: float, quantum: float) -> None:
+        self._nominal = self._period = period
+        self._limit = quantum + 2.0 * period
+        self._time: float | None = None
+        self.lost = 0
+        self.away = 0
+
+    def feed(self, times: FloatArray) -> FloatArray:
+        """Fine times of these samples, s, never decreasing.
+
+        Args:
+            times: coarse times, s, shape (n,), never decreasing.
+        """
+        return np.array([self._next(t) for t in times.tolist()])
+
+    def _next(self, coarse: float) -> float:
+        if self._time is None:
+            self._time = coarse
+            return coarse
+        error = coarse - (self._time + self._period)
+        if error > self._limit:  # samples are missing: keep the phase, skip whole periods
+            missing = round(error / self._period)
+            self.lost += missing
+            self.away += missing if error > 0.9 * LONG_GAP else 0
+            self._time += (missing + 1) * self._period
+            return self._time
+        self._time += max(0.0, self._period + self._PHASE * error)
+        wanted = self._period + self._FREQUENCY * error
+        self._period = min(max(wanted, 0.8 * self._nominal), 1.25 * self._nominal)
+        return self._time
+
+
+class SampleCounter:
+    """A running index from the device's sample counter, whatever its width."""
+
+    _MODULI = (2.0**8, 2.0**16, 2.0**32)
+
+    def __init__(self) -> None:
+        self._last: float | None = None
+        self._index = -1.0
+        self.lost = 0
+        self.restarts = 0
+
+    def feed(self, counts: FloatArray, gap: float = 1.0) -> FloatArray:
+        """The index of each sample, strictly increasing; missing counts leave holes.
+
+        Args:
+            counts: what the device counted, shape (n,), finite.
+            gap: samples in ``RESTART_GAP_SECONDS``, put where the counter begins again.
+        """
+        out = np.empty(len(counts))
+        for i, count in enumerate(counts.tolist()):
+            self._index += self._step(count, max(gap, 1.0))
+            self._last = count
+            out[i] = self._index
+        return out
+
+    def _step(self, count: float, gap: float) -> float:
+        if self._last is None:
+            return 1.0
+        step = count - self._last
+        if step <= 0:
+            near = [step + m for m in self._MODULI if 0 < step + m <= m / 4]
+            step = near[0] if near else 0.0
+        if step <= 0 or step > 1e6:  # it began again: nobody knows how many are missing
+            self.restarts += 1
+            return gap
+        self.lost += int(step) - 1
+        return step
+
+
+class SplitLines:
+    """Leaves out single samples whose time is not between those beside them.
+
+    Where a buffer overflows, the beginning of one line meets the end of another. Mostly the number
+    of columns is wrong then; within the first column it is right, and ``21`` + ``21.345`` is the
+    2121st second.
+
+    A sample after an odd step waits until the next one shows which of the two is odd: what comes
+    out does not depend on how the rows were cut.
+
+    Args:
+        place: the column of the time.
+        limit: the largest step that is none of note, in ticks.
+
+    Attributes:
+        count: how many have been left out.
+    """
+
+    def __init__(self, place: int, limit: float) -> None:
+        self._place = place
+        self._limit = limit
+        self._last: float | None = None
+        self._held: FloatArray | None = None
+        self.count = 0
+
+    def feed(self, values: FloatArray) -> FloatArray:
+        """The rows that are whole.
+
+        Args:
+            values: shape (n, columns), finite in the column of the time.
+        """
+        if self._held is not None:
+            values, self._held = np.concatenate((self._held, values)), None
+        ticks = values[:, self._place]
+        if not len(ticks):
+            return values
+        steps = np.diff(ticks, prepend=ticks[0] if self._last is None else self._last)
+        odd = np.flatnonzero((steps < 0) | (steps > self._limit))
+        if len(odd) and odd[-1] == len(values) - 1:
+            self._held, values, odd = values[-1:], values[:-1], odd[:-1]
+        whole = np.ones(len(values), bool)
+        for i in odd.tolist():
+            earlier = ticks[:i][whole[:i]]
+            before = float(earlier[-1]) if len(earlier) else self._last
+            whole[i] = before is None or not self._alone(before, *ticks[i : i + 2].tolist())
+        self.count += int(np.sum(~whole))
+        values = values[whole]
+        if len(values):
+            self._last = float(values[-1, self._place])
+        return values
+
+    def flush(self) -> FloatArray | None:
+        """The row that still waits, at the end of the stream."""
+        held, self._held = self._held, None
+        return held
+
+    def _alone(self, before: float, tick: float, after: float) -> bool:
+        """Whether the next sample goes on from the one before, and not from this one."""
+        goes_on = 0.0 <= after - tick <= self._limit
+        return not goes_on and 0.0 < after - before < abs(tick - before)

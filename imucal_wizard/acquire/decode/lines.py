@@ -1,0 +1,179 @@
+"""Bytes to lines, lines to rows: what all text formats share."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
+from imucal_wizard.core.readings import FloatArray
+
+MAX_LINE = 65_536
+"""Bytes; a longer line is no sample and is replaced by one that nobody can read."""
+DECIMALS_FROM = 100
+"""The printed decimals are counted on this many first rows."""
+_UNREADABLE = b"\x01"
+_MIN_TABLE = 2048
+"""Bytes from which reading many lines at once is faster than one by one."""
+_PIECE_BYTES = 32_768
+"""Bytes in which a spoilt line costs the fast way of reading."""
+
+
+class LineCutter:
+    """Keeps the unfinished line between calls. Lines end in LF, CR or CR LF."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> bytes:
+        """The lines that these bytes complete, each with LF at its end."""
+        data = self._rest + data
+        held = False
+        if b"\r" in data:
+            data = data.replace(b"\r\n", b"\n")
+            held = data.endswith(b"\r")  # its line feed may be the next byte
+            data = data[:-1].replace(b"\r", b"\n") if held else data.replace(b"\r", b"\n")
+        end = data.rfind(b"\n") + 1
+        self._rest = data[end : end + MAX_LINE + 1] + (b"\r" if held else b"")
+        return data[:end]
+
+
+def lines_of(block: bytes) -> list[bytes]:
+    """The lines of a block without their ends; one that is too long is made unreadable."""
+    lines = block.split(b"\n")
+    lines.pop()
+    if len(block) > MAX_LINE:
+        lines = [line if len(line) <= MAX_LINE else _UNREADABLE for line in lines]
+    return lines
+
+
+class TextDecoder(ABC):
+    """A decoder of lines. A subclass turns one line into a row; rows never depend on the cuts.
+
+    Args:
+        name: name of the format.
+        columns: the columns, where they are known.
+        whole: the bytes begin with a whole line; else the first line is not trusted.
+
+    Attributes:
+        misfit: the first malformed line.
+    """
+
+    def __init__(self, name: str, columns: tuple[Column, ...] = (), *, whole: bool = False) -> None:
+        self.name = name
+        self.columns = columns
+        self.misfit: MalformedLine | None = None
+        self._cutter = LineCutter()
+        self._first = not whole
+        self._parts: list[FloatArray] = []
+        self._rows: list[list[float]] = []
+        self._skipped: list[int] = []
+        self._malformed = 0
+        self._skip = 0
+        self._count = 0
+        self._number = 0
+        self._disproved = False
+        self._decimals: list[int] = []
+
+    def feed(self, data: bytes) -> DecodedRows:
+        """Decode the lines that these bytes complete."""
+        block = self._cutter.feed(data)
+        values = self._table_of(block)
+        for piece in _pieces(block) if values is None else ():
+            values = self._table_of(piece) if len(piece) < len(block) else None
+            for line in lines_of(piece) if values is None else ():
+                self._line(line)
+        return self._batch()
+
+    def broken(self) -> None:
+        """The link broke here: the line before it is dropped, the next one may be half of one."""
+        self._cutter = LineCutter()
+        self._break()
+
+    def _break(self) -> None:
+        """The next line may be half of one."""
+        self._first = True
+
+    def _table_of(self, block: bytes) -> FloatArray | None:
+        """Many lines at once, where that gives the same rows; None to read them one by one."""
+        if (
+            len(block) < _MIN_TABLE
+            or self._count < DECIMALS_FROM
+            or self._first
+            or self._skip
+            or (values := self._table(block)) is None
+        ):
+            return None
+        self._collect()
+        self._parts.append(values)
+        self._skipped += [0] * len(values)
+        self._count += len(values)
+        self._number += block.count(b"\n")
+        return values
+
+    def _line(self, line: bytes) -> None:
+        self._number += 1
+        if not line:
+            return
+        if line.endswith(b"\x00"):  # how sessions of earlier versions marked a broken link
+            self._break()
+            return
+        first, self._first = self._first, False
+        self._read(line, first)
+
+    @abstractmethod
+    def _read(self, line: bytes, first: bool) -> None:
+        """Read one line: call ``_row``, ``_spoilt`` or neither."""
+
+    def _table(self, _block: bytes) -> FloatArray | None:
+        """All lines of a block at once where a format can; None to have them read one by one."""
+        return None
+
+    def _row(self, values: list[float], printed: list[int]) -> None:
+        """One good row, and the decimals its fields were printed with."""
+        if not self._count and not self._disproved:
+            self.misfit = None  # what came before was a banner, or the end of a line
+        self._rows.append(values)
+        self._skipped.append(self._skip)
+        self._skip = 0
+        self._count += 1
+        if self._count <= DECIMALS_FROM and printed:
+            before = self._decimals or [-1] * len(printed)
+            self._decimals = [max(pair) for pair in zip(before, printed, strict=True)]
+
+    def _spoilt(self, line: bytes, *, sample: bool = True) -> None:
+        """One line that does not fit; before the first good row it is a banner.
+
+        Args:
+            line: the line.
+            sample: it should have been a row, so that the rows after it come one sample later.
+        """
+        if self._count:
+            self._malformed += 1
+            self._skip += sample
+            self.misfit = self.misfit or MalformedLine(self._number, line, len(self.columns))
+
+    def _collect(self) -> None:
+        if self._rows:
+            self._parts.append(np.array(self._rows, np.float64).reshape(-1, len(self.columns)))
+            self._rows = []
+
+    def _batch(self) -> DecodedRows:
+        self._collect()
+        parts, self._parts = self._parts, []
+        empty = np.zeros((0, len(self.columns)))
+        values = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else empty
+        skipped = tuple(self._skipped) if any(self._skipped) else ()
+        rows = DecodedRows(values, self._malformed, tuple(self._decimals), skipped)
+        self._malformed = 0
+        self._skipped = []
+        return rows
+
+
+def _pieces(block: bytes) -> Iterator[bytes]:
+    """A block in pieces of whole lines."""
+    start = 0
+    while start < len(block):
+        end = block.find(b"\n", start + _PIECE_BYTES) + 1 or len(block)
+        yield block[start:end]
+        start = end

@@ -1,0 +1,136 @@
+"""Printed numbers, dates and times of day: the same value read one by one or many at once."""
+
+import io
+import math
+import re
+from datetime import date
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+
+MAX_NUMBER = 1e30
+"""A larger number is no reading and no time (nanoseconds since 1970 have 19 digits)."""
+_NUMERIC = b"0123456789+-.eE \t"
+_NOT_A_NUMBER = frozenset(
+    b" nan -nan +nan inf +inf -inf ovf -ovf null none n/a na".split(b" ")
+)  # the first of them is the empty field
+_COMMA_NUMBER = re.compile(rb"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+
+NUMBER = re.compile(
+    r"(?<![\w.^])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w^])"
+    r"|(?<!\w)[-+]?(?:nan|inf|ovf)(?!\w)",
+    re.IGNORECASE,
+)
+"""A number between words: not the 2 of ``m/s^2``, not the 1 of ``Cal1``."""
+
+_DATE = r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"
+_CLOCK = r"(?P<hour>\d{1,2}):(?P<minute>\d{1,2}):(?P<second>\d{1,2}(?:[.,]\d+)?)"
+_ZONE = r"\s*(?P<zone>Z|UTC|[-+]\d{2}:?\d{2})?"
+_MOMENT = re.compile(rf"(?:{_DATE}[T\s]\s*)?{_CLOCK}{_ZONE}")
+_EPOCH = date(1970, 1, 1).toordinal()
+_DAY = 86_400.0
+
+
+def printed_number(field: bytes) -> float | None:
+    """The value of one printed field.
+
+    Returns:
+        NaN for an empty field and for what firmware prints when it has no number (``nan``,
+        ``inf``, ``ovf``); seconds for a time of day; None when it is text. A number may be
+        written with a decimal comma.
+    """
+    field = field.strip()
+    if not field.translate(None, _NUMERIC):
+        try:
+            value = float(field)
+        except ValueError:
+            return math.nan if not field else None
+        return value if abs(value) < MAX_NUMBER else math.nan
+    if field.lower() in _NOT_A_NUMBER:
+        return math.nan
+    if _COMMA_NUMBER.fullmatch(field):
+        return printed_number(field.replace(b",", b"."))
+    if field.count(b":") < len("::"):
+        return None
+    try:
+        return seconds(field.decode("ascii"))
+    except ValueError:
+        return None
+
+
+def wordless(field: bytes) -> bool:
+    """Whether a field holds no letter: a date may stand in a line of numbers, a label may not."""
+    if not field.isascii():
+        return False
+    return field.upper() == field.lower() or is_moment(field.decode())
+
+
+def printed_decimals(field: bytes) -> int:
+    """How many decimals are printed in this field; 17 for a number with an exponent."""
+    if b"e" in field.lower():
+        return 17
+    return len(field.strip().replace(b",", b".").partition(b".")[2])
+
+
+def table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
+    """Plain numeric lines all at once.
+
+    Args:
+        block: whole lines, each with LF at its end.
+        separator: one byte between the fields; ``b" "`` stands for any run of blanks.
+        columns: fields per line.
+
+    Returns:
+        Shape (lines that are not empty, columns), or None when any line is not plain: then each
+        is read with care. Where it answers, ``number`` gives the same values to the last bit.
+    """
+    if block.translate(None, _NUMERIC + separator + b"\n") or (
+        separator == b" " and b"\t" in block
+    ):
+        return None
+    try:
+        values = np.loadtxt(
+            io.StringIO(block.decode("ascii")),
+            delimiter=None if separator == b" " else separator.decode("ascii"),
+            comments=None,
+            ndmin=2,
+        )
+    except ValueError:
+        return None
+    if values.shape[1] != columns or not (np.abs(values) < MAX_NUMBER).all():
+        return None
+    return np.asarray(values, np.float64)
+
+
+def seconds(text: str) -> float:
+    """Seconds since 1970 of ``2024-05-03T10:00:00.25+02:00``, since midnight of ``10:00:00.25``.
+
+    Args:
+        text: a date with a time, or a time of day.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    match = _MOMENT.fullmatch(text.strip("\"' "))
+    if match is None:
+        raise ValueError(text)
+    clock = 3600.0 * int(match["hour"]) + 60.0 * int(match["minute"])
+    clock += float(match["second"].replace(",", "."))
+    if match["year"] is None:
+        return clock
+    day = date(int(match["year"]), int(match["month"]), int(match["day"]))
+    return (day.toordinal() - _EPOCH) * _DAY + clock - _offset(match["zone"])
+
+
+def is_moment(text: str) -> bool:
+    """Whether a field is a date with a time, or a time of day."""
+    return _MOMENT.fullmatch(text.strip("\"' ")) is not None
+
+
+def _offset(zone: str | None) -> float:
+    """Seconds by which the clock of a zone is ahead."""
+    if zone is None or not zone[1:3].isdigit():
+        return 0.0
+    size = 3600.0 * int(zone[1:3]) + 60.0 * int(zone[-2:])
+    return -size if zone[0] == "-" else size

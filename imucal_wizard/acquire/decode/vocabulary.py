@@ -1,0 +1,345 @@
+"""The one vocabulary of columns: which channel a name means, and in which unit it is."""
+
+import re
+from dataclasses import replace
+from pathlib import PurePath
+
+from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.core import units
+
+CHANNELS: dict[str, tuple[str, ...]] = {
+    "accelerometer": ("ax", "ay", "az"),
+    "gyroscope": ("gx", "gy", "gz"),
+    "magnetometer": ("mx", "my", "mz"),
+    "temperature": ("temp",),
+    "current": ("current",),
+    "throttle": ("throttle",),
+}
+"""The channels of each sensor, in axis order."""
+SENSORS: dict[str, str] = {
+    word: channel
+    for channel, words in {
+        "a": "a acc accl accel accelerometer acceleration acceler accelero xl",
+        "g": "g gyr gyro gyroscope gyros w omega rate angularrate angularvelocity rotation",
+        "m": "m mag magn magnet magneto magnetometer magnetic magneticfield field compass",
+    }.items()
+    for word in words.split()
+}
+SINGLE: dict[str, str] = {
+    word: channel
+    for channel, words in {
+        "t": "t time timestamp timestamps ts micros millis tick ticks clock uptime timeus timems "
+        "rtctime datetime stamp elapsed",
+        "temp": "temp temperature tmp tempr imutemp imudegc",
+        "current": "current amps amperes motorcurrent batterycurrent",
+        "throttle": "throttle",
+        "counter": "counter count cnt seq sequence packet packetcounter index sample samplecount "
+        "loopiteration nsamples samples samplenumber idx packetnumber framecount",
+    }.items()
+    for word in words.split()
+}
+_AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
+_SENSOR_AXIS = re.compile(r"(?P<sensor>[a-z]+)(?P<axis>[xyz012])")
+_LABELLED = re.compile(r"[:=]\s*[^\s:=]")
+"""``AccelX:0.12`` is a reading with its label and no name."""
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
+
+_PHRASES: dict[tuple[str, ...], str] = {
+    ("angular", "velocity"): "g",
+    ("angular", "rate"): "g",
+    ("angular", "speed"): "g",
+    ("rotation", "rate"): "g",
+    ("turn", "rate"): "g",
+    ("rate", "of", "turn"): "g",
+    ("specific", "force"): "a",
+    ("magnetic", "field"): "m",
+    ("flux", "density"): "m",
+}
+
+
+def _set_of(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+_OF_TIME = frozenset({"time", "timestamp", "timestamps", "stamp", "elapsed", "clock"})
+_BESIDE_TIME = _set_of(
+    "since start in boot reboot seconds milliseconds ms us ns header device sensor imu host unix "
+    "epoch utc local logging rosbag field cal shimmer sample accelerometer gyroscope gyro"
+)
+_BESIDE_SENSORS = _set_of(
+    "imu sensor sensors data field msg message raw cal uncal uncalibrated calibrated total ln wr "
+    "shimmer adc smooth value val measurement axis header dev device including gravity"
+)
+"""What may stand in a name beside sensor and axis and changes nothing of what is measured."""
+
+# the device has already taken gravity out of these, or left only gravity in
+_NOT_A_READING = re.compile(
+    r"linear|(?<!including)gravity|quat|euler|orient|angle|yaw|pitch|roll|heading"
+    r"|^(?:ypr|rpy|areal|aworld)$"
+)
+
+
+def no_reading(word: str) -> bool:
+    """Whether a name, squeezed, says that this is made of readings and is none itself."""
+    return bool(_NOT_A_READING.search(word))
+
+
+def channel_of(name: str) -> str:
+    """``ax`` for "AccelX", "acc_x", "imu/acceleration.x", "acc.0"; ``""`` for what it is not."""
+    word = squeezed(name)
+    if no_reading(word):
+        return ""
+    if word in SINGLE:
+        return SINGLE[word]
+    match = _SENSOR_AXIS.fullmatch(word)
+    if match is not None and match["sensor"] in SENSORS:
+        return SENSORS[match["sensor"]] + _AXES[match["axis"]]
+    if _LABELLED.search(name):
+        return ""
+    words = [found.lower() for found in _WORD.findall(name)]
+    return _time_of(words) or _axis_of(words)
+
+
+def sensor_word(word: str) -> str:
+    """``a``, ``g`` or ``m`` for a word that names a sensor, ``temp`` for one that names heat."""
+    word = word.lower()
+    if no_reading(word):
+        return ""
+    single = SINGLE.get(word, "")
+    return single if single == "temp" else SENSORS.get(word, "")
+
+
+def squeezed(name: str) -> str:
+    """Nothing but the small letters and digits of a name."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _time_of(words: list[str]) -> str:
+    """``t`` for the words of "Time since start in ms", "field.header.stamp"."""
+    if not _OF_TIME & set(words):
+        return ""
+    return "t" if set(words) <= _OF_TIME | _BESIDE_TIME else ""
+
+
+def _axis_of(words: list[str]) -> str:
+    """The channel of several words, one of which is the axis and at least one the sensor."""
+    words = _parted(words)
+    letters = [word for word in words if word in ("x", "y", "z")]
+    if len(letters) > 1 or not words:
+        return ""
+    axis = letters[0] if letters else _AXES.get(words[-1], "")
+    rest = [w for w in _joined(words) if w not in _BESIDE_SENSORS and not w.isdigit()]
+    rest = [w for w in rest if w not in ("x", "y", "z")]
+    if rest[1:] == ["rs", "s"]:  # EuRoC's w_RS_S_x: from the reference frame to the sensor's
+        rest = rest[:1]
+    sensors = {SENSORS.get(w, "") for w in rest}
+    return sensors.pop() + axis if len(sensors) == 1 and axis and "" not in sensors else ""
+
+
+def _parted(words: list[str]) -> list[str]:
+    """The words, with ``accx`` as two and ``imu0`` as one that says nothing."""
+    parts: list[str] = []
+    for word in words:
+        match = _SENSOR_AXIS.fullmatch(word)
+        known = match is not None and match["sensor"] in SENSORS
+        parts += [match["sensor"], match["axis"]] if match is not None and known else [word]
+    return parts
+
+
+def _joined(words: list[str]) -> list[str]:
+    """The words, with each phrase that names a sensor as that sensor's letter."""
+    for phrase, letter in _PHRASES.items():
+        for place in range(len(words) - len(phrase) + 1):
+            if tuple(words[place : place + len(phrase)]) == phrase:
+                return [*words[:place], letter, *_joined(words[place + len(phrase) :])]
+    return words
+
+
+_SUFFIXES: dict[str, str] = {
+    "us": "us",
+    "ms": "ms",
+    "s": "s",
+    "sec": "s",
+    "ns": "ns",
+    "g": "g",
+    "mg": "mg",
+    "ms2": "m/s^2",
+    "mps2": "m/s^2",
+    "dps": "deg/s",
+    "mdps": "mdeg/s",
+    "degs": "deg/s",
+    "mdegs": "mdeg/s",
+    "rad": "rad/s",
+    "rads": "rad/s",
+    "mrads": "mrad/s",
+    "rps": "rad/s",
+    "ut": "uT",
+    "degc": "degC",
+    "c": "degC",
+    "raw": "count",
+    "lsb": "count",
+}
+_BRACKETED = re.compile(r"^(?P<name>[^\[(]*)[\[(](?P<unit>.*?)[\])]?\s*$")
+_INDEXED = re.compile(r"^(?P<name>.+)\[(?P<index>[012])\]$")
+_IN_UNIT = re.compile(r"^(?P<name>.+)\s+in\s+(?P<unit>\S+)$")
+_TWO_WORDS = re.compile(r"^(?P<name>.+)_(?P<unit>m?(?:rad|deg)_s|m_s_?2|mps_2)$", re.IGNORECASE)
+_IMPLIED = {
+    "micros": "us",
+    "millis": "ms",
+    "timeus": "us",
+    "timems": "ms",
+    "rtctime": "s",
+    "imudegc": "degC",
+    "secondselapsed": "s",
+}
+_LINEAR = re.compile(r"linear[\W_]*(?=acc)", re.IGNORECASE)
+_SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
+
+
+def column(name: str, file: str = "") -> Column:
+    """What one name in a header stands for.
+
+    Args:
+        name: the name.
+        file: name of the file, which says of which sensor the bare axes ``x``, ``y``, ``z`` are.
+
+    Returns:
+        The column; its channel is ``""`` for a name that means nothing here, its unit ``""``
+        where the name does not say it. An unknown word in brackets stays as it is.
+    """
+    name = name.strip().strip("\"'").strip()
+    bare, unit = parts(name)
+    index = _INDEXED.match(bare)
+    bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
+    channel = ""
+    if not unit:
+        channel, unit = _with_suffix(bare, axis)
+    channel = _of_unit(channel or channel_of(bare + axis), bare, unit)
+    if not channel and bare.lower() in ("x", "y", "z") and (sensor := _sensor_of_file(file)):
+        channel = sensor + bare.lower()
+    if channel and not unit:
+        unit = _IMPLIED.get(squeezed(bare), "degC" if channel == "temp" else "")
+    unit = units.unit_of(quantity_of(channel) or "", unit)
+    return Column(channel, unit if channel else "", name)
+
+
+def _sensor_of_file(file: str) -> str:
+    """The sensor that the name of a file such as ``Gyroscope.csv`` tells, or ""."""
+    words = [word.lower() for word in _WORD.findall(PurePath(file).stem)]
+    sensors = {sensor_word(w) for w in words if w.startswith(("acc", "gyr", "mag"))} - {""}
+    return sensors.pop() if len(sensors) == 1 else ""
+
+
+def parts(name: str) -> tuple[str, str]:
+    """The name without its unit, and the unit; an index in brackets stays with the name."""
+    if _INDEXED.match(name):
+        return name, ""
+    match = _BRACKETED.match(name) or _IN_UNIT.match(name)
+    if match is None:
+        return name, ""
+    unit = units.canonical(match["unit"])
+    return match["name"].strip(), unit
+
+
+def _of_unit(channel: str, bare: str, unit: str) -> str:
+    """The channel where the unit decides: ``X (rad/s)`` turns, ``T (°C)`` is no time."""
+    word = squeezed(bare)
+    if word == "t" and unit in units.TEMPERATURE:
+        return "temp"
+    if channel or word not in ("x", "y", "z"):
+        return channel
+    sensors = [s for s, letter in _SENSOR_OF_UNIT.items() if unit in units.FACTORS[s]]
+    return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
+
+
+def belongs(channel: str, unit: str) -> bool:
+    """Whether a unit can be one of this channel's."""
+    sensor = quantity_of(channel)
+    if not unit or sensor is None:
+        return False
+    if unit == units.COUNT:
+        return channel[0] in "agm"
+    return unit in units.FACTORS[sensor]
+
+
+def quantity_of(channel: str) -> str | None:
+    """Which quantity of ``units.FACTORS`` a channel belongs to; None for counters and unknowns."""
+    names = {"t": "time", "temp": "temperature", "current": "current", "throttle": "throttle"}
+    if channel in names:
+        return names[channel]
+    if len(channel) == 2 and channel[1] in "xyz":
+        return {"a": "accelerometer", "g": "gyroscope", "m": "magnetometer"}[channel[0]]
+    return None
+
+
+def columns_named(names: list[str], file: str = "") -> tuple[Column, ...]:
+    """The columns that names stand for, each channel once.
+
+    A first column without a name is the index that tables are written with. Where there is no
+    other accelerometer, ``linear_acceleration.x`` is one: ROS calls specific force so. (On phones
+    it is what is left without gravity, which the size of gravity shows.)
+    """
+    columns = [column(name, file) for name in names]
+    if names[:1] == [""]:
+        columns[0] = Column("counter", name="column 1")
+    if not any(quantity_of(one.channel) == "accelerometer" for one in columns):
+        again = [replace(column(_LINEAR.sub("", one.name)), name=one.name) for one in columns]
+        columns = [
+            new if quantity_of(new.channel) == "accelerometer" else one
+            for one, new in zip(columns, again, strict=True)
+        ]
+    return each_once(columns)
+
+
+def each_once(columns: list[Column]) -> tuple[Column, ...]:
+    """Each channel at its first place only; of several times the one that says most."""
+    times = [one for one in columns if one.channel == "t"]
+    best = min(times, key=lambda t: ("rtc" in t.name.lower(), not belongs("t", t.unit)), default="")
+    seen: set[str] = set()
+    kept = []
+    for one in columns:
+        again = one.channel in seen or (one.channel == "t" and one is not best)
+        kept.append(Column("", "", one.name) if again else one)
+        if one.channel and not again:
+            seen.add(one.channel)
+    return tuple(kept)
+
+
+def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | None:
+    """The columns that a line of names declares.
+
+    Returns:
+        None where a field is a number, or where not two of the names are known, one of them an
+        axis.
+    """
+    if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
+        return None
+    columns = columns_named(fields, file)
+    channels = {one.channel for one in columns if one.channel}
+    axes = any(len(channel) == 2 and quantity_of(channel) for channel in channels)
+    return columns if len(channels) >= 2 and axes else None
+
+
+def with_units(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
+    """The columns with the units that stand in a line of their own below the names.
+
+    Returns:
+        None where most words are no units of their columns.
+    """
+    found = tuple(
+        replace(one, unit=units.unit_of(quantity_of(one.channel) or "", word))
+        if one.channel
+        else one
+        for one, word in zip(columns, words, strict=True)
+    )
+    good = [belongs(one.channel, one.unit) for one in found if one.channel]
+    return found if sum(good) > len(good) / 2 else None
+
+
+def _with_suffix(name: str, axis: str) -> tuple[str, str]:
+    """The channel and unit of a name that ends in its unit: ``acc_x_mg``, ``timestamp_ms``."""
+    two = _TWO_WORDS.match(name)
+    head, _, tail = (two["name"], "_", two["unit"]) if two else name.rpartition("_")
+    unit = _SUFFIXES.get(squeezed(tail), "") if head else ""
+    channel = channel_of(head + axis) if unit else ""
+    return channel, unit if channel else ""

@@ -1,0 +1,143 @@
+"""WitMotion's binary frames: ``55 | type | four int16 | sum``, some types for each sample.
+
+Source: the protocol in the vendor's data sheets (WT901 and others), USB, serial and Bluetooth SPP.
+"""
+
+import struct
+
+import numpy as np
+
+from imucal_wizard.acquire.decode.base import Column, DecodedRows, Format, MalformedLine
+from imucal_wizard.acquire.decode.frames import FrameCutter, FrameDetector, FrameShape, sum8
+
+_FRAME_BYTES = 11
+_TYPES = range(0x50, 0x60)
+_ACCELERATION, _RATE, _FIELD = 0x51, 0x52, 0x54
+_USED = {
+    _ACCELERATION: (
+        (16.0 / 32768.0, 16.0 / 32768.0, 16.0 / 32768.0, 0.01),
+        (*(Column("a" + axis, "g", "a" + axis) for axis in "xyz"), Column("temp", "degC", "temp")),
+    ),
+    _RATE: (
+        (2000.0 / 32768.0,) * 3,
+        tuple(Column("g" + axis, "deg/s", "g" + axis) for axis in "xyz"),
+    ),
+    _FIELD: ((1.0,) * 3, tuple(Column("m" + axis, "count", "m" + axis) for axis in "xyz")),
+}
+"""Factors and columns of the numbers in each type of frame. The scale of the field differs from
+model to model, so it stays in counts."""
+_LEARNED_CYCLES = 3
+"""Whole samples from which the types of frame that make up one are learned."""
+
+SHAPE = FrameShape(
+    sync=b"\x55",
+    header=2,
+    length=lambda header: _FRAME_BYTES if header[1] in _TYPES else 0,
+    valid=sum8,
+)
+
+
+class WitMotionDecoder:
+    """One sample is one cycle of frame types; it is complete with the last of those used.
+
+    Args:
+        columns: the columns, where the user has named them otherwise.
+    """
+
+    name = "witmotion"
+    misfit: MalformedLine | None = None
+
+    def __init__(self, columns: tuple[Column, ...] = ()) -> None:
+        self._override = columns
+        self._cutter = FrameCutter(SHAPE)
+        self._types: tuple[int, ...] = ()
+        self._learning: list[tuple[bytes, bool]] = []
+        self._sample: dict[int, list[float]] = {}
+        self._incomplete = False
+        self._skip = 0
+        self._rows: list[list[float]] = []
+        self._skipped: list[int] = []
+        self._malformed = 0
+        self.columns: tuple[Column, ...] = ()
+
+    def feed(self, data: bytes) -> DecodedRows:
+        """Decode the samples that these bytes complete."""
+        for frame, gap in self._cutter.feed(data):
+            if self._types:
+                self._take(frame, gap)
+            else:
+                self._learn(frame, gap)
+        rows, self._rows = self._rows, []
+        skipped, self._skipped = self._skipped, []
+        malformed, self._malformed = self._malformed, 0
+        values = np.array(rows, np.float64).reshape(len(rows), len(self.columns))
+        return DecodedRows(values, malformed, (), tuple(skipped) if any(skipped) else ())
+
+    def broken(self) -> None:
+        """Drop the unfinished frame and sample."""
+        self._cutter.broken()
+        self._sample.clear()
+
+    def _learn(self, frame: bytes, gap: bool) -> None:
+        """Wait for some whole cycles, which show the types of frame in each."""
+        self._learning.append((frame, gap))
+        types = [one[1] for one, _ in self._learning]
+        starts = [i for i, kind in enumerate(types) if kind == _ACCELERATION]
+        if len(starts) <= _LEARNED_CYCLES:
+            del self._learning[: -_LEARNED_CYCLES * len(_TYPES)]
+            return
+        cycle = types[starts[0] : starts[-1]]
+        self._types = tuple(kind for kind in dict.fromkeys(cycle) if kind in _USED)
+        own = tuple(column for kind in self._types for column in _USED[kind][1])
+        self.columns = self._override if len(self._override) == len(own) else own
+        waiting, self._learning = self._learning[starts[0] :], []
+        for one in waiting:
+            self._take(*one)
+
+    def _take(self, frame: bytes, gap: bool) -> None:
+        """One frame; a sample of which a frame was lost is dropped."""
+        kind = frame[1]
+        if kind not in self._types:
+            return
+        if self._sample and (gap or kind in self._sample):
+            self._drop()
+        elif gap and kind == self._types[0]:
+            self._malformed += 1  # garbage between two samples
+        if kind == self._types[0]:
+            self._incomplete = False
+        elif not self._sample:
+            self._drop()
+            return
+        factors = _USED[kind][0]
+        numbers = struct.unpack_from("<4h", frame, 2)
+        self._sample[kind] = [n * f for n, f in zip(numbers, factors, strict=False)]
+        if kind != self._types[-1]:
+            return
+        if len(self._sample) < len(self._types):
+            self._drop()
+            return
+        self._rows.append([value for one in self._types for value in self._sample[one]])
+        self._skipped.append(self._skip)
+        self._skip = 0
+        self._sample.clear()
+
+    def _drop(self) -> None:
+        """Count the sample of which a frame was lost, once."""
+        self._malformed += not self._incomplete
+        self._skip += not self._incomplete
+        self._incomplete = True
+        self._sample.clear()
+
+
+FORMATS = (
+    Format(
+        "witmotion",
+        "WitMotion, binary frames 0x55 0x51 … (USB, serial, Bluetooth SPP)",
+        lambda columns, _whole: WitMotionDecoder(columns),
+        lambda _columns: FrameDetector(SHAPE),
+        "WitMotion devices zero their gyroscope at rest unless automatic calibration is switched "
+        "off (register 0x63 = 1).",
+        rank=0,
+        binary=True,
+    ),
+)

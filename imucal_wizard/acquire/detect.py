@@ -1,0 +1,140 @@
+"""Which format speaks here, by its bytes and lines; or why none does."""
+
+from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.decode.base import Column, Line
+from imucal_wizard.acquire.decode.lines import LineCutter, lines_of
+
+MIN_UNKNOWN_LINES = 60
+"""Lines after which it is said that nothing can be read of them."""
+_ALIKE = 4
+"""Rank of the formats that are recognised only by lines that are alike."""
+_MAX_UNREADABLE = 0.2
+"""A degree sign or two may be there; a line with a larger share of such bytes is no text."""
+BAUDS = (115200, 921600, 57600, 9600, 230400, 460800, 38400)
+"""Speeds in the order in which they are worth trying; never 1200, which resets some boards."""
+
+_JUDGED_AT = 256
+_JUDGED = 16 * _JUDGED_AT
+"""How many of the newest bytes are judged together."""
+_TOO_MANY = 0.15
+_READABLE = bytes([*range(32, 127), 9, 10, 13])
+_MAGIC: tuple[tuple[bytes, str], ...] = (
+    (b"\xfa\xff\x36", "Xsens MTData2"),
+    (b"\x75\x65\x80", "MicroStrain MIP"),
+    (b"\x55\x61", "WitMotion BLE"),
+    (b"\xff\x5a", "SBG"),
+    (b"\xfa\x14", "VectorNav binary"),
+)
+_OFTEN = 6
+
+
+class Garbage:
+    """Watches the share of bytes that no text contains, in blocks of equal size."""
+
+    def __init__(self) -> None:
+        self._block = b""
+        self._seen = b""
+        self._text_since_line = 0
+        self.problem = ""
+
+    def feed(self, data: bytes) -> None:
+        """Look at what has come."""
+        self._text_since_line = 0 if b"\n" in data else self._text_since_line + len(data)
+        data = self._block + data
+        whole = len(data) - len(data) % _JUDGED_AT
+        for start in range(0, whole, _JUDGED_AT):
+            self._seen = (self._seen + data[start : start + _JUDGED_AT])[-_JUDGED:]
+            self._judge()
+        self._block = data[whole:]
+
+    def _judge(self) -> None:
+        if unreadable(self._seen) > _TOO_MANY:
+            protocol = binary_protocol(self._seen)
+            self.problem = _binary(protocol) if protocol else wrong_speed(unreadable(self._seen))
+        elif self._text_since_line > _JUDGED:
+            self.problem = (
+                "Text arrives without line ends: print every sample with println or a newline."
+            )
+        else:
+            self.problem = ""
+
+
+def unreadable(data: bytes) -> float:
+    """The share of bytes that no line of text contains, 0 to 1."""
+    return len(data.translate(None, _READABLE)) / len(data) if data else 0.0
+
+
+def binary_protocol(data: bytes) -> str:
+    """The protocol whose start bytes come again and again; ``""`` when none do."""
+    found = [(data.count(magic), name) for magic, name in _MAGIC]
+    count, name = max(found)
+    return name if count >= _OFTEN else ""
+
+
+def wrong_speed(share: float, baud: int | None = None) -> str:
+    """One sentence for bytes that are no text, with the speeds to try."""
+    others = ", ".join(str(speed) for speed in BAUDS if speed != baud)
+    at = f" at {baud} baud" if baud else ""
+    return (
+        f"What arrives{at} is no text ({share:.0%} unreadable): the speed is probably wrong. Set "
+        f"the speed of the device's program here; usual ones are {others}."
+    )
+
+
+def _binary(protocol: str) -> str:
+    return (
+        f"This looks like the binary protocol of {protocol}, which is not read here: switch the "
+        f"device to text (ASCII) output."
+    )
+
+
+class Detector:
+    """Shows lines to the detectors of all formats until one is certain.
+
+    The answer depends on the bytes alone, not on how they were cut.
+
+    Args:
+        columns: the columns, where they are known.
+        whole: the bytes begin with a whole line.
+    """
+
+    def __init__(self, columns: tuple[Column, ...] = (), *, whole: bool = False) -> None:
+        self._detectors = {
+            name: one.detector(columns) for name, one in formats().items() if one.detector
+        }
+        self._cutter = LineCutter()
+        self._garbage = Garbage()
+        self._first = not whole
+        self._lines = 0
+
+    @property
+    def problem(self) -> str:
+        """Why nothing is understood and what to do, where that is so; else ``""``."""
+        if self._garbage.problem:
+            return self._garbage.problem
+        if self._lines < MIN_UNKNOWN_LINES:
+            return ""
+        return (
+            "Lines arrive, but no format known here: print the samples as "
+            "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s], or say which format "
+            "it is."
+        )
+
+    def feed(self, data: bytes) -> str:
+        """The name of the format; ``""`` while it is not certain.
+
+        Args:
+            data: at most one line.
+        """
+        self._garbage.feed(data)
+        lines = []
+        for raw in filter(None, lines_of(self._cutter.feed(data))):
+            self._lines += 1
+            if unreadable(raw) <= _MAX_UNREADABLE:
+                text = raw.decode("utf-8", errors="replace").strip()
+                lines.append(Line(raw, text, self._first))
+            self._first = False
+        found = [name for name, one in self._detectors.items() if one.feed(data, lines)]
+        if self._garbage.problem:  # lines that are alike between other bytes are no format
+            found = [name for name in found if formats()[name].rank < _ALIKE]
+        return found[0] if found else ""

@@ -1,0 +1,357 @@
+"""The one way in: files of one session, in whatever format, to one ``Readings``.
+
+The bytes go through the same decoders, columns, units and clocks as those of a stream; a file only
+has no arrivals, a first line that is whole, and nobody who could be asked.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.acquire.decode import format_names, formats
+from imucal_wizard.acquire.decode.base import Column, MalformedLine
+from imucal_wizard.acquire.decode.delimited import split
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column
+from imucal_wizard.acquire.detect import Detector
+from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files.text import (
+    NotTextError,
+    is_database,
+    read_bytes,
+    text_of,
+    unpacked,
+)
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
+from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.output import harmless, sanitise
+from imucal_wizard.core.readings import Readings, Series, join
+from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
+from imucal_wizard.measurement.data_quality import findings, refuse
+
+IMU_TK = "imu_tk"
+"""Text pairs of imu_tk: one file for each sensor, lines ``t x y z`` with the time in seconds."""
+_PAIR = ("accelerometer", "gyroscope")
+_SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
+_BESIDE = ("temperature", "current")
+"""What stands beside the sensors and may come in several files."""
+_FED_BYTES = 1 << 20
+"""Bytes fed at once."""
+_MAX_MISFITS = 0.3
+"""A file in which more than this share of the lines does not fit is not what it was taken for."""
+_MANY_MISFITS = 0.05
+"""More than this share is no accident of a good link."""
+
+
+@dataclass(frozen=True, eq=False)
+class FileSamples:
+    """What one file holds.
+
+    Attributes:
+        series: the samples of each sensor by its name.
+        warnings: what was noticed.
+    """
+
+    series: dict[str, Series]
+    warnings: tuple[str, ...] = ()
+
+
+def file_formats() -> tuple[str, ...]:
+    """Names of the formats that can be chosen; a session is known by its content."""
+    return (IMU_TK, *format_names())
+
+
+def read_files(
+    paths: Sequence[Path], options: RecordingOptions | None = None, *, field_alone: bool = False
+) -> Readings:
+    """The readings in the files of one session.
+
+    Files that hold different sensors, each with its own times, become one recording.
+
+    Args:
+        paths: the files.
+        options: what is known about them beyond their content.
+        field_alone: a magnetometer alone is enough; the accelerometer then has no samples.
+
+    Raises:
+        RecordingError: a file cannot be read, or lacks something; the message says what.
+        UsageError: the options do not fit the files.
+    """
+    options = options or RecordingOptions()
+    if not paths:
+        raise UsageError("no recording was given; name at least one file")
+    if options.as_format not in (None, *file_formats()):
+        raise UsageError(
+            f"the format {options.as_format} is not known; give one of {', '.join(file_formats())}",
+            settings=("as_format",),
+        )
+    if options.as_format == IMU_TK and len(paths) > len(_PAIR):
+        raise UsageError(
+            f"{IMU_TK} is the accelerometer's and the gyroscope's file, not {len(paths)} files; "
+            f"give ACC.mat GYRO.mat in this order"
+        )
+    series, warnings = _merged(paths, [_one(path, options, i) for i, path in enumerate(paths)])
+    if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
+        none = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
+        return _readings({**series, "accelerometer": none}, warnings)
+    names = ", ".join(map(str, paths))
+    if not series:
+        raise RecordingError(f"{names}: no sensor is left. {'; '.join(warnings)}".rstrip())
+    if "accelerometer" not in series:
+        raise RecordingError(
+            f"{names}: there is no accelerometer, only {', '.join(sorted(series))}; give the file"
+            " that holds it as well, or name the columns",
+            settings=("columns",),
+        )
+    readings = _readings(series, warnings)
+    warnings += _apart(readings)
+    try:
+        refuse(readings)
+    except RecordingError as error:
+        raise RecordingError(f"{names}: {error}", settings=error.settings) from None
+    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *findings(readings)))))
+
+
+def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
+    return Readings(
+        series["accelerometer"],
+        series.get("gyroscope"),
+        series.get("magnetometer"),
+        series.get("temperature"),
+        tuple(warnings),
+        series.get("current"),
+    )
+
+
+def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
+    try:
+        if options.as_format is None and is_database(path):
+            from imucal_wizard.acquire.files.session import read_session
+
+            return read_session(path, options)
+        return _read(path, options, place)
+    except RecordingError as error:
+        says = str(error)
+        if str(path) not in says:
+            raise RecordingError(f"{path}: {says}", settings=error.settings) from None
+        raise
+
+
+def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
+    """The samples in a file of text or of binary frames."""
+    data = unpacked(read_bytes(path))
+    name = options.as_format or AUTO
+    setup = with_options(StreamSetup(format=name if name != IMU_TK else "csv"), options)
+    if options.as_format == IMU_TK:
+        sensor = _PAIR[place]
+        unit = options.unit(sensor) or COUNT
+        axes = (Column(channel, unit, channel) for channel in CHANNELS[sensor])
+        setup = replace(setup, columns=(Column("t", "s", "t"), *axes))
+    if name in formats() and formats()[name].binary:
+        return _samples([(0.0, data)], setup)
+    try:
+        text, notes = text_of(data)
+    except NotTextError:
+        if found := _binary_format(data):
+            return _samples([(0.0, data)], replace(setup, format=found))
+        raise
+    pieces = [(0.0, text[i : i + _FED_BYTES]) for i in range(0, len(text), _FED_BYTES)]
+    samples = _samples(pieces, setup, file=path.name)
+    return FileSamples(samples.series, (*notes, *samples.warnings))
+
+
+def _binary_format(data: bytes) -> str:
+    """The binary format of these bytes, or ""."""
+    detector = Detector(whole=True)
+    pieces = data[: 1 << 16].splitlines(keepends=True)
+    return next(
+        (name for name in map(detector.feed, pieces) if name and formats()[name].binary), ""
+    )
+
+
+def _samples(
+    pieces: Sequence[tuple[float, bytes]], setup: StreamSetup, file: str = ""
+) -> FileSamples:
+    """The samples in the bytes of a recording.
+
+    Args:
+        pieces: arrival time (of no meaning) and bytes.
+        setup: what is known of them.
+        file: name of the file, which may say of which sensor its bare axes are.
+
+    Raises:
+        RecordingError: something is not known; the message says what to give.
+    """
+    intake = Intake(setup, recording=True)
+    samples = decoded(intake, pieces)
+    names = [c.name for c in intake.columns]
+    by_file = tuple(column(name, file) for name in names)
+    bare = {name.lower() for name in names} >= {"x", "y", "z"}
+    if bare and not setup.columns and by_file != tuple(map(column, names)):
+        intake = Intake(replace(setup, columns=by_file), recording=True)
+        samples = decoded(intake, pieces)
+    if samples is None:
+        raise _unreadable(intake, setup)
+    misfits = _misfits(intake)
+    missing = intake.without_number
+    if missing:
+        misfits += (f"{missing}; left out",)
+    return FileSamples(samples.series, (*samples.warnings, *misfits))
+
+
+def decoded(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
+    """The samples in bytes with their arrival times, in order; None where there are none."""
+    parts = [intake.feed(data, arrival) for arrival, data in pieces]
+    found = [part for part in (*parts, intake.flush()) if part is not None]
+    if not found:
+        return None
+    readings = join(found)
+    series = {name: getattr(readings, name) for name in _SERIES}
+    there = {name: one for name, one in series.items() if one is not None and len(one)}
+    return FileSamples(there, intake.warnings)
+
+
+def _misfits(intake: Intake) -> tuple[str, ...]:
+    """One warning about the lines that do not fit the columns.
+
+    Raises:
+        RecordingError: they are too many.
+    """
+    count, rows = intake.malformed, intake.malformed + intake.rows
+    misfit = intake.misfit
+    if not count:
+        return ()
+    many = "1 line does" if count == 1 else f"{count} of {rows} lines do"
+    says = f"{many} not fit the columns"
+    if misfit is not None:
+        says += f", first line {misfit.number}: '{sanitise(misfit.line, 48)}'"
+    if count > max(2, _MAX_MISFITS * rows):
+        raise RecordingError(
+            f"{says}; name the columns of this file, or mend it", settings=("columns",)
+        )
+    if count > _MANY_MISFITS * rows:
+        return (f"{says}; left out. Check the cable and the speed before the next recording",)
+    return (f"{says}; left out",)
+
+
+def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
+    """Why no samples came out, and which settings would help."""
+    notes, needs = intake.warnings, intake.needs
+    if intake.misfit is not None and (not needs or "columns" in needs):
+        return _other_width(intake.misfit)
+    if needs == ("sensor",):
+        return RecordingError(f"no sensor is left. {' '.join(notes)}")
+    if not needs:
+        return RecordingError(
+            intake.problem
+            or "there is no line of data in it: no line of numbers or of a known format; record"
+            " again"
+        )
+    sentences, settings = list(notes), []
+    if "columns" in needs or (not setup.columns and not intake.named):
+        names = ",".join(c.channel or "-" for c in intake.columns)
+        settings.append(f"columns {names}")
+    if "rate" in needs:
+        settings.append("rate 100")
+    for sensor in ("accelerometer", "gyroscope"):
+        if f"{sensor} unit" in needs:
+            settings.append(f"{sensor}_unit {next(iter(FACTORS[sensor]))}")
+        if sensor == "gyroscope" and "gyroscope unit" in needs:
+            sentences.append(
+                "nothing says the unit of the gyroscope, and a gyroscope at rest does not show it;"
+                f" give one of {', '.join(FACTORS[sensor])}, {COUNT}"
+            )
+    return RecordingError(" ".join(sentences), settings=tuple(settings))
+
+
+def _other_width(misfit: MalformedLine) -> RecordingError:
+    """What to say where no line has as many fields as columns are named."""
+    width = len(split(misfit.line))
+    says = f"{misfit.width} columns are named, but the first line of data has {width}"
+    if misfit.width < width <= 2 * misfit.width and b"." not in misfit.line:
+        return RecordingError(
+            f"{says} fields and no decimal point: its numbers seem to be written with a decimal"
+            " comma between commas; export it again with points, or with semicolons between the"
+            " columns"
+        )
+    return RecordingError(
+        f"{says}: '{sanitise(misfit.line, 48)}'; name all {width} columns (- for one to leave out)",
+        settings=("columns",),
+    )
+
+
+def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
+    """The setup with what the user said over it.
+
+    Raises:
+        RecordingError: every column is left out.
+        UsageError: a name is no column.
+    """
+    columns = setup.columns
+    if options.columns:
+        columns = named_columns(",".join(options.columns))
+        if not any(c.channel for c in columns):
+            raise RecordingError(
+                "the given columns leave every column out; name at least ax,ay,az",
+                settings=("columns",),
+            )
+    return replace(
+        setup,
+        columns=columns,
+        rate=options.rate or setup.rate,
+        accelerometer_unit=options.accelerometer_unit or setup.accelerometer_unit,
+        gyroscope_unit=options.gyroscope_unit or setup.gyroscope_unit,
+        magnetometer_unit=options.magnetometer_unit or setup.magnetometer_unit,
+    )
+
+
+def _merged(
+    paths: Sequence[Path], samples: Sequence[FileSamples]
+) -> tuple[dict[str, Series], list[str]]:
+    """Each sensor from the file that holds it.
+
+    Raises:
+        RecordingError: two files hold the same sensor.
+    """
+    series: dict[str, Series] = {}
+    source: dict[str, Path] = {}
+    warnings: list[str] = []
+    for path, one in zip(paths, samples, strict=True):
+        prefix = f"{harmless(path.name)}: " if len(paths) > 1 else ""
+        warnings += [prefix + text for text in one.warnings]
+        for sensor, found in one.series.items():
+            if sensor in _BESIDE and sensor in series:
+                continue
+            if sensor in series:
+                raise RecordingError(
+                    f"{source[sensor]} and {path} both hold the {sensor}; files given together"
+                    " hold different sensors of one session, so give these one at a time"
+                )
+            series[sensor], source[sensor] = found, path
+    return series, warnings
+
+
+def _apart(readings: Readings) -> list[str]:
+    """A warning when the times of two sensors do not meet.
+
+    Raises:
+        RecordingError: they do not overlap at all.
+    """
+    warnings = []
+    own = readings.accelerometer.time
+    for name in ("gyroscope", "magnetometer"):
+        series = getattr(readings, name)
+        if series is None or series.time is own:
+            continue
+        overlap = min(own[-1], series.time[-1]) - max(own[0], series.time[0])
+        if overlap <= 0:
+            raise RecordingError(
+                f"the times of accelerometer ({own[0]:.6g} to {own[-1]:.6g} s) and {name}"
+                f" ({series.time[0]:.6g} to {series.time[-1]:.6g} s) do not overlap; give files"
+                " whose times have one origin"
+            )
+        if overlap < 0.9 * (own[-1] - own[0]):
+            warnings.append(f"the {name} covers only {overlap:.4g} s of the accelerometer's time")
+    return warnings

@@ -1,0 +1,244 @@
+"""The bytes of a file as a device would have sent them: whatever program wrote them.
+
+Encodings, compression, the times that serial monitors put in front of lines, and documents that
+hold the lines in another form are taken away; what is left goes through the decoders of streams.
+"""
+
+import codecs
+import gzip
+import io
+import json
+import re
+import zlib
+from pathlib import Path
+
+from imucal_wizard.acquire.decode.delimited import split
+from imucal_wizard.acquire.detect import binary_protocol
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.output import sanitise
+
+_SQLITE = b"SQLite format 3\0"
+_LOOKED_AT = 65_536
+_MAX_GARBAGE = 0.05
+_TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
+_GZIP = b"\x1f\x8b"
+MAX_BYTES = 2_000_000_000
+"""Bytes of a recording: ten hours at 1,000 samples/s."""
+_TOO_LARGE = "larger than 2 GB; cut it into shorter recordings, a calibration needs ten minutes"
+_MIN_WIDE_SHARE = 0.7
+"""Text of two bytes per character has nothing in more than this share of one of them."""
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_LOOKED_AT_LINES = 400
+_STAMP = re.compile(
+    rb"^(?:\[[^\]\n]{0,40}?\d{1,2}:\d{2}:\d{2}[^\]\n]{0,16}\] ?|\d{1,2}:\d{2}:\d{2}[.,]\d{3} -> ?)",
+    re.MULTILINE,
+)
+"""What serial monitors put in front of a line: ``[10:00:00.123]``, ``10:00:00.123 ->``."""
+_MONITORED = 0.5
+"""Share of lines with such a stamp from which a serial monitor wrote them all."""
+_MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
+
+_AS_TEXT = "switch the device to text (ASCII) output, or export the log as CSV with its own program"
+
+_MAGIC: tuple[tuple[bytes, str, str], ...] = (
+    (
+        b"PK\x03\x04",
+        "a ZIP archive, an Excel sheet or a NumPy .npz",
+        "unpack it, or save it as CSV",
+    ),
+    (b"\x93NUMPY", "a NumPy array", "write it as text with numpy.savetxt and a header of names"),
+    (b"MATLAB 5.0", "a MATLAB file", "write it as text with writetable or writematrix"),
+    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export its arrays as CSV"),
+    (b"BZh91AY", "compressed by bzip2", "unpack it with bunzip2"),
+    (b"\xfd7zXZ", "compressed by xz", "unpack it with unxz"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "unpack it"),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "unpack it with unzstd"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel sheet", "save it as CSV"),
+    (b"PAR1\x15", "a Parquet file", "export it as CSV"),
+    (b"#ROSBAG", "a ROS bag", "export the topic with rostopic echo -b FILE -p TOPIC"),
+    (b"\x89MCAP", "an MCAP file of ROS 2", "export the topic as CSV"),
+    (b"ULog\x01", "a PX4 log", "export it with ulog2csv and give the sensor_combined file"),
+    (b"\xa3\x95", "an ArduPilot log", "export its IMU messages as CSV with mavlogdump.py"),
+    (b"H Product:Blackbox", "a Betaflight log", "export it with blackbox_decode"),
+    (b"\xfa\xff", "a capture of the Xsens protocol", _AS_TEXT),
+    (b"\xff\x5a", "a capture of the SBG protocol", _AS_TEXT),
+    (b"\x89PNG", "a picture", "give the recording instead"),
+    (b"%PDF", "a PDF", "give the recording instead"),
+)
+
+
+def is_database(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
+
+
+def read_bytes(path: Path) -> bytes:
+    """The content of a file.
+
+    Raises:
+        RecordingError: it cannot be read, is empty, or is no file.
+    """
+    try:
+        if path.is_char_device():  # reading one would never end
+            raise RecordingError(
+                f"{path} is a port and no recording; open it as the source of the wizard",
+                settings=(f"port {path}",),
+            )
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: there is no such file; check the name") from None
+    except IsADirectoryError:
+        raise RecordingError(f"{path} is a folder; give the files in it") from None
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise RecordingError(f"{str(path)!r} is no name of a file: {error}") from None
+    if not data.strip():
+        raise RecordingError(f"{path} is empty; record again")
+    if len(data) > MAX_BYTES:
+        raise RecordingError(f"{path} is {_TOO_LARGE}")
+    return data
+
+
+class NotTextError(RecordingError):
+    """The file holds no text; it may hold the frames of a binary protocol."""
+
+
+def unpacked(data: bytes) -> bytes:
+    """The bytes without the compression by gzip, where there is one.
+
+    Raises:
+        RecordingError: it is damaged, or too large.
+    """
+    if not data.startswith(_GZIP):
+        return data
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+            content = file.read(MAX_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise RecordingError(
+            f"it is compressed by gzip and damaged ({error}); unpack it with gunzip, which says"
+            " how much of it can be saved"
+        ) from error
+    if len(content) > MAX_BYTES:
+        raise RecordingError(f"unpacked it is {_TOO_LARGE}")
+    return content
+
+
+def text_of(data: bytes) -> tuple[bytes, tuple[str, ...]]:
+    """The lines of a text file in UTF-8, and what was taken away.
+
+    Raises:
+        NotTextError: the bytes are not text.
+    """
+    if says := foreign(data):
+        raise NotTextError(says)
+    if encoding := _utf16(data):
+        data = data.decode(encoding, errors="replace").encode()
+    data = data.removeprefix(codecs.BOM_UTF8).rstrip(b"\0")
+    start = data[:_LOOKED_AT]
+    if len(start.translate(None, _TEXT_BYTES)) > _MAX_GARBAGE * len(start):
+        raise NotTextError(_no_text(start))
+    data = data.replace(b"\0", b"")
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        data = data.decode("latin-1").encode()
+    data = _one_object_per_line(data)
+    data, stamped = _without_stamps(data)
+    data, cut = _without_cut_line(_padded_milliseconds(data))
+    return data, (*stamped, *cut)
+
+
+def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
+    """The lines without the times that a serial monitor put in front of them, and a warning."""
+    start = data[:_LOOKED_AT]
+    if len(_STAMP.findall(start)) < _MONITORED * (start.count(b"\n") + 1):
+        return data, ()
+    says = "the times that the serial monitor put in front of the lines were not used"
+    return _STAMP.sub(b"", data), (says,)
+
+
+def _one_object_per_line(data: bytes) -> bytes:
+    """A JSON document that is a list of objects, as lines; any other text unchanged."""
+    if not data.lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
+        return data
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError):
+        return data
+    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
+        return data
+    return ("\n".join(map(json.dumps, found)) + "\n").encode()
+
+
+def _padded_milliseconds(data: bytes) -> bytes:
+    """Times of day whose milliseconds lack leading zeros, as WitMotion's program writes them.
+
+    Decimals begin with a zero now and then, and end with none where they are shortened; there
+    ``.6`` is 0.6 s. Where neither is so, it is 6 ms.
+    """
+    start = b"\n".join(data[:_LOOKED_AT].split(b"\n")[:_LOOKED_AT_LINES])
+    found = [digits for _, digits in _MILLISECONDS.findall(start)]
+    sizes = {len(digits) for digits in found}
+    begun = any(len(digits) > 1 and digits.startswith(b"0") for digits in found)
+    ended = any(len(digits) > 1 and digits.endswith(b"0") for digits in found)
+    if len(sizes) < 2 or begun or not ended:
+        return data
+    return _MILLISECONDS.sub(lambda match: match[1] + match[2].zfill(3), data)
+
+
+def _without_cut_line(data: bytes) -> tuple[bytes, tuple[str, ...]]:
+    """The text without a last line that may have lost its end, and a warning about it.
+
+    Only a line without a line end can have: it is believed when it fits and its last number is
+    printed as long as the one above it.
+    """
+    if data.endswith((b"\n", b"\r")):
+        return data, ()
+    lines = data.replace(b"\r", b"\n").rstrip(b" \t").rsplit(b"\n", 2)
+    if len(lines) == 1 or not lines[-1].strip() or lines[-1].lstrip().startswith(b"#"):
+        return data + b"\n", ()
+    last, above = split(lines[-1]), split(lines[-2])
+    if last and len(last) == len(above) and len(last[-1]) >= len(above[-1]):
+        return data + b"\n", ()
+    body = data[: len(data) - len(lines[-1])]
+    return body, (f"the last line may have been cut short: '{sanitise(lines[-1], 48)}'; left out",)
+
+
+def _utf16(data: bytes) -> str:
+    """The encoding of text with two bytes per character, also where it does not say it; or ""."""
+    if data.startswith(_UTF16):
+        return "utf-16"
+    start = data[: _LOOKED_AT & ~1]
+    even, odd = start[::2].count(0), start[1::2].count(0)
+    for few, many, encoding in ((even, odd, "utf-16-le"), (odd, even, "utf-16-be")):
+        if many > _MIN_WIDE_SHARE * len(start) / 2 and few < _MAX_GARBAGE * len(start) / 2:
+            return encoding
+    return ""
+
+
+def _no_text(start: bytes) -> str:
+    """What to say of bytes that are no text."""
+    if protocol := binary_protocol(start):
+        return (
+            f"this looks like the binary protocol of {protocol}, which is not read here; switch the"
+            " device to text (ASCII) output and record again"
+        )
+    return (
+        "this is not text; give a CSV or a session file. If it was recorded from a serial port, the"
+        " speed was probably wrong: record again"
+    )
+
+
+def foreign(data: bytes) -> str:
+    """What a file that is no text is, and what to do with it, in words; ``""`` when not known."""
+    for magic, what, remedy in _MAGIC:
+        if data.startswith(magic):
+            return f"it is {what}; {remedy}"
+    return ""

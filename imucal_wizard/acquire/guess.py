@@ -1,0 +1,233 @@
+"""What numbers without names or units probably are. Gravity tells; a resting gyroscope does not."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core import units
+from imucal_wizard.core.gravity import (
+    MIN_GRAVITY_COUNTS,
+    looks_like,
+    unit_of_gravity,
+    usual_size,
+    whole_numbers,
+)
+from imucal_wizard.core.readings import FloatArray
+
+_PLAINLY = 0.15
+"""Gravity is so near its size where nobody is asked whether it is an accelerometer at all."""
+_COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
+_DEGREES = (12.0, 70.0)
+_WARMS = 2.0
+"""°C by which a device warms at most within the first second."""
+_MAX_SIZE_VARIATION = 0.1
+"""The size of gravity varies less at rest, as a share of it; that of a gyroscope's bias more."""
+_WHOLE = 100.0
+"""Gravity of a smaller size is not printed in whole numbers."""
+_PLAUSIBLE_RATES = (5.0, 20_000.0)
+"""Hz, of an IMU whose times have no unit; in the order of ``_UNITS_TRIED`` the first one counts."""
+_UNITS_TRIED = ("s", "ms", "us", "ns")
+_FIELDS = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
+
+
+@dataclass(frozen=True)
+class UnitGuess:
+    """A guess and its reason.
+
+    Attributes:
+        unit: unit word, or ``""`` when there is none to be had.
+        why: one sentence for the user.
+    """
+
+    unit: str
+    why: str
+
+
+def accelerometer_unit(values: FloatArray) -> UnitGuess:
+    """The unit in which gravity has the size that is seen.
+
+    Args:
+        values: readings, shape (n, 3), most of them at rest.
+    """
+    size = usual_size(values)
+    if _offset_binary(values):
+        why = "The accelerometer is centred at 32768: raw counts with an offset (offset binary)."
+        return UnitGuess(units.COUNT, why)
+    unit = looks_like(size, whole_numbers(values))
+    if unit is not None and unit != units.COUNT:
+        return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
+    for counts in _COUNTS_PER_G:
+        if abs(size / counts - 1) < _PLAINLY:
+            why = f"Gravity reads {size:.0f}: raw counts, nominally {counts:.0f} per g."
+            return UnitGuess(units.COUNT, why)
+    if unit == units.COUNT:
+        return UnitGuess(unit, f"Gravity reads {size:.0f}, in whole numbers: taken as raw counts.")
+    if size < 0.5:
+        return UnitGuess(
+            "",
+            f"Gravity reads only {size:.3g}: this is no accelerometer at rest, or the device has "
+            f"taken gravity out (linear acceleration). Choose other columns or its raw output.",
+        )
+    if size < MIN_GRAVITY_COUNTS:
+        why = f"Gravity reads {size:.4g}, which fits no unit: say in which unit it is."
+        return UnitGuess("", why)
+    why = f"Gravity reads {size:.4g}, which is no unit known here: taken as raw counts."
+    return UnitGuess(units.COUNT, why)
+
+
+def magnetometer_unit(values: FloatArray) -> UnitGuess:
+    """The unit in which the Earth's field has the size that is seen."""
+    size = float(np.median(np.linalg.norm(values, axis=1)))
+    for low, high, unit in _FIELDS:
+        if low <= size <= high:
+            return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
+    return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
+
+
+def time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
+    """The unit of a time column, by how fast it runs beside the host's clock.
+
+    Args:
+        ticks: device times, shape (n,).
+        arrivals: when each arrived, s, shape (n,).
+    """
+    steps = np.diff(ticks)
+    device = float(np.sum(steps[steps > 0]))
+    host = float(arrivals[-1] - arrivals[0])
+    if device <= 0:
+        return UnitGuess("", "The time column does not run.")
+    if host > 0.3:
+        unit = min(units.TIME, key=lambda u: abs(math.log(device * units.TIME[u] / host)))
+        if 0.25 < device * units.TIME[unit] / host < 4.0:
+            why = f"The time column runs {device / host:.4g} per second, so it is in {unit}."
+            return UnitGuess(unit, why)
+        return UnitGuess("", f"The time column runs {device / host:.4g} per second: no unit fits.")
+    step = float(np.median(steps[steps > 0]))
+    whole = bool(np.all(ticks == np.round(ticks)))
+    unit = "s" if step < 1 and not whole else "ms" if step < 200 else "us"
+    return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
+
+
+def time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
+    """The unit of a time column that gives a plausible rate.
+
+    Args:
+        ticks: device times, shape (n,).
+        rate: samples per second where it was said.
+    """
+    steps = np.diff(ticks)
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
+    for unit in _UNITS_TRIED if step else ():
+        found = 1.0 / (step * units.TIME[unit])
+        if low <= found <= high:
+            return UnitGuess(
+                unit, f"The time column was taken as {unit}, which gives {found:.6g} Hz."
+            )
+    return UnitGuess(
+        "",
+        f"The unit of the time column cannot be told from steps of {step:.6g}: name it, for "
+        f"example t[ms].",
+    )
+
+
+def runs_like_time(values: FloatArray) -> bool:
+    """Whether a column mostly steps forward and back once at most (a restart, a wrap)."""
+    steps = np.diff(values)
+    return len(steps) > 3 and int(np.sum(steps < 0)) <= 1 and float(np.mean(steps > 0)) > 0.5
+
+
+def counts_samples(values: FloatArray) -> bool:
+    """Whether a column grows by one from sample to sample, a wrap apart."""
+    steps = np.diff(values)
+    return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
+
+
+def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
+    """Which channel each column of a stream without names probably is.
+
+    Args:
+        values: shape (n, columns).
+
+    Returns:
+        One channel per column (``""`` where there is no idea), and whether that is sure enough to
+        go on without asking.
+    """
+    width = values.shape[1]
+    found = [""] * width
+    if not width:
+        return (), False
+    rest = _without_clocks(values, found)
+    if len(rest) not in (3, 4, 6, 7, 9, 10) or rest != list(range(rest[0], rest[-1] + 1)):
+        return tuple(found), False
+    warm = True
+    if len(rest) % 3 == 1:
+        last = rest.pop()
+        found[last], warm = "temp", _is_temperature(values[:, last])
+    triples = [rest[i : i + 3] for i in range(0, len(rest), 3)]
+    order, sure = _order([values[:, triple] for triple in triples])
+    for sensor, triple in zip(order, triples, strict=False):
+        for axis, place in zip("xyz", triple, strict=True):
+            found[place] = sensor + axis
+    return tuple(found), sure and warm
+
+
+def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
+    """The columns that are neither a time nor a counter; those are named in ``found``.
+
+    An index and a time may stand side by side at the beginning.
+    """
+    width = values.shape[1]
+    rest = list(range(width))
+    for place in (0, 1, width - 1):
+        column = values[:, place] if place < width else values[:, 0]
+        if place not in rest or width <= len("xyz") or (place == 1 and rest[0] == 0):
+            continue
+        # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
+        kind = "counter" if counts_samples(column) else "t" if runs_like_time(column) else ""
+        if kind:
+            found[place] = kind if kind not in found else ""
+            rest.remove(place)
+    return rest
+
+
+def _is_temperature(column: FloatArray) -> bool:
+    """Whether a column can be °C: else an unknown column in front has moved all others by one."""
+    low, high = _DEGREES
+    return low < float(np.median(column)) < high and float(np.ptp(column)) < _WARMS
+
+
+def _order(triples: list[FloatArray]) -> tuple[str, bool]:
+    """Which sensor each three columns are, and whether gravity says it plainly."""
+    sizes = [float(np.median(np.linalg.norm(three, axis=1))) for three in triples]
+    plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
+    order = "gam" if plain == [1] else "agm"
+    if len(plain) != 1:
+        return order, False
+    others = [i for i in range(min(2, len(triples))) if i != plain[0]]
+    counted = any(_is_counted_gravity(triples[i], sizes[i]) for i in others)
+    # at rest the Earth's field is larger than any rate, in whichever units both are printed
+    field_last = len(triples) < len("agm") or sizes[others[0]] < sizes[2]
+    return order, field_last and not counted
+
+
+def _is_gravity(three: FloatArray, size: float) -> bool:
+    """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
+    steady = float(np.std(np.linalg.norm(three, axis=1))) < _MAX_SIZE_VARIATION * size
+    fine = size > _WHOLE or not whole_numbers(three)
+    return steady and fine and unit_of_gravity(size, _PLAINLY) is not None
+
+
+def _is_counted_gravity(three: FloatArray, size: float) -> bool:
+    """Whether these may be counts of an accelerometer."""
+    return whole_numbers(three) and any(
+        abs(size / counts - 1) < _PLAINLY for counts in _COUNTS_PER_G
+    )
+
+
+def _offset_binary(values: FloatArray) -> bool:
+    """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
+    middle = np.median(values, axis=0)
+    centred = bool(np.all(np.abs(middle - 32768) < 12000))
+    return whole_numbers(values) and centred and float(np.min(values)) >= 0

@@ -1,0 +1,190 @@
+"""Samples per second, and seconds for streams without device time: the index over that rate."""
+
+import numpy as np
+
+from imucal_wizard.acquire.clock import LONG_GAP
+from imucal_wizard.core.readings import FloatArray
+
+WARM_UP = 2.0
+"""Seconds of arrivals before the rate is good enough to start with."""
+_WARM_UP_POINTS = 10
+_STALL = 0.25
+"""A silence this long may hide lost samples."""
+_SETTLE_SECONDS = 0.05
+"""Seconds after a silence until what the system had kept for us has been read."""
+
+
+def period_of(times: FloatArray) -> float:
+    """The sampling period from a few device times, s; 0 where time does not run.
+
+    Gaps and backward jumps are left out. Where the printed time is coarser than the period, equal
+    times are part of the mean.
+
+    Args:
+        times: shape (n,), s, as the device gave them.
+    """
+    steps = np.diff(times)
+    forward = steps[steps > 0]
+    if not len(forward):
+        return 0.0
+    middle = float(np.median(forward))
+    low, high = (0.0, 2.5 * middle) if quantum_of(times) else (0.5 * middle, 1.5 * middle)
+    return float(np.mean(steps[(steps >= low) & (steps <= high)]))
+
+
+def quantum_of(times: FloatArray) -> float:
+    """The step of a printed time that is coarser than the sampling period, s; 0 where it is finer.
+
+    Args:
+        times: shape (n,), s, as the device gave them.
+    """
+    steps = np.diff(times)
+    if not len(steps) or float(np.mean(steps == 0)) <= 0.1 or not np.any(steps > 0):
+        return 0.0
+    return float(np.min(steps[steps > 0]))
+
+
+class RateFit:
+    """Least squares of arrival over index, one point at a time.
+
+    Bursts of a serial link move single arrivals by tens of milliseconds; the slope over seconds
+    of them is good to 0.05 % after 5 s and to 0.002 % after 30 s.
+    """
+
+    def __init__(self) -> None:
+        self._n = 0
+        self._mean_index = 0.0
+        self._mean_arrival = 0.0
+        self._sii = 0.0
+        self._sia = 0.0
+        self._first = 0.0
+        self._last = 0.0
+
+    def add(self, index: float, arrival: float) -> None:
+        """One chunk: the index of its last sample and when it arrived, s."""
+        if self._n == 0:
+            self._first = arrival
+        self._last = arrival
+        self._n += 1
+        d_index = index - self._mean_index
+        self._mean_index += d_index / self._n
+        self._mean_arrival += (arrival - self._mean_arrival) / self._n
+        self._sii += d_index * (index - self._mean_index)
+        self._sia += d_index * (arrival - self._mean_arrival)
+
+    @property
+    def span(self) -> float:
+        """Seconds between the first and the last arrival."""
+        return self._last - self._first
+
+    @property
+    def points(self) -> int:
+        """How many arrivals have been seen."""
+        return self._n
+
+    @property
+    def period(self) -> float:
+        """Seconds per sample; 0 while there are too few points."""
+        return self._sia / self._sii if self._n > 2 and self._sii > 0 and self._sia > 0 else 0.0
+
+    @property
+    def rate(self) -> float:
+        """Samples per second; 0 while there are too few points."""
+        return 1.0 / self.period if self.period > 0 else 0.0
+
+    def expected(self, index: float) -> float:
+        """When a sample of this index should arrive, s."""
+        return self._mean_arrival + (index - self._mean_index) * self.period
+
+
+class HostClock:
+    """Times of samples from their index and arrival. The same arrivals give the same times.
+
+    A single arrival says little (links deliver in bursts); the least-squares slope over all of
+    them says the rate. After a long silence the samples wait until it is plain whether they were
+    only late or some are missing.
+
+    Args:
+        rate: samples per second where it is known; None to measure it.
+    """
+
+    def __init__(self, rate: float | None = None) -> None:
+        self._given = 1.0 / rate if rate else 0.0
+        self._fit = RateFit()
+        self._waiting: list[FloatArray] = []
+        self._warm = bool(rate)
+        self._stalled: float | None = None
+        self._last_arrival: float | None = None
+        self._last_index: float | None = None
+        self._last_time = 0.0
+        self._shift = 0.0
+        self.lost = 0
+        self.away = 0
+
+    @property
+    def period(self) -> float:
+        """Seconds per sample as known now; 0 before anything is known."""
+        return self._given or self._fit.period
+
+    def feed(self, indices: FloatArray, arrival: float) -> FloatArray:
+        """Times of the samples that can be told now, oldest first; the others wait.
+
+        Args:
+            indices: running index of each new sample, increasing, shape (n,), n > 0.
+            arrival: when they came, s on any clock that only goes forward.
+        """
+        self._notice_silence(arrival)
+        self._waiting.append(indices + self._shift)
+        if not self._settle(arrival):
+            return np.zeros(0)
+        self._fit.add(float(self._waiting[-1][-1]), arrival)
+        if not self._warm:
+            self._warm = self._fit.span >= WARM_UP and self._fit.points >= _WARM_UP_POINTS
+            if not self._warm or not self.period:
+                self._warm = False
+                return np.zeros(0)
+        return self._release()
+
+    def flush(self) -> FloatArray:
+        """Times of everything that still waits, at the end of the stream."""
+        return self._release() if self.period else np.zeros(0)
+
+    def _notice_silence(self, arrival: float) -> None:
+        last, self._last_arrival = self._last_arrival, arrival
+        usual = 4.0 * self.period
+        if self._warm and last is not None and arrival - last > max(_STALL, usual):
+            self._stalled = self._stalled if self._stalled is not None else arrival
+
+    def _settle(self, arrival: float) -> bool:
+        """After a silence: wait, then decide whether samples are missing; True when settled."""
+        if self._stalled is None:
+            return True
+        if arrival - self._stalled < _SETTLE_SECONDS:
+            return False
+        missing = self._missing(arrival)
+        if missing > 0:
+            self.lost += missing
+            self.away += missing if missing * self.period > LONG_GAP else 0
+            self._shift += missing
+            self._waiting = [piece + missing for piece in self._waiting]
+        self._stalled = None
+        return True
+
+    def _missing(self, arrival: float) -> int:
+        """How many samples behind its time the newest one is; 0 while that is within the jitter."""
+        if self._fit.points < _WARM_UP_POINTS or not self._fit.period:
+            return 0
+        late = arrival - self._fit.expected(float(self._waiting[-1][-1]))
+        return round(late / self.period) if late > 0.5 * _STALL else 0
+
+    def _release(self) -> FloatArray:
+        indices = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
+        self._waiting = []
+        if not len(indices):
+            return indices
+        if self._last_index is None:
+            self._last_index = float(indices[0])
+        times: FloatArray = self._last_time + (indices - self._last_index) * self.period
+        if not self._given:  # a given rate counts from the first sample, whatever the chunks
+            self._last_index, self._last_time = float(indices[-1]), float(times[-1])
+        return times

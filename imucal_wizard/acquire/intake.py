@@ -1,0 +1,293 @@
+"""The whole way from bytes to Readings: format, columns, units, clock."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.acquire.assemble import Assembler
+from imucal_wizard.acquire.backlog import Backlog
+from imucal_wizard.acquire.decode import decoder_for, formats
+from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
+from imucal_wizard.acquire.detect import Garbage
+from imucal_wizard.acquire.health import Health
+from imucal_wizard.acquire.search import Found, Search
+from imucal_wizard.acquire.setup import AUTO, StreamSetup
+from imucal_wizard.core.output import sanitise
+from imucal_wizard.core.readings import FloatArray, Readings, join
+
+LINK_BREAK = b""
+"""An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
+
+_SHOWN_BYTES = 16
+"""Newest bytes of a binary stream that the preview shows."""
+_MAX_UNREAD_LINES = 50
+"""Unreadable lines in a row after which it is said that nothing is read any more."""
+
+
+@dataclass(frozen=True)
+class Preview:
+    """The newest line as it came, and what was read from it.
+
+    Attributes:
+        line: the text, safe to show.
+        values: one number per column, as printed; empty while no row was read.
+    """
+
+    line: str = ""
+    values: tuple[float, ...] = ()
+
+
+class Intake:
+    """Bytes in, Readings out.
+
+    Until format, columns, units and rate are known the bytes are kept; then everything from the
+    first byte on comes out. The same chunks with the same arrivals give the same Readings to the
+    last bit; where the stream carries its own time, neither the arrivals nor the cuts matter.
+
+    Args:
+        setup: what is known of the stream.
+        compare_arrivals: warn when the device's time and the host's disagree; False where the
+            arrivals are not those of the device (a recording played at another speed).
+        recording: the bytes are a whole recording: the first line is whole, there are no arrivals,
+            the device's own origin of time is kept, and sensors may be missing.
+    """
+
+    def __init__(
+        self,
+        setup: StreamSetup | None = None,
+        *,
+        compare_arrivals: bool = True,
+        recording: bool = False,
+    ) -> None:
+        self._asked = setup or StreamSetup()
+        self._compare_arrivals = compare_arrivals and not recording
+        self._recording = recording
+        self._search = Search(self._asked, recording=recording)
+        self._held = Backlog()
+        self._found: Found | None = None
+        self._decoder: Decoder | None = None
+        self._assembler: Assembler | None = None
+        self._health: Health | None = None
+        self._garbage = Garbage()
+        self._unread = 0
+        self._malformed = 0
+        self._decimals: tuple[int, ...] = ()
+        self._rate = 0.0
+        self._line = b""
+        self._latest: FloatArray = np.zeros((0, 0))
+
+    @property
+    def ready(self) -> bool:
+        """Whether format, columns, units and rate are known, so that Readings come out."""
+        return self._rate > 0
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
+        return () if self._found else self._search.needs
+
+    @property
+    def problem(self) -> str:
+        """Why nothing can be read and what to do, where that is so; else ``""``."""
+        if self._found is None:
+            return self._search.problem
+        if self._garbage.problem:
+            return self._garbage.problem
+        if self._assembler is not None and self._assembler.missing.problem:
+            return self._assembler.missing.problem
+        if self._unread < _MAX_UNREAD_LINES:
+            return ""
+        return (
+            f"The last {self._unread} lines could not be read: the device prints something else "
+            f"now. Restart it, or choose the source again."
+        )
+
+    @property
+    def format(self) -> str:
+        """Name of the format; ``""`` while it is not known."""
+        return self._found.format if self._found else self._search.format
+
+    @property
+    def _binary(self) -> bool:
+        known = formats().get(self.format)
+        return known is not None and known.binary
+
+    @property
+    def misfit(self) -> MalformedLine | None:
+        """The first malformed line."""
+        return self._decoder.misfit if self._decoder else self._search.misfit
+
+    @property
+    def named(self) -> bool:
+        """Whether the stream itself says what its columns are."""
+        return self._search.named
+
+    @property
+    def rows(self) -> int:
+        """How many rows were read, with or without a number in each needed column."""
+        return self.samples + (self._assembler.missing.count if self._assembler else 0)
+
+    @property
+    def without_number(self) -> str:
+        """How many rows lack a number and for what; ``""`` where none does."""
+        if self._assembler is None or not self._assembler.missing.count:
+            return ""
+        missing = self._assembler.missing
+        return f"{missing.count} of {self.rows} rows have no number for {missing.where}"
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns as far as they are known, with a proposal where they must be asked."""
+        return self._found.columns if self._found else self._search.columns
+
+    @property
+    def setup(self) -> StreamSetup:
+        """The setup as far as it is resolved; an Intake made with it reads the same bytes alike."""
+        return replace(self._asked, format=self.format or AUTO, columns=self.columns)
+
+    @property
+    def rate(self) -> float:
+        """Samples per second, as known when the first Readings came out; 0 before."""
+        return self._rate
+
+    @property
+    def measured_rate(self) -> float:
+        """Samples per second as known now; 0 before it is known."""
+        period = self._assembler.period if self._assembler else 0.0
+        return 1.0 / period if period else 0.0
+
+    @property
+    def samples(self) -> int:
+        """How many samples have come out."""
+        return self._assembler.samples if self._assembler else 0
+
+    @property
+    def lost(self) -> int:
+        """How many samples are missing by the device's time or count, or by the host's clock."""
+        return self._assembler.lost if self._assembler else 0
+
+    @property
+    def malformed(self) -> int:
+        """How many lines or frames were thrown away."""
+        return self._malformed + (self._assembler.split if self._assembler else 0)
+
+    @property
+    def digits(self) -> int | None:
+        """Printed decimals of the accelerometer columns; None where the stream is not text."""
+        printed = self._decimals or self._search.decimals
+        places = [i for i, c in enumerate(self.columns) if c.channel in ("ax", "ay", "az")]
+        there = [printed[i] for i in places if i < len(printed)]
+        return max(there) if there and max(there) >= 0 else None
+
+    @property
+    def preview(self) -> Preview:
+        """The newest line and its values."""
+        lines = [line for line in self._line.splitlines() if line.strip()]
+        latest = self._latest if self._found else self._search.latest
+        row = tuple(float(v) for v in latest[-1]) if len(latest) else ()
+        return Preview(sanitise(lines[-1]) if lines else "", row)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was noticed, each once, newest last; every one says what to do."""
+        known = formats().get(self.format)
+        note = known.note if known else ""
+        seen = self._health.notes if self._health else ()
+        return (*self._search.notes, *((note,) if note else ()), *seen)
+
+    def feed(self, data: bytes, arrival: float) -> Readings | None:
+        """Take what has come.
+
+        Args:
+            data: bytes, cut anywhere; ``LINK_BREAK`` where the link was lost.
+            arrival: when they came, s, on a clock that only goes forward.
+
+        Returns:
+            The samples that these bytes complete; None when there are none, or not yet.
+        """
+        if not data:
+            self._broken(arrival)
+            return None
+        if b"\n" in data or self._binary:
+            self._line = data
+        if self._decoder is not None and self._assembler is not None:
+            return self._run(self._decoder, self._assembler, data, arrival)
+        self._held.add(data, arrival)
+        for piece in data.splitlines(keepends=True):
+            found = self._search.feed(piece, arrival)
+            if found is not None:
+                return self._start(found)
+        return None
+
+    def _broken(self, arrival: float) -> None:
+        """The link was lost: nothing before is joined to what comes after."""
+        if self._decoder is not None:
+            self._decoder.broken()
+        else:
+            self._held.add(LINK_BREAK, arrival)
+            self._search.broken()
+
+    def feed_all(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
+        """Take several pieces, each with its arrival: the same samples as one by one, sooner."""
+        together = self._assembler is not None and self._assembler.device is not None
+        if together and all(data for data, _ in pieces):
+            return self.feed(b"".join(data for data, _ in pieces), pieces[-1][1])
+        return _joined(self.feed(*piece) for piece in pieces)
+
+    def flush(self) -> Readings | None:
+        """The samples that still wait for their time, at the end of the stream."""
+        found = self._search.finish() if self._assembler is None else None
+        parts = [None if found is None else self._start(found)]
+        if self._assembler is not None:
+            parts.append(self._assembler.flush())
+        return _joined(parts)
+
+    def reconfigured(self, setup: StreamSetup) -> "tuple[Intake, Readings | None]":
+        """An Intake with another setup that has already been fed what this one still keeps.
+
+        Once Readings have come out nothing is kept: the new one goes on with the next bytes.
+        """
+        other = Intake(setup, compare_arrivals=self._compare_arrivals, recording=self._recording)
+        return other, _joined(other.feed(*chunk) for chunk in self._held)
+
+    def _start(self, found: Found) -> Readings | None:
+        """Everything is known: decode from the first byte."""
+        self._found = found
+        decoder = self._decoder = decoder_for(found.format, found.columns, whole=self._recording)
+        assembler = self._assembler = Assembler(
+            found.columns, found.first, self._asked.rate, recording=self._recording
+        )
+        self._health = Health(assembler, self._compare_arrivals, values=not self._recording)
+        return _joined(self._run(decoder, assembler, *chunk) for chunk in self._held.taken())
+
+    def _run(
+        self, decoder: Decoder, assembler: Assembler, data: bytes, arrival: float
+    ) -> Readings | None:
+        if not data:
+            decoder.broken()
+            return None
+        rows = decoder.feed(data)
+        self._malformed += rows.malformed
+        self._decimals = rows.decimals or self._decimals
+        if len(rows.values):
+            self._latest = rows.values
+            self._unread = 0
+            self._garbage = Garbage() if self._garbage.problem else self._garbage
+        else:
+            self._unread += rows.malformed
+            if not self._binary:
+                self._garbage.feed(data)
+        readings = assembler.feed(rows, arrival)
+        if not self._rate and assembler.samples:
+            self._rate = self.measured_rate
+        if self._health is not None:
+            if readings is not None:
+                self._health.feed(readings, arrival)
+            self._health.count(self.malformed, self._decimals)
+        return readings
+
+
+def _joined(parts: Iterable[Readings | None]) -> Readings | None:
+    there = [part for part in parts if part is not None]
+    return join(there) if len(there) > 1 else next(iter(there), None)

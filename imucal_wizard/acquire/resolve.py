@@ -1,0 +1,398 @@
+"""From what is known of a stream to what every column is, or to what must be asked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.acquire import guess
+from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.acquire.decode.vocabulary import (
+    CHANNELS,
+    belongs,
+    channel_of,
+    column,
+    no_reading,
+    quantity_of,
+    squeezed,
+)
+from imucal_wizard.acquire.host_clock import period_of
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core import units
+from imucal_wizard.core.output import sanitise
+from imucal_wizard.core.readings import FloatArray
+
+FIRST_ROWS = 25
+"""Rows from which columns and units are guessed."""
+_FIRST_SECONDS = 0.5
+_RATES = (0.2, 50_000.0)
+"""Slowest and fastest sampling that can be, Hz."""
+_MAX_BACKWARD = 0.2
+"""Share of steps back in a column of time; with more it is no time."""
+_RATE_TOLERANCE = 0.01
+"""Share by which a stated rate may differ from that of the time column."""
+_SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
+_BESIDE = ("temperature", "current", "throttle")
+"""What stands beside the sensors and is left out where its unit is not known."""
+
+
+@dataclass(frozen=True)
+class ResolvedColumns:
+    """What every column is, as far as that can be known.
+
+    Attributes:
+        columns: one per column of the rows, with units where they are known.
+        needs: what must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and for
+            a recording ``rate``.
+        notes: what was guessed and why, or what is missing, for the user.
+    """
+
+    columns: tuple[Column, ...]
+    needs: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def resolve(
+    setup: StreamSetup,
+    columns: tuple[Column, ...],
+    values: FloatArray,
+    arrivals: FloatArray | None,
+) -> ResolvedColumns:
+    """Join what the user said, what the stream says and what the numbers show.
+
+    Args:
+        setup: what the user said.
+        columns: what the stream says.
+        values: first rows, shape (n, len(columns)).
+        arrivals: when each row arrived, s, shape (n,); None for a recording, in which any sensor
+            may be missing, and which needs a time or a rate.
+    """
+    notes: list[str] = []
+    if setup.columns and len(setup.columns) == len(columns):
+        both = zip(columns, setup.columns, strict=True)
+        if any(own.channel and own.channel != given.channel for own, given in both):
+            notes.append("The columns that were given are used instead of those in the header.")
+        columns = setup.columns
+    elif not any(c.channel for c in columns):
+        columns, sure = proposed_columns(columns, values)
+        if not sure:
+            return ResolvedColumns(_proposed_unit(columns, values), ("columns",), (_ASK,))
+        names = ", ".join(c.channel or "-" for c in columns)
+        notes.append(f"The lines have no names; read as {names}. Correct it if this is wrong.")
+    if says := _twice(columns):
+        return ResolvedColumns(columns, ("columns",), (says,))
+    channels = {c.channel for c in columns}
+    accelerometer = {"ax", "ay", "az"} & channels
+    others = any(places_of(columns, sensor) for sensor in _SENSORS)
+    if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
+        says = _lacking("accelerometer", channels)
+        return ResolvedColumns(columns, ("columns",), (*notes, says))
+    for sensor in ("gyroscope", "magnetometer"):
+        if set(CHANNELS[sensor]) & channels and not places_of(columns, sensor):
+            notes.append(_lacking(sensor, channels) + " It is left out.")
+            columns = _without(columns, sensor)
+    if arrivals is None:
+        columns, silent = _without_silent(columns, values)
+        notes += silent
+        if not any(places_of(columns, sensor) for sensor in _SENSORS):
+            return ResolvedColumns(columns, ("sensor",), tuple(notes))
+    columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
+    return _with_units(setup, columns, values, arrivals, notes)
+
+
+_ASK = (
+    "The lines carry numbers without names that are known here. Say which column is which, for "
+    "example ax,ay,az,gx,gy,gz."
+)
+
+
+def proposed_columns(
+    columns: tuple[Column, ...], values: FloatArray
+) -> tuple[tuple[Column, ...], bool]:
+    """A channel for each column, and whether that is sure enough to go on without asking.
+
+    Columns whose words say that they are no reading stay out. Where the device has names of its
+    own, nothing is sure: they may mean what is not known here.
+
+    Args:
+        columns: the columns, none of which has a channel.
+        values: first rows, shape (n, len(columns)).
+    """
+    places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
+    found, sure = guess.channels(values[:, places])
+    channels = dict(zip(places, found, strict=True))
+    named = tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns))
+    return named, sure and not _own_names(columns)
+
+
+def _own_names(columns: tuple[Column, ...]) -> bool:
+    """Whether the device has named its columns in words that mean nothing here."""
+    names = [c.name.lower() for c in columns]
+    if len(set(names)) < len(names) or all(name.startswith("column ") for name in names):
+        return False
+    others = [name for name in names if channel_of(name) not in ("t", "temp", "counter")]
+    return others != ["x", "y", "z"]
+
+
+def _twice(columns: tuple[Column, ...]) -> str:
+    """What to say of a second sensor of the same kind, or ""."""
+    first = {c.channel: c.name for c in columns if c.channel}
+    for c in columns:
+        again = "" if c.channel else column(c.name).channel
+        if again in first and len(again) == 2 and quantity_of(again):
+            return (
+                f"Two columns are {again}: '{sanitise(first[again])}' and '{sanitise(c.name)}'. "
+                f"Say which column is which, and leave one of them out."
+            )
+    return ""
+
+
+def _lacking(sensor: str, channels: set[str]) -> str:
+    """What to say of a sensor of which not all axes are there."""
+    gone = [channel for channel in CHANNELS[sensor] if channel not in channels]
+    are, them = ("is", "it") if len(gone) == 1 else ("are", "them")
+    return (
+        f"The {sensor} needs three columns and {', '.join(gone)} {are} missing: print {them}, or "
+        f"say which column is which."
+    )
+
+
+def _without_silent(
+    columns: tuple[Column, ...], values: FloatArray
+) -> tuple[tuple[Column, ...], list[str]]:
+    """A recording without the sensors that have no whole sample, and what to say of them."""
+    notes = []
+    for sensor in _SENSORS:
+        places = places_of(columns, sensor)
+        there = np.asarray(np.isfinite(values[:, places]))
+        if not places or there.all(axis=1).any():
+            continue
+        if sensor == "magnetometer" and there.any():
+            continue
+        names = [columns[p].name or columns[p].channel for p in places]
+        empty = [names[axis] for axis in range(len(places)) if not there[:, axis].any()]
+        what = f"{' and '.join(empty)} hold no number" if empty else "no row has all of its axes"
+        notes.append(f"{what}: the {sensor} was left out; check its wiring and the sketch")
+        columns = _without(columns, sensor)
+    return columns, notes
+
+
+def _with_units(
+    setup: StreamSetup,
+    columns: tuple[Column, ...],
+    values: FloatArray,
+    arrivals: FloatArray | None,
+    notes: list[str],
+) -> ResolvedColumns:
+    needs: list[str] = []
+    for sensor in _SENSORS:
+        places = places_of(columns, sensor)
+        if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
+            columns = _set_unit(columns, places, units.COUNT)
+        if not places or (all(columns[p].unit for p in places) and not _wrong(columns, places)):
+            continue
+        if wrong := _wrong(columns, places):
+            notes.append(wrong)
+            needs.append(f"{sensor} unit")
+            continue
+        found = _unit_guess(sensor, values[:, places], columns, values)
+        if found.why:
+            notes.append(found.why)
+        if found.unit:
+            columns = _set_unit(columns, places, found.unit)
+        else:
+            needs.append(f"{sensor} unit")
+    columns, beside = _without_foreign(columns)
+    columns, needed, time = _timed(setup, columns, values, arrivals)
+    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time))
+
+
+def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
+    """Those of the columns whose unit is none of theirs."""
+    own = [columns[p] for p in places]
+    return [c for c in own if c.unit and not belongs(c.channel, c.unit)]
+
+
+def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
+    """What is wrong with the units of a sensor, or ""."""
+    if foreign := _foreign(columns, places):
+        sensor = str(quantity_of(foreign[0].channel))
+        return _no_unit(foreign[0], (*units.FACTORS[sensor], units.COUNT))
+    if len({columns[p].unit == units.COUNT for p in places}) > 1:
+        sensor = str(quantity_of(columns[places[0]].channel))
+        return f"only some axes of the {sensor} are in counts; give all of them in one unit"
+    return ""
+
+
+def _no_unit(column: Column, known: Sequence[str]) -> str:
+    sensor = quantity_of(column.channel)
+    what = f"'{sanitise(column.unit, 48)}' of column '{sanitise(column.name, 48)}'"
+    return f"{what} is no unit of {'' if sensor == 'time' else 'the '}{sensor}; use one of " + (
+        ", ".join(known)
+    )
+
+
+def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], list[str]]:
+    """The columns without quantities beside the sensors whose unit is not known."""
+    notes = []
+    for sensor in _BESIDE:
+        place = next((i for i, c in enumerate(columns) if quantity_of(c.channel) == sensor), None)
+        if place is None or columns[place].unit in units.FACTORS[sensor]:
+            continue
+        c = columns[place]
+        if sensor == "temperature" and not c.unit:
+            columns = _set_unit(columns, [place], "degC")
+            continue
+        what = f"'{sanitise(c.unit, 48)}' of column" if c.unit else "column"
+        known = " or ".join(units.FACTORS[sensor])
+        notes.append(
+            f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no unit of it here; "
+            f"write {known}"
+        )
+        columns = _without(columns, sensor)
+    return columns, notes
+
+
+def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Column, ...]:
+    """The columns with the unit that gravity has in those proposed for the accelerometer."""
+    places = places_of(columns, "accelerometer")
+    if not places:
+        return columns
+    return _set_unit(
+        columns, places, _unit_guess("accelerometer", values[:, places], columns, values).unit
+    )
+
+
+def _unit_guess(
+    sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
+) -> guess.UnitGuess:
+    good = own[np.isfinite(own).all(axis=1)]
+    if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
+        return guess.UnitGuess(units.COUNT, "")
+    if not len(good):
+        return guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
+    if sensor == "accelerometer":
+        return guess.accelerometer_unit(good)
+    if sensor == "magnetometer":
+        return guess.magnetometer_unit(good)
+    accelerometer = places_of(columns, "accelerometer")
+    counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
+    both = values[:, accelerometer + places_of(columns, "gyroscope")]
+    both = both[np.isfinite(both).all(axis=1)]
+    if counts and bool(np.all(both == np.round(both))):
+        return guess.UnitGuess(units.COUNT, "Whole numbers: the gyroscope is read as raw counts.")
+    return guess.UnitGuess("", "")
+
+
+def _timed(
+    setup: StreamSetup,
+    columns: tuple[Column, ...],
+    values: FloatArray,
+    arrivals: FloatArray | None,
+) -> tuple[tuple[Column, ...], tuple[str, ...], tuple[str, ...]]:
+    """The unit of the time column, what must be asked, and what to say.
+
+    A time column that does not run is no time column.
+    """
+    rate = () if arrivals is not None or setup.rate else ("rate",)
+    place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
+    if place is None:
+        says = "It has no time column: give the samples per second." if rate else ""
+        return columns, rate, (says,) if says else ()
+    time = columns[place]
+    instead = "it is not used" if arrivals is None else "the rate is measured from arrival instead"
+    dropped = (*columns[:place], replace(time, channel="", unit=""), *columns[place + 1 :])
+    good = np.isfinite(values[:, place])
+    ticks = values[good, place]
+    steps = np.diff(ticks)
+    if not np.any(steps != 0):
+        at = f" and stands still at {ticks[0]:.6g}" if len(ticks) else ""
+        return dropped, rate, (f"The time column does not run{at}: {instead}.",)
+    back = float(np.mean(steps < 0))
+    if back > _MAX_BACKWARD:
+        says = f"The time column goes back in {back:.0%} of its steps: {instead}."
+        return dropped, rate, (says,)
+    if time.unit and time.unit not in units.FACTORS["time"]:
+        return columns, ("columns",), (_no_unit(time, tuple(units.TIME)),)
+    doubt = _doubtful(ticks, time.unit)
+    if time.unit and not doubt:
+        return columns, (), _contradicted(setup.rate, ticks, time.unit)
+    if doubt and arrivals is None:
+        return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
+    if arrivals is None:
+        found = guess.time_unit_by_rate(ticks, setup.rate)
+    else:
+        found = guess.time_unit(ticks, arrivals[good])
+    if not found.unit and arrivals is None:
+        return columns, ("columns",), (found.why,)
+    if not found.unit:
+        return dropped, rate, (f"{doubt}{found.why} It is not used; {instead}.",)
+    notes = (doubt + found.why, *_contradicted(setup.rate, ticks, found.unit))
+    return _set_unit(columns, [place], found.unit), (), notes
+
+
+def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
+    """What to say of a stated rate that the times contradict."""
+    period = period_of(ticks * units.factor("time", unit))
+    if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
+        return ()
+    says = (
+        f"The stated rate of {rate:g} Hz was not used: the time column says {1.0 / period:.6g} Hz. "
+        f"If the times are wrong, leave their column out."
+    )
+    return (says,)
+
+
+def _doubtful(ticks: FloatArray, unit: str) -> str:
+    """What to say of a unit of time that gives a rate at which no IMU samples, or ""."""
+    if not unit:
+        return ""
+    steps = np.diff(ticks)
+    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.factor("time", unit))
+    if _RATES[0] <= rate <= _RATES[1]:
+        return ""
+    return f"The time column in {unit} would mean {rate:.3g} samples/s. "
+
+
+def first_stretch(
+    columns: tuple[Column, ...], values: FloatArray, full: bool = False
+) -> FloatArray | None:
+    """The shortest beginning of a stream from which the device's period can be taken.
+
+    Args:
+        columns: resolved columns.
+        values: the first rows there are, shape (n, columns).
+        full: no more rows will be kept, so that these must do.
+
+    Returns:
+        At least ``FIRST_ROWS`` rows that span half a second of device time; None while there are
+        fewer. The same stream always gives the same rows.
+    """
+    place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
+    if place is None:
+        return values[:FIRST_ROWS]
+    if not columns[place].unit:
+        return None
+    seconds = values[:, place] * units.factor("time", columns[place].unit)
+    steps = np.nan_to_num(np.diff(seconds, prepend=seconds[:1]))
+    enough = np.flatnonzero(np.cumsum(np.maximum(steps, 0.0)) >= _FIRST_SECONDS)
+    if not len(enough):
+        return values if full else None
+    return values[: max(int(enough[0]) + 1, FIRST_ROWS)]
+
+
+def places_of(columns: tuple[Column, ...], sensor: str) -> list[int]:
+    """The places of a sensor's x, y and z column; empty unless all three are there."""
+    where = {c.channel: i for i, c in enumerate(columns) if c.channel}
+    places = [where[channel] for channel in CHANNELS[sensor] if channel in where]
+    return places if len(places) == 3 else []
+
+
+def _set_unit(columns: tuple[Column, ...], places: list[int], unit: str) -> tuple[Column, ...]:
+    return tuple(replace(c, unit=unit) if i in places else c for i, c in enumerate(columns))
+
+
+def _without(columns: tuple[Column, ...], sensor: str) -> tuple[Column, ...]:
+    return tuple(
+        replace(c, channel="", unit="") if quantity_of(c.channel) == sensor else c for c in columns
+    )

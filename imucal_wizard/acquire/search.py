@@ -1,0 +1,157 @@
+"""Finding out, line by line, what a stream is: format, columns, units."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.acquire.backlog import Backlog
+from imucal_wizard.acquire.decode import decoder_for
+from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
+from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
+from imucal_wizard.acquire.resolve import FIRST_ROWS, first_stretch, resolve
+from imucal_wizard.acquire.setup import AUTO, StreamSetup
+from imucal_wizard.core.readings import FloatArray
+
+_PROBE_LINES = 16384
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """All that must be known before Readings can be made.
+
+    Attributes:
+        format: name of the format.
+        columns: every column, with its unit.
+        first: first rows of the stream, for the device's period.
+    """
+
+    format: str
+    columns: tuple[Column, ...]
+    first: FloatArray
+
+
+class Search:
+    """Looks at the beginning of a stream until everything is known.
+
+    Fed with one line at a time, so that the answer does not depend on how the bytes were cut. The
+    rows seen here are thrown away: the stream is decoded from its start once it is known.
+
+    Args:
+        setup: what is known already.
+        recording: the bytes are a whole recording, not the middle of a stream.
+    """
+
+    def __init__(self, setup: StreamSetup, *, recording: bool = False) -> None:
+        self._setup = setup
+        self._recording = recording
+        self._detector = Detector(setup.columns, whole=recording)
+        self._decoder: Decoder | None = None
+        if setup.format != AUTO:
+            self._decoder = decoder_for(setup.format, setup.columns, whole=recording)
+        self._undecoded = Backlog()
+        self._values: list[FloatArray] = []
+        self._arrivals: list[float] = []
+        self._columns: tuple[Column, ...] = ()
+        self._next = FIRST_ROWS
+        self._lines = 0
+        self.needs: tuple[str, ...] = ()
+        self.notes: tuple[str, ...] = ()
+        self.decimals: tuple[int, ...] = ()
+        self.latest: FloatArray = np.zeros((0, 0))
+
+    @property
+    def format(self) -> str:
+        """Name of the format; ``""`` while it is not known."""
+        return self._decoder.name if self._decoder else ""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns as far as they are known or guessed."""
+        return self._columns or (self._decoder.columns if self._decoder else ())
+
+    @property
+    def misfit(self) -> MalformedLine | None:
+        """The first line that does not fit."""
+        return self._decoder.misfit if self._decoder else None
+
+    @property
+    def named(self) -> bool:
+        """Whether the stream itself says what its columns are."""
+        return self._decoder is not None and any(c.channel for c in self._decoder.columns)
+
+    @property
+    def problem(self) -> str:
+        """Why nothing can be read, where that is so; else ``""``."""
+        if self._decoder is None:
+            return self._detector.problem
+        if self._arrivals or self._lines < MIN_UNKNOWN_LINES:
+            return ""
+        return self._unfit(self._decoder)
+
+    def _unfit(self, decoder: Decoder) -> str:
+        """Why no line is a row."""
+        fields = f" with {len(self._setup.columns)} columns" if self._setup.columns else ""
+        return (
+            f"{self._lines} lines have come and none is {decoder.name}{fields}. Look at the newest "
+            f"line and correct the format or the columns."
+        )
+
+    def feed(self, piece: bytes, arrival: float) -> Found | None:
+        """Look at one line more.
+
+        Args:
+            piece: at most one line, or a part of one.
+            arrival: when it came, s.
+
+        Returns:
+            What was found once all of it is known; None before.
+        """
+        self._lines += piece.endswith((b"\n", b"\r"))
+        if self._decoder is not None:
+            return self._decode(self._decoder, piece, arrival)
+        self._undecoded.add(piece, arrival)
+        name = self._detector.feed(piece)
+        if not name:
+            return None
+        self._decoder = decoder_for(name, self._setup.columns, whole=self._recording)
+        answers = [self._decode(self._decoder, *chunk) for chunk in self._undecoded.taken()]
+        return next((found for found in answers if found is not None), None)
+
+    def broken(self) -> None:
+        """The link was lost here."""
+        if self._decoder is not None:
+            self._decoder.broken()
+
+    def finish(self) -> Found | None:
+        """What is found now that no more will come."""
+        if self._decoder is None or not self._values:
+            return None
+        return self._resolve(self._decoder, full=True)
+
+    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> Found | None:
+        before = decoder.columns
+        rows = decoder.feed(piece)
+        self.decimals = rows.decimals or self.decimals
+        if len(rows.values):
+            self.latest = rows.values
+            if len(self._arrivals) < _PROBE_LINES:
+                self._values.append(rows.values)
+                self._arrivals += [arrival] * len(rows.values)
+        count = len(self._arrivals)
+        due = len(rows.values) > 0 and count >= self._next
+        if due:  # ever less often, so that looking stays cheap while the user is being asked
+            later = max(count + FIRST_ROWS, count * 5 // 4)
+            self._next = min(later, _PROBE_LINES) if count < _PROBE_LINES else later
+        changed = decoder.columns != before and count >= FIRST_ROWS
+        return self._resolve(decoder) if due or changed else None
+
+    def _resolve(self, decoder: Decoder, *, full: bool = False) -> Found | None:
+        values = np.concatenate(self._values)
+        arrivals = None if self._recording else np.array(self._arrivals)
+        found = resolve(self._setup, decoder.columns, values, arrivals)
+        self._columns, self.needs, self.notes = found.columns, found.needs, found.notes
+        if found.needs:
+            return None
+        full = full or len(self._arrivals) >= _PROBE_LINES
+        first = first_stretch(found.columns, values, full=full)
+        return None if first is None else Found(decoder.name, found.columns, first)

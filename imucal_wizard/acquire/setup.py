@@ -1,0 +1,83 @@
+"""How a stream is to be read: what the user said, or what was found out. Goes into the session."""
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.acquire.decode.vocabulary import column, quantity_of
+from imucal_wizard.core import units
+from imucal_wizard.core.errors import UsageError
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class StreamSetup:
+    """How a stream is to be read. Empty fields are found out or asked for.
+
+    Attributes:
+        format: name of a format, or ``auto``.
+        columns: the columns by their place.
+        rate: samples per second of a stream that carries no time; None to measure it.
+        accelerometer_unit: unit word; overrides what the columns say.
+        gyroscope_unit: the same for the gyroscope.
+        magnetometer_unit: the same for the magnetometer.
+    """
+
+    format: str = AUTO
+    columns: tuple[Column, ...] = ()
+    rate: float | None = None
+    accelerometer_unit: str = ""
+    gyroscope_unit: str = ""
+    magnetometer_unit: str = ""
+
+    def __post_init__(self) -> None:
+        for sensor in ("accelerometer", "gyroscope", "magnetometer"):
+            word = getattr(self, f"{sensor}_unit")
+            if word:
+                units.factor(sensor, word)
+        if self.rate is not None and not 0 < self.rate < 1e6:
+            raise UsageError(f"A rate of {self.rate} per second cannot be; give samples per second")
+
+    def unit_of(self, column: Column) -> str:
+        """The unit of a column: what was said for its sensor, or what the column says."""
+        sensor = quantity_of(column.channel)
+        said = getattr(self, f"{sensor}_unit", "") if sensor else ""
+        return units.canonical(said or column.unit)
+
+    def to_json(self) -> dict[str, Any]:
+        """A value that the ``json`` module writes."""
+        return {**asdict(self), "columns": [asdict(c) for c in self.columns]}
+
+    @classmethod
+    def from_json(cls, value: object) -> "StreamSetup":
+        """The setup that ``to_json`` wrote.
+
+        Raises:
+            UsageError: a key is not known, a value is of another kind, or a unit does not exist.
+        """
+        import msgspec
+
+        known = {one.name for one in fields(cls)}
+        if not isinstance(value, dict) or not value.keys() <= known:
+            raise UsageError(f"This stream setup cannot be read: {str(value)[:80]}")
+        try:
+            return msgspec.convert(value, cls)
+        except msgspec.ValidationError as error:
+            raise UsageError(f"This stream setup cannot be read: {error}") from error
+
+
+def named_columns(names: str) -> tuple[Column, ...]:
+    """The columns of a list like ``ax,ay,az,gx,gy,gz``; units in brackets may follow each name.
+
+    Raises:
+        UsageError: a name is not known; ``-`` or nothing skips a column.
+    """
+    found = tuple(column(name) for name in names.split(","))
+    for c in found:
+        if not c.channel and c.name not in ("", "-", "_", "skip"):
+            raise UsageError(
+                f"{c.name!r} is no column; use t, ax, ay, az, gx, gy, gz, mx, my, mz, temp, "
+                f"counter, or - for one to skip"
+            )
+    return found

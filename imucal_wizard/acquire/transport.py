@@ -1,0 +1,223 @@
+"""One Transport before pyserial: a port, a pseudo-terminal or a URL; opened, read, lost, found."""
+
+import os
+import select
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from imucal_wizard.acquire import link_errors
+from imucal_wizard.acquire.ports import PortInfo, list_ports, same_device
+from imucal_wizard.core.errors import LinkError
+from imucal_wizard.core.output import sanitise
+
+_GATHER = 0.025
+"""Seconds for which bytes that keep coming are gathered into one chunk."""
+_PAUSE = 0.002
+"""Seconds between two looks while gathering; a tty holds 4 KiB, 5 ms at 8,000 lines/s."""
+_MAX_SLOW_BYTES = 512
+"""So few bytes in ``_PAUSE`` are no fast stream: nothing is gained by waiting for more."""
+
+_SCHEMES = ("", "socket", "rfc2217")
+"""Of what is opened: a port of this machine, a plain connection, a terminal server."""
+
+if sys.platform == "win32":
+    _LOST: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
+else:
+    import termios
+
+    _LOST = (OSError, TypeError, ValueError, termios.error)
+    # TypeError and ValueError: another thread has closed the port meanwhile
+
+
+class Transport:
+    """A stream of bytes from a device.
+
+    Args:
+        port_or_url: ``/dev/ttyACM0``, ``COM5``, a pseudo-terminal, ``socket://HOST:PORT``,
+            ``rfc2217://HOST:PORT``.
+        baud: speed; ignored by native USB, pseudo-terminals and sockets.
+        find: what lists the ports, when the device is looked for again.
+    """
+
+    def __init__(
+        self,
+        port_or_url: str,
+        baud: int = 115200,
+        *,
+        find: Callable[[], list[PortInfo]] = list_ports,
+    ) -> None:
+        self.port = port_or_url
+        self.baud = baud
+        self._find = find
+        self._serial: Any = None
+        self._fd: int | None = None
+        self._identity: PortInfo | None = None
+
+    @property
+    def description(self) -> str:
+        """What is read, in words: the port and what is known of the device."""
+        info = self._identity
+        words = (info.hint or info.description) if info else ""
+        return sanitise(f"{self.port}, {words}" if words else self.port)
+
+    def open(self) -> None:
+        """Open the port, for this program alone where the system can promise that.
+
+        Raises:
+            LinkError: the port is missing, busy, forbidden, refused or no port at all.
+        """
+        self.close()
+        scheme = _scheme(self.port)
+        ports = [] if scheme else self._find()
+        self._serial = self._opened(self.port, ports)
+        self._identity = same_device(self.port, ports) or self._identity
+        if scheme == "socket" or (not scheme and sys.platform != "win32"):
+            self._fd = self._serial.fileno()
+
+    def _opened(self, port: str, ports: list[PortInfo]) -> Any:
+        import serial
+
+        scheme = _scheme(port)
+        options: dict[str, Any] = {"timeout": 0.05}
+        if scheme != "rfc2217":  # refused there
+            options["write_timeout"] = 1.0
+        if not scheme and sys.platform != "win32":
+            options["exclusive"] = True
+        try:
+            if scheme not in _SCHEMES:
+                raise ValueError(port)  # pyserial takes others, and fails on them in many ways
+            opened: Any = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
+            if scheme == "socket":
+                # pyserial throws away what came first: a server's header, sent once on connecting
+                opened.reset_input_buffer = lambda: None
+            opened.open()
+            return opened
+        except (*_LOST, OverflowError) as error:  # OverflowError: a speed beyond all measure
+            known = [info.device for info in ports]
+            raise LinkError(link_errors.cannot_open(sanitise(port), error, known)) from error
+
+    def read(self, timeout: float = 0.05) -> bytes:
+        """Everything that has arrived; waits at most ``timeout`` seconds for the first byte.
+
+        Returns:
+            The bytes; ``b""`` when nothing came.
+
+        Raises:
+            LinkError: the device is gone. The port is closed; ``reopen`` looks for it.
+        """
+        if self._serial is None:
+            raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
+        try:
+            if self._fd is not None:
+                return gathered(self._fd, timeout)
+            return self._read_any(timeout)
+        except _LOST as error:
+            self.close()
+            raise LinkError(link_errors.link_lost(sanitise(self.port), error)) from error
+
+    def _read_any(self, timeout: float) -> bytes:
+        """The way through pyserial alone: Windows and remote ports."""
+        if self._serial.timeout != timeout:  # even the same one anew is negotiated with a server
+            self._serial.timeout = timeout
+        data: bytes = self._serial.read(1)
+        return data + bytes(self._serial.read(self._serial.in_waiting)) if data else b""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the device.
+
+        Raises:
+            LinkError: the device is gone or takes nothing.
+        """
+        if self._serial is None:
+            raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
+        try:
+            self._serial.write(data)
+        except _LOST as error:
+            self.close()
+            raise LinkError(link_errors.link_lost(sanitise(self.port), error)) from error
+
+    def reopen(self) -> bool:
+        """Look once for the same device, under its old name or another, and open it.
+
+        A USB device is known again by vendor, product and serial number; another device that
+        has taken the old name is not opened.
+
+        Returns:
+            True when it is open again. Bytes before and after do not belong together.
+        """
+        self.close()
+        identity = self._identity
+        if identity is not None and identity.vid_pid:
+            found = _again(identity, self._find())
+            if found is None:
+                return False
+            self.port = found.device
+        try:
+            self.open()
+        except LinkError:
+            return False
+        return True
+
+    def close(self) -> None:
+        """Close the port; closing a closed or lost port does nothing."""
+        port, self._serial, self._fd = self._serial, None, None
+        if port is None:
+            return
+        try:
+            port.close()
+        except _LOST:
+            return  # the device went away first, and with it what had to be closed
+
+
+def _scheme(port: str) -> str:
+    """``socket`` of ``socket://HOST:PORT``; "" of a port of this machine."""
+    scheme, found, _ = port.partition("://")
+    return scheme.lower() if found else ""
+
+
+def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
+    """The port where the same device is now; a twin without serial number only at the old name."""
+    same = [p for p in ports if p.vid_pid == identity.vid_pid]
+    same = [p for p in same if p.serial_number == identity.serial_number]
+    at_old_name = [p for p in same if p.device == identity.device]
+    if at_old_name:
+        return at_old_name[0]
+    return same[0] if len(same) == 1 else None
+
+
+def _readable(fd: int, timeout: float) -> bool:
+    return bool(select.select([fd], [], [], timeout)[0])
+
+
+def gathered(fd: int, timeout: float) -> bytes:
+    """Wait for the first bytes; while they keep coming fast, gather for a moment.
+
+    A slow stream is handed over at once. A fast one comes in few large chunks, which costs a
+    third; no look is later than ``_PAUSE``, so that the terminal's buffer never fills.
+
+    Raises:
+        OSError: the stream has ended and all its bytes have been handed over.
+    """
+    if not _readable(fd, timeout):
+        return b""
+    data = _taken(fd)
+    end = time.monotonic() + _GATHER
+    while time.monotonic() < end:
+        time.sleep(_PAUSE)  # select would wake for every few bytes and so gather none
+        try:
+            data += _taken(fd)
+        except BlockingIOError:  # nothing new; asking before would cost another turn of the lock
+            if len(data) < _MAX_SLOW_BYTES:
+                break
+        except OSError:
+            break  # the device is gone: first hand over its last bytes, the next call says so
+    return data
+
+
+def _taken(fd: int) -> bytes:
+    data = os.read(fd, 65536)
+    if not data:
+        raise OSError("end of the stream")
+    return data

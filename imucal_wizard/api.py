@@ -1,0 +1,424 @@
+"""The public Python interface; the commands are thin callers of it.
+
+>>> import imucal_wizard as iw
+>>> recording = iw.read("imu.csv")
+>>> fit = iw.calibrate(recording)
+>>> fit["accelerometer"].parameters["bias_x"].unit
+'m/s^2'
+>>> fit["accelerometer"].rms_held_out < fit["accelerometer"].rms_before
+True
+>>> diagnosis = iw.diagnose(fit)
+>>> print(diagnosis["accelerometer"].verdict)
+complete
+>>> path = fit.calibration.save("my.json")
+>>> readings = recording.readings.accelerometer.values
+>>> iw.load(path)["accelerometer"].apply(readings).shape == readings.shape
+True
+>>> iw.export(iw.load(path), "ros-imu-calib", "imu.yaml").rms_exported < 0.01
+True
+"""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import imucal_wizard.diagnose as _diagnose_package
+from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files.session import is_session, taken_back
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
+from imucal_wizard.estimate.fitting.magnetometer import samples_during
+from imucal_wizard.estimate.result import FitReport
+
+if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
+    from imucal_wizard.diagnose.benches import Benches
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.model.effect import Effect
+    from imucal_wizard.report.calibration_file import Calibration, Sensor
+    from imucal_wizard.report.exports import Exported
+    from imucal_wizard.run.review import Reviewed
+
+SENSORS = ("accelerometer", "gyroscope", "magnetometer")
+__all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
+
+
+class Recording:
+    """What was recorded: the samples of files, or what the operator kept of a session.
+
+    A session counts as the operator left it: what was taken back or repeated is left out, and holds
+    that validate are not fitted. Where that does not determine a calibration, or with
+    ``all_samples``, all its samples count like those of any recording.
+
+    Args:
+        paths: recordings of one session, or one session file.
+        options: what the files do not say.
+        all_samples: treat a session as a plain recording.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[Path],
+        options: RecordingOptions | None = None,
+        *,
+        all_samples: bool = False,
+    ) -> None:
+        self.paths = tuple(paths)
+        self._options = options or RecordingOptions()
+        alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
+        self._session: Reviewed | None = None
+        self._notes: tuple[str, ...] = ()
+        if alone and not all_samples:
+            from imucal_wizard.run.review import review
+
+            self._session = review(self.paths[0], self._options)
+        else:
+            self._notes = tuple(text for path in self.paths for text in taken_back(path))
+
+    @cached_property
+    def readings(self) -> Readings:
+        """All samples, SI or counts.
+
+        Raises:
+            RecordingError: the files cannot be read.
+        """
+        readings = read_files(self.paths, self._options, field_alone=True)
+        return replace(readings, warnings=(*self._notes, *readings.warnings))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was noticed while reading."""
+        if self._session is None:
+            return self.readings.warnings
+        return (*self._notes, *self._session.stream.warnings)
+
+    @property
+    def gyroscope_unit(self) -> str | None:
+        """Unit of the gyroscope's readings; None without one."""
+        if self._session is None:
+            gyroscope = self.readings.gyroscope
+            return None if gyroscope is None else gyroscope.unit
+        stream = self._session.stream
+        return None if stream.gyroscope is None else stream.gyroscope_unit
+
+    @property
+    def field(self) -> Series | None:
+        """The magnetometer's samples that its fit uses; None without any."""
+        if self._session is None:
+            return self.readings.magnetometer
+        kept = self._session.collected
+        if kept.magnetometer is None or not kept.field_spans:
+            return None
+        return samples_during(kept.field_spans, kept.magnetometer)
+
+    @property
+    def gravity(self) -> float:
+        """Local gravity that a session was carried out with, else standard gravity, m/s²."""
+        return STANDARD_GRAVITY if self._session is None else self._session.gravity
+
+    def fit(self, options: FitOptions, *, inertial: bool = False) -> FitReport:
+        """The fit without effects.
+
+        Args:
+            options: gravity and methods.
+            inertial: leave the magnetometer out.
+
+        Raises:
+            DataError: the data do not determine a calibration.
+        """
+        session = self._session
+        if session is None:
+            readings = self.readings
+            return fit_readings(
+                replace(readings, magnetometer=None) if inertial else readings, options
+            )
+        from imucal_wizard.run.review import fit_stream
+
+        kept = session.collected
+        try:
+            report = fit_stream(
+                replace(kept, magnetometer=None) if inertial else kept, session.stream, options
+            )
+        except DataError as error:
+            self._session = None
+            note = (
+                f"the holds that the wizard kept do not determine a calibration ({error}): all "
+                "samples of the session are used instead, as those of a recording"
+            )
+            self._notes = (note, *taken_back(self.paths[0]))
+            return self.fit(options, inertial=inertial)
+        if session.finished:
+            return report
+        note = (
+            f"the session was left in the step {session.step}: what it had kept until then is "
+            "used; read it with all samples to use everything that was received"
+        )
+        return replace(report, warnings=(note, *report.warnings))
+
+    def behind(self, report: FitReport) -> Readings | None:
+        """The samples of a fit; None where a session gives others when it is read again."""
+        if self._session is None:
+            return self.readings
+        from imucal_wizard.sessions.readings_again import made_of
+
+        return self.readings if made_of(self.readings, report.holds) else None
+
+
+class Fit:
+    """The calibration of every sensor; ``fit["accelerometer"]`` is one sensor's.
+
+    Args:
+        recording: what was fitted.
+        options: gravity, field and methods.
+        base: terms of the base model by sensor; all of them where none are given.
+        own: effects of the user's own.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        options: FitOptions,
+        *,
+        base: Mapping[str, Sequence[str]] | None = None,
+        own: "Sequence[Effect]" = (),
+    ) -> None:
+        self.recording = recording
+        self.options = options
+        self._base = base
+        self._own = own
+
+    @cached_property
+    def report(self) -> FitReport:
+        """Holds, rotations, residuals and the fit without effects.
+
+        Raises:
+            DataError: the data do not determine a calibration.
+        """
+        return self.recording.fit(self.options)
+
+    @cached_property
+    def benches(self) -> "Benches":
+        """The bench of each sensor, where terms are added to its model and judged.
+
+        Raises:
+            DataError: the data determine no model of accelerometer or magnetometer.
+        """
+        from imucal_wizard.diagnose.benches import Benches
+
+        report = self._for_benches()
+        return Benches(report, self.recording.behind(report), self._base, self._own)
+
+    def add(self, terms: Mapping[str, Sequence[str]]) -> None:
+        """Add effects to the models.
+
+        Args:
+            terms: names by sensor.
+
+        Raises:
+            DataError: the data cannot show a term.
+            UsageError: a sensor or term is not known.
+        """
+        for sensor, names in ((one, terms[one]) for one in terms if terms[one]):
+            bench = self.benches.bench(sensor) if sensor in self.benches.report.rates else None
+            if bench is None:
+                raise UsageError(f"there is no {sensor} in this recording to add a term to")
+            for name in names:
+                bench.add(name)
+
+    def _for_benches(self) -> FitReport:
+        """The fit that the bench begins with: without the second stage, which uses two sensors."""
+        recording, options = self.recording, self.options
+        if recording.field is None:
+            return self.report
+        try:
+            report = recording.fit(options, inertial=True)
+        except DataError as error:
+            # a device that only tumbles gives no accelerometer calibration
+            notes = (*recording.warnings, f"the accelerometer is not calibrated: {error}")
+            report = FitReport(options.gravity, {}, (), (), {}, warnings=notes)
+        report = with_field(report, recording.field, options)
+        with suppress(DataError):  # clocks and axes of the sensors against one another
+            report = replace(report, second_stage=self.report.second_stage)
+        return report
+
+    @property
+    def calibration(self) -> "Calibration":
+        """The result as it is saved, with the terms that were added."""
+        from imucal_wizard.report.calibration_file import from_report
+
+        source = ", ".join(path.name for path in self.recording.paths)
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        models = self.benches.models() if "benches" in self.__dict__ else None
+        return from_report(self.report, source, now, models)
+
+    def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
+        """The result with the verdict on each sensor.
+
+        Args:
+            diagnosis: of the sensors, as ``diagnose`` gives it.
+        """
+        from msgspec import structs
+
+        sensors = {
+            name: structs.replace(
+                sensor, verdict=str(diagnosis[name].verdict), usable=diagnosis[name].usable
+            )
+            if name in diagnosis
+            else sensor
+            for name, sensor in self.calibration.sensors.items()
+        }
+        return structs.replace(self.calibration, sensors=sensors)
+
+    def __getitem__(self, sensor: str) -> "Sensor":
+        """The calibration of a sensor.
+
+        Raises:
+            KeyError: it is not calibrated.
+        """
+        return self.calibration[sensor]
+
+
+def read(
+    *files: str | os.PathLike[str],
+    columns: Sequence[str] = (),
+    rate: float | None = None,
+    units: Mapping[str, str] | None = None,
+    format: str | None = None,  # noqa: A002 - the word that the command line uses, too
+    all_samples: bool = False,
+) -> Recording:
+    """Read a recording: one file, several files of one session, or a session of the wizard.
+
+    Args:
+        files: CSV or another format that is recognised by its content.
+        columns: names of the columns where the file has no header, like ``ax``; ``-`` skips one.
+        rate: samples per second where no column is a time, Hz.
+        units: unit of the readings by sensor where the file does not say it, like ``{"gyroscope":
+            "deg/s"}``.
+        format: name of the file format where the content does not tell it, like ``imu_tk``.
+        all_samples: of a session: use everything received, also what was taken back.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    given = units or {}
+    options = RecordingOptions(
+        columns=tuple(columns),
+        rate=rate,
+        accelerometer_unit=given.get("accelerometer"),
+        gyroscope_unit=given.get("gyroscope"),
+        magnetometer_unit=given.get("magnetometer"),
+        as_format=format,
+    )
+    return Recording([Path(file) for file in files], options, all_samples=all_samples)
+
+
+def calibrate(
+    recording: Recording,
+    terms: Mapping[str, Sequence[str]] | None = None,
+    *,
+    gravity: float | None = None,
+    field: float | None = None,
+    methods: Mapping[str, str] | None = None,
+) -> Fit:
+    """Find the holds and rotations of a recording and fit every sensor.
+
+    Args:
+        recording: what was recorded.
+        terms: effects to add to the base model, by sensor, like ``{"gyroscope":
+            ["g-sensitivity"]}``.
+        gravity: local gravity, m/s²; that of the session, or standard gravity, when left out.
+        field: magnitude of the local magnetic field, µT; without it the magnetometer's matrix has
+            determinant 1.
+        methods: the method by sensor, where it is not the default.
+
+    Raises:
+        DataError: the data do not determine a calibration, or cannot show a term.
+        UsageError: a term or sensor is not known.
+    """
+    chosen = methods or {}
+    options = FitOptions(
+        recording.gravity if gravity is None else gravity,
+        chosen.get("accelerometer", FitOptions.method),
+        chosen.get("gyroscope", FitOptions.gyroscope_method),
+        chosen.get("magnetometer", FitOptions.magnetometer_method),
+        field,
+    )
+    fit = Fit(recording, options)
+    _ = fit.report  # what the data cannot determine is refused here
+    fit.add(terms or {})
+    return fit
+
+
+def diagnose(fit: Fit, *, automatic: bool = False) -> "dict[str, Diagnosis]":
+    """Whether each sensor's model is complete, what may be missing, and what to measure next.
+
+    Args:
+        fit: of a recording.
+        automatic: add the terms that data held out confirm; ``fit`` has them afterwards.
+
+    Returns:
+        The diagnosis of each sensor; ``insufficient`` where the data determine no model.
+    """
+    from imucal_wizard.diagnose.survey import diagnose_benches, insufficient
+
+    try:
+        return {one.sensor: one for one in diagnose_benches(fit.benches, {}, automatic)}
+    except DataError as error:
+        readings = fit.recording.readings
+        there = [name for name in SENSORS if getattr(readings, name) is not None]
+        return {name: insufficient(name, str(error)) for name in there}
+
+
+def load(path: str | os.PathLike[str]) -> "Calibration":
+    """Read a saved calibration.
+
+    Args:
+        path: written by ``save``, by this version or an older one.
+
+    Raises:
+        RecordingError: the file is missing, damaged, or no calibration.
+    """
+    from imucal_wizard.report.calibration_file import read_calibration
+
+    return read_calibration(Path(path))
+
+
+def export(calibration: "Calibration", target: str, path: str | os.PathLike[str]) -> "Exported":
+    """Write what another program reads, and prove it by reading it back.
+
+    Args:
+        calibration: to be written.
+        target: name of the consumer, as ``imucal-wizard export --list`` prints it.
+        path: file to write.
+
+    Raises:
+        UsageError: there is no such target, it cannot hold this calibration, or the file is there
+            already and is none of this target.
+    """
+    from imucal_wizard.report.exports import write_export
+
+    return write_export(calibration, target, Path(path))
+
+
+class _CallablePackage(ModuleType):
+    """The package ``imucal_wizard.diagnose``, which can be called as the function of that name.
+
+    Importing a package binds its name in its parent, so that ``imucal_wizard.diagnose`` is the
+    package from then on.
+    """
+
+    __call__: Callable[..., Any] = staticmethod(diagnose)
+
+
+_diagnose_package.__class__ = _CallablePackage

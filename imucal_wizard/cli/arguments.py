@@ -1,0 +1,339 @@
+"""Options and outputs that several commands share, and a parser that answers in one line."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.output import encode, note
+from imucal_wizard.core.units import COUNT, FACTORS, STANDARD_GRAVITY
+from imucal_wizard.estimate.methods import DEFAULTS, MethodNames
+
+_UNITS = (
+    ("accel", "accelerometer", "accelerations"),
+    ("gyro", "gyroscope", "angular rates"),
+    ("mag", "magnetometer", "the field"),
+)
+"""Beginning of the option, the sensor whose unit it gives, and the quantity."""
+if TYPE_CHECKING:  # numpy is imported after the options are checked
+    from imucal_wizard.api import Fit, Recording
+
+STANDARD_OUT = "-"
+GRADES = ("consumer", "industrial", "tactical")
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that reports an error in one line, with exit status 2."""
+
+    def error(self, message: str) -> NoReturn:
+        """Report what is wrong with the options and how to get help."""
+        raise UsageError(f"{message}. See: {self.prog} --help")
+
+
+def fitting_parser(command: str, description: str) -> Parser:
+    """The parser of a command that fits a recording, with the options that all such commands take.
+
+    Args:
+        command: its name.
+        description: what it does, in a sentence or two.
+    """
+    made = Parser(prog=f"imucal-wizard {command}", description=description)
+    made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
+    add_json(made)
+    add_recording_options(made)
+    add_all_samples(made)
+    add_gravity(made)
+    return made
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """The option that writes the result for scripts."""
+    parser.add_argument(
+        "--json",
+        type=document_place,
+        metavar="FILE",
+        help="write the result as JSON; - for standard output, and nothing else there",
+    )
+
+
+def add_effects(parser: "argparse._ActionsContainer") -> None:
+    """The option for the user's own effects."""
+    parser.add_argument(
+        "--effects",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="a Python file with an effect of your own for the bench; may be given several times",
+    )
+
+
+def add_recording_options(parser: argparse.ArgumentParser) -> None:
+    """Options that describe files which do not describe themselves."""
+    group = parser.add_argument_group("description of the files, where they lack it")
+    group.add_argument(
+        "--as",
+        dest="as_format",
+        metavar="FORMAT",
+        help="how the lines are written: imu_tk for pairs of `t x y z` files, or the name of a "
+        "device's format",
+    )
+    group.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="names of the columns in their order, like t,ax,ay,az,gx,gy,gz; - skips one",
+    )
+    group.add_argument(
+        "--rate", type=positive, metavar="HZ", help="samples per second, if there is no time column"
+    )
+    for name, sensor, of in _UNITS:
+        known = ", ".join([*FACTORS[sensor], COUNT])
+        group.add_argument(f"--{name}-unit", metavar="UNIT", help=f"unit of {of}: {known}")
+
+
+def add_gravity(parser: argparse.ArgumentParser) -> None:
+    """The option for local gravity, which sets the accelerometer's scale."""
+    parser.add_argument(
+        "--gravity",
+        type=_between(9.7, 9.9, "a gravity on Earth; it lies between 9.76 and 9.84 m/s²"),
+        metavar="M/S2",
+        help=f"local gravity, m/s² (default {STANDARD_GRAVITY}, or that of the session; "
+        "9.780 at the equator, 9.832 at the poles)",
+    )
+
+
+def add_methods(parser: argparse.ArgumentParser) -> None:
+    """Options for the methods of accelerometer and gyroscope."""
+    parser.add_argument(
+        "--method",
+        choices=MethodNames("accelerometer"),
+        metavar="NAME",
+        default=DEFAULTS["accelerometer"],
+        help="the accelerometer's method: %(choices)s (default %(default)s)",
+    )
+    parser.add_argument(
+        "--gyro-method",
+        choices=MethodNames("gyroscope"),
+        metavar="NAME",
+        default=DEFAULTS["gyroscope"],
+        help="the gyroscope's method: %(choices)s (default %(default)s)",
+    )
+
+
+def add_magnetometer(parser: argparse.ArgumentParser) -> None:
+    """Options for the method and scale of the magnetometer."""
+    parser.add_argument(
+        "--mag-method",
+        choices=MethodNames("magnetometer"),
+        metavar="NAME",
+        default=DEFAULTS["magnetometer"],
+        help="the magnetometer's method: %(choices)s (default %(default)s)",
+    )
+    add_field(parser)
+
+
+def add_field(parser: argparse.ArgumentParser) -> None:
+    """The option for the magnitude of the local field, which sets the magnetometer's scale."""
+    parser.add_argument(
+        "--field",
+        type=_between(20.0, 70.0, "the Earth's field; it lies between 22 and 67 µT"),
+        metavar="UT",
+        help="magnitude of the local magnetic field, µT; without it the magnetometer's matrix has "
+        "determinant 1",
+    )
+
+
+def add_all_samples(parser: argparse.ArgumentParser) -> None:
+    """The option that treats a session as a plain recording."""
+    parser.add_argument(
+        "--all-samples",
+        action="store_true",
+        help="of a session: use everything received, also what was taken back in the wizard",
+    )
+
+
+def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
+    """The shared options in the form that the readers of files take."""
+    columns = tuple(name.strip() for name in (arguments.columns or "").split(",") if name.strip())
+    return RecordingOptions(
+        columns=columns,
+        rate=arguments.rate,
+        accelerometer_unit=arguments.accel_unit,
+        gyroscope_unit=arguments.gyro_unit,
+        magnetometer_unit=arguments.mag_unit,
+        as_format=arguments.as_format,
+    )
+
+
+def recording_of(arguments: argparse.Namespace) -> "Recording":
+    """The recording or session that a command was given.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    from imucal_wizard.api import Recording
+
+    options = recording_options(arguments)
+    return Recording(arguments.files, options, all_samples=arguments.all_samples)
+
+
+def calibrated(
+    arguments: argparse.Namespace, command: str, methods: Mapping[str, str] | None = None
+) -> "Fit":
+    """The fit of a command; if the data are insufficient, its JSON document gives the reason.
+
+    Args:
+        arguments: with the options of ``fitting_parser`` and ``add_field``.
+        command: whose document it is.
+        methods: by sensor.
+
+    Raises:
+        DataError: the data do not determine a calibration.
+    """
+    from imucal_wizard.api import calibrate
+
+    recording = recording_of(arguments)
+    try:
+        return calibrate(
+            recording, gravity=arguments.gravity, field=arguments.field, methods=methods
+        )
+    except DataError as error:
+        if arguments.json:
+            from imucal_wizard.report.document import failure_document
+
+            write_json(failure_document(command, str(error), recording.warnings), arguments.json)
+        for warning in recording.warnings:
+            note(f"warning: {warning}")
+        raise
+
+
+def write_json(document: object, place: str) -> None:
+    """Write one JSON document to a file, or to standard output for ``-``.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+    data = encode(document)
+    if place == STANDARD_OUT:
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    try:
+        Path(place).write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
+
+
+def positive(text: str) -> float:
+    """The type of an option for a number above zero."""
+    value = _number(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above zero")
+    return value
+
+
+def _between(low: float, high: float, says: str) -> Callable[[str], float]:
+    """The type of an option for a number in a range; ``says`` describes such a number."""
+
+    def number(text: str) -> float:
+        value = _number(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is not {says}")
+        return value
+
+    return number
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def file_to_write(text: str) -> Path:
+    """The type of an option for a file that can be written; its folder must exist."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text} is a folder; give a file in it")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it first")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f"{text} cannot be written; choose another place")
+    return path
+
+
+def spare(files: Sequence[Path], *places: str | Path | None) -> None:
+    """Refuse to write over an input file: a measurement cannot be repeated.
+
+    Raises:
+        UsageError: a place is one of the files.
+    """
+    for place in places:
+        if place is not None and any(_same(Path(place), file) for file in files):
+            raise UsageError(f"{place} is an input file: give another name to write to")
+
+
+def _same(place: Path, file: Path) -> bool:
+    try:
+        return place.samefile(file)
+    except OSError:  # one of them does not exist
+        return False
+
+
+def document_place(text: str) -> str:
+    """The type of an option for a JSON file, or ``-`` for standard output."""
+    return text if text == STANDARD_OUT else str(file_to_write(text))
+
+
+def add_sensor(group: "argparse._ActionsContainer") -> None:
+    """Options for the virtual sensor and the effects in it."""
+    group.add_argument(
+        "--hidden",
+        action="append",
+        default=[],
+        metavar="TERM:SIZE:AXIS",
+        help="hide an effect in the sensor, like second-order:5:y; may be given several times",
+    )
+    group.add_argument("--seed", type=int, metavar="N", help="seed of sensor and hand (default 0)")
+
+
+def add_exercise(group: "argparse._ArgumentGroup", mystery: str) -> None:
+    """Options for an exercise with a randomly hidden effect.
+
+    Args:
+        group: where the options are listed.
+        mystery: help text of ``--mystery``.
+    """
+    group.add_argument("--mystery", action="store_true", help=mystery)
+    group.add_argument(
+        "--grade",
+        choices=GRADES,
+        default=GRADES[0],
+        help=f"grade of the sensor; better ones hide smaller effects (default {GRADES[0]})",
+    )
+    group.add_argument("--key", metavar="WORD", help="the class's key to the answer")
+
+
+def check_exercise(arguments: argparse.Namespace, also: str = "") -> None:
+    """Refuse options of an exercise that contradict one another.
+
+    Args:
+        arguments: as they were given.
+        also: another option that a key belongs to, or "".
+
+    Raises:
+        UsageError: an effect of the user's own beside one by chance, or a key for nothing.
+    """
+    if arguments.mystery and arguments.hidden:
+        raise UsageError("--mystery hides a random effect, --hidden one that you choose: give one")
+    if arguments.key is None:
+        return
+    if not arguments.mystery:
+        raise UsageError(f"--key belongs to --mystery{f' or {also}' if also else ''}")
+    if not arguments.key.strip():
+        raise UsageError("the key is empty; give a word with --key")

@@ -1,0 +1,250 @@
+"""``imucal-wizard bench``: compare, rank what is missing, add it."""
+
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
+    Parser,
+    add_effects,
+    add_field,
+    file_to_write,
+    fitting_parser,
+    recording_of,
+    spare,
+    write_json,
+)
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.output import note, say
+
+if TYPE_CHECKING:  # numpy is imported after the options are checked
+    from imucal_wizard.api import Fit, Recording
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+
+
+USAGE = (("bench FILE...", "find what the model lacks: compare, rank, add"),)
+SENSORS = ("accelerometer", "gyroscope", "magnetometer")
+BASES = {
+    "accelerometer": ("bias", "scale", "non-orthogonality"),
+    "gyroscope": ("bias", "scale", "non-orthogonality"),
+    "magnetometer": ("bias", "soft-iron"),
+}
+
+
+def parser() -> Parser:
+    """The options of ``bench``."""
+    made = fitting_parser(
+        "bench",
+        "Compare model and measurement, rank what may be missing, add it, and see whether the "
+        "error on data held out falls.",
+    )
+    made.add_argument(
+        "--auto", action="store_true", help="add terms that held-out data confirm, then stop"
+    )
+    made.add_argument(
+        "--add",
+        action="append",
+        default=[],
+        metavar="TERM",
+        help="add this term first; another sensor's as SENSOR/TERM; may be given several times",
+    )
+    made.add_argument(
+        "--base",
+        default="bias,scale,non-orthogonality",
+        metavar="TERMS",
+        help="the base model, of bias,scale,non-orthogonality (magnetometer: bias,soft-iron); "
+        "none for none of them; SENSOR/TERM for one sensor alone",
+    )
+    made.add_argument(
+        "--view",
+        metavar="NAME",
+        help="print a picture: what the model leaves against force, time, temperature, rate …; "
+        "another sensor's as SENSOR/NAME; list for the names",
+    )
+    made.add_argument(
+        "--save",
+        type=file_to_write,
+        metavar="CAL.json",
+        help="save the calibration with the terms that were added",
+    )
+    add_effects(made)
+    add_field(made)
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Diagnose, add what is asked for, and report; 1 when the data are insufficient."""
+    arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json, arguments.save)
+    added = wanted_terms(arguments.add)
+    fit = _fit(arguments)
+    recording = fit.recording
+    try:
+        benches = fit.benches
+    except DataError as error:
+        from imucal_wizard.diagnose.survey import insufficient
+
+        sensors = [name for name in SENSORS if getattr(recording.readings, name) is not None]
+        return write_diagnosis(
+            [insufficient(name, str(error)) for name in sensors], recording, arguments
+        )
+    asked = sys.stdin.isatty() and sys.stdout.isatty()
+    if asked and not (arguments.auto or arguments.json or arguments.view or arguments.save):
+        from imucal_wizard.tui.run import run_bench
+
+        fit.add(added)
+        return run_bench(benches)
+    from imucal_wizard.diagnose.survey import diagnose_benches
+
+    try:
+        statements = diagnose_benches(benches, added, arguments.auto)
+        if arguments.view:
+            return _picture(statements, arguments.view, arguments.json)
+    except DataError as error:
+        if arguments.json:
+            from imucal_wizard.report.document import failure_document
+
+            write_json(failure_document("bench", str(error), recording.warnings), arguments.json)
+        raise
+    status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
+    if arguments.save:
+        fit.judged({one.sensor: one for one in statements}).save(arguments.save)
+        (note if arguments.json == STANDARD_OUT else say)(f"saved: {arguments.save}")
+    return status
+
+
+def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) -> int:
+    """Print the views of a name, or all names; as data if JSON is asked for.
+
+    Raises:
+        UsageError: there is no such picture.
+    """
+    from imucal_wizard.diagnose.views import pictures
+    from imucal_wizard.report.bench_views import view_document, view_names, view_text
+
+    known = {one.sensor: pictures(one) for one in statements}
+    if name == "list":
+        say(view_names(known))
+        return 0
+    wanted, _, own = name.rpartition("/")
+    chosen = [
+        (sensor, view)
+        for sensor, views in known.items()
+        for view in views
+        if view.name == own and wanted in ("", sensor)
+    ]
+    if not chosen:
+        every = dict.fromkeys(view.name for views in known.values() for view in views)
+        plain = ", ".join(
+            one for one in every if not one.startswith(("model-", "rest-", "suspect-"))
+        )
+        raise UsageError(
+            f"there is no view {name!r}; there are {plain}, and model-AXIS-…, rest-AXIS-… and "
+            "suspect-TERM: --view list names them all"
+        )
+    if place:
+        write_json(view_document(chosen), place)
+    if place != STANDARD_OUT:
+        say("\n\n".join(view_text(sensor, view) for sensor, view in chosen))
+    return 0
+
+
+def _fit(arguments: Namespace) -> "Fit":
+    """The fit that the bench begins with.
+
+    Raises:
+        InputError: a file cannot be read.
+        UsageError: a term that the base does not have.
+    """
+    from imucal_wizard.api import Fit
+    from imucal_wizard.estimate.fitting import FitOptions
+    from imucal_wizard.model.catalogue import load_effect
+
+    own = [load_effect(path) for path in arguments.effects]
+    recording = recording_of(arguments)
+    gravity = recording.gravity if arguments.gravity is None else arguments.gravity
+    options = FitOptions(gravity, field=arguments.field)
+    return Fit(recording, options, base=base_terms(arguments.base), own=own)
+
+
+def write_diagnosis(
+    statements: "Sequence[Diagnosis]",
+    recording: "Recording",
+    arguments: Namespace,
+    warnings: Sequence[str] = (),
+) -> int:
+    """Write the diagnosis; the exit status is 1 when a sensor's data are insufficient."""
+    from imucal_wizard.diagnose.verdict import Verdict
+
+    notes = list(dict.fromkeys([*recording.warnings, *warnings]))
+    short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
+    if arguments.json:
+        from imucal_wizard.report.bench_document import bench_document
+
+        write_json(bench_document(statements, notes), arguments.json)
+    if arguments.json != STANDARD_OUT:
+        from imucal_wizard.report.bench_text import bench_text
+
+        say(bench_text(statements))
+    for warning in notes:
+        note(f"warning: {warning}")
+    for one in short:
+        note(f"imucal-wizard: {one.sensor}: {one.lacking}")
+    return 1 if short else 0
+
+
+def base_terms(text: str) -> dict[str, tuple[str, ...]]:
+    """The terms of ``--base`` by sensor; ``none`` leaves all of them out.
+
+    A word with a sensor in front is that sensor's alone; a sensor without any has the others. Scale
+    and non-orthogonality of a magnetometer are its soft iron.
+
+    Raises:
+        UsageError: a word that is no term of a base.
+    """
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    _check_base(words)
+    plain = [word for word in words if "/" not in word]
+    found = {}
+    for sensor, whole in BASES.items():
+        own = [word.partition("/")[2] for word in words if word.startswith(f"{sensor}/")]
+        asked = set(own or plain)
+        if sensor == "magnetometer" and "non-orthogonality" in asked:
+            asked.add("soft-iron")
+        found[sensor] = tuple(term for term in whole if term in asked) if asked else whole
+    return found
+
+
+def _check_base(words: Sequence[str]) -> None:
+    inertial = {"none", *BASES["accelerometer"]}
+    known = {*inertial, "soft-iron"}
+    for word in words:
+        sensor, slash, term = word.rpartition("/")
+        own_terms = known if sensor in ("", "magnetometer") else inertial
+        if term not in own_terms or (slash and sensor not in BASES):
+            raise UsageError(
+                f"--base: {word!r} is not in the base; it has {', '.join(sorted(own_terms))}"
+            )
+
+
+def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
+    """The terms of ``--add`` by sensor.
+
+    Raises:
+        UsageError: not ``TERM`` or ``SENSOR/TERM``, or a term of another sensor.
+    """
+    from imucal_wizard.model.catalogue import builtin_effects
+
+    wanted: dict[str, list[str]] = {name: [] for name in SENSORS}
+    only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
+    only["soft-iron"] = "magnetometer"
+    for text in texts:
+        sensor, _, term = text.rpartition("/")
+        if sensor not in ("", *SENSORS):
+            raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
+        if not sensor and only.get(term, SENSORS[0]) != SENSORS[0]:
+            raise UsageError(f"{term} is an effect of the {only[term]}; write {only[term]}/{term}")
+        wanted[sensor or SENSORS[0]].append(term)
+    return wanted

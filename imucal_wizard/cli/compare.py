@@ -1,0 +1,47 @@
+"""``imucal-wizard compare``: all methods on one recording, side by side, on one screen."""
+
+from collections.abc import Sequence
+
+from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
+    Parser,
+    add_field,
+    calibrated,
+    fitting_parser,
+    spare,
+    write_json,
+)
+from imucal_wizard.core.output import note, say
+
+USAGE = (("compare FILE...", "fit a recording by all methods, side by side"),)
+
+
+def parser() -> Parser:
+    """The options of ``compare``."""
+    made = fitting_parser(
+        "compare",
+        "Fit a recording by every method there is (Q's, N's and our own) and show them side by "
+        "side: error fitted, error held out, what differs.",
+    )
+    add_field(made)
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Compare; the exit status is 1 when the data are insufficient."""
+    arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json)
+    fit = calibrated(arguments, "compare")
+    from imucal_wizard.estimate.fitting.methods import method_rows
+    from imucal_wizard.report.document import methods_document
+    from imucal_wizard.report.tables import method_table
+
+    report, recording = fit.report, fit.recording
+    rows = method_rows(report, recording.gyroscope_unit, recording.field, arguments.field)
+    if arguments.json:
+        write_json(methods_document(report, rows), arguments.json)
+    if arguments.json != STANDARD_OUT:
+        say(method_table(rows))
+    for warning in report.warnings:
+        note(f"warning: {warning}")
+    return 0

@@ -1,0 +1,73 @@
+"""``imucal-wizard fit``: a recording in, a calibration out, without a screen."""
+
+from collections.abc import Sequence
+
+from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
+    Parser,
+    add_magnetometer,
+    add_methods,
+    calibrated,
+    file_to_write,
+    fitting_parser,
+    spare,
+    write_json,
+)
+from imucal_wizard.core.output import note, say
+
+USAGE = (("fit FILE...", "fit a recording"),)
+
+
+def parser() -> Parser:
+    """The options of ``fit``."""
+    made = fitting_parser(
+        "fit",
+        "Find the holds and rotations of a recording, fit the model, show what is left. Files of "
+        "one session that hold different sensors are given together.",
+    )
+    add_methods(made)
+    add_magnetometer(made)
+    made.add_argument(
+        "--no-verdict",
+        action="store_true",
+        help="only fit: do not look for what the model lacks, and give no verdict",
+    )
+    made.add_argument(
+        "--save", type=file_to_write, metavar="FILE", help="save the calibration to this file"
+    )
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Fit and report; the exit status is 1 when the data are insufficient."""
+    arguments = parser().parse_args(argv)
+    spare(arguments.files, arguments.json, arguments.save)
+    methods = {
+        "accelerometer": arguments.method,
+        "gyroscope": arguments.gyro_method,
+        "magnetometer": arguments.mag_method,
+    }
+    fit = calibrated(arguments, "fit", methods)
+    diagnosis = {}
+    if not arguments.no_verdict:
+        from imucal_wizard.api import diagnose
+
+        diagnosis = diagnose(fit)
+    says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
+    if arguments.save:
+        fit.judged(diagnosis).save(arguments.save)
+    if arguments.json:
+        from imucal_wizard.report.document import fit_document
+
+        write_json(fit_document(fit.report, fit.judged(diagnosis).sensors, says), arguments.json)
+    tell = note if arguments.json == STANDARD_OUT else say
+    if tell is say:
+        from imucal_wizard.report.text import summary
+
+        say(summary(fit.report, says))
+    else:
+        for warning in fit.report.warnings:
+            note(f"warning: {warning}")
+    if arguments.save:
+        tell(f"saved: {arguments.save}")
+    return 0

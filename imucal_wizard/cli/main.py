@@ -1,0 +1,109 @@
+"""Entry point: finds the command, reports errors in one line. Only that command is imported."""
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.output import harmless, never_fail_to_encode, note
+from imucal_wizard.run.faults import watch
+
+OPTIONS = {
+    "accelerometer_unit": "--accel-unit",
+    "as_format": "--as",
+    "gyroscope_unit": "--gyro-unit",
+    "magnetometer_unit": "--mag-unit",
+}
+"""The option for a setting that an error may name, where it is not the setting's own name."""
+
+
+_SHARED = ("arguments", "main")
+"""The files of this folder that are no command."""
+
+
+def command_names() -> list[str]:
+    """Names of the commands, the wizard first: every file of this folder but the shared ones.
+
+    A command's file has ``USAGE`` (pairs of what to type and what it does), ``parser`` and ``run``.
+    """
+    found = {module.name for module in iter_modules([str(Path(__file__).parent)])}
+    return sorted(found - set(_SHARED), key=lambda name: (name != "wizard", name))
+
+
+def usage() -> str:
+    """What every command does, a line for each way of calling it."""
+    pairs = [
+        pair
+        for name in command_names()
+        for pair in import_module(f"imucal_wizard.cli.{name}").USAGE
+    ]
+    width = max(len(call) for call, _ in pairs)
+    return "\n".join(
+        [
+            "imucal-wizard: a guided calibration of MEMS IMUs by gravity and the Earth's field.",
+            "",
+            *(f"  imucal-wizard {call:<{width}}  {does}" for call, does in pairs),
+            "",
+            "Options: imucal-wizard COMMAND --help; of the wizard: imucal-wizard wizard --help",
+        ]
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the program; the exit status is 0 done, 1 insufficient data, 2 wrong usage."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        # the matrices are small: threads would only wait for one another
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        never_fail_to_encode()
+        watch()
+    try:
+        return _dispatch(arguments)
+    except ImucalError as error:
+        note(f"imucal-wizard: {_one_line(str(error))}{_options(error)}")
+        return error.exit_status
+    except KeyboardInterrupt:
+        print("imucal-wizard: stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # the reader of the output has closed it
+        sys.stderr.close()
+        return 0
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if arguments[:1] in (["-h"], ["--help"], ["help"]):
+        print(usage())
+        return 0
+    if arguments[:1] == ["--version"]:
+        from imucal_wizard import __version__
+
+        print(f"imucal-wizard {__version__}")
+        return 0
+    command = "wizard"
+    if arguments and arguments[0] in command_names():
+        command, *arguments = arguments
+    run = import_module(f"imucal_wizard.cli.{command}").run
+    return int(run(arguments))
+
+
+def _options(error: ImucalError) -> str:
+    """The options that change the settings which an error names, in brackets."""
+    parts = (setting.partition(" ") for setting in error.settings)
+    options = [
+        OPTIONS.get(name, "--" + name.replace("_", "-")) + space + value
+        for name, space, value in parts
+    ]
+    return f" ({' '.join(options)})" if options else ""
+
+
+def _one_line(text: str) -> str:
+    """The message on one line, without control characters from a device or file."""
+    return harmless(" ".join(text.split()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

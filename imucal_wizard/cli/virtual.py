@@ -1,0 +1,116 @@
+"""``imucal-wizard virtual``: the virtual IMU on a pseudo-terminal, for another one to read."""
+
+import argparse
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from imucal_wizard.cli.arguments import (
+    Parser,
+    add_sensor,
+    positive,
+)
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.output import note
+
+if TYPE_CHECKING:  # numpy is imported after the options are checked
+    from imucal_wizard.simulate import VirtualHand
+
+USAGE = (("virtual", "the virtual IMU on a port, for --port in another terminal"),)
+COMMANDS = """\
+Lines on standard input move the device, one after the other:
+  +x, +x-y, -x+y+z   bring this pose on top
+  turn x 90          turn about x, y or z by so many degrees
+  rest 5             lie still for so many seconds
+  hold, lay          hold it in a trembling hand; lay it down
+  steel              let something of steel pass by
+  quit               stop
+"""
+
+
+def parser() -> Parser:
+    """The options of ``virtual``."""
+    made = Parser(
+        prog="imucal-wizard virtual",
+        description="Offer the virtual IMU on a pseudo-terminal until it is stopped.\n"
+        "Its path is printed; open it in another terminal: imucal-wizard --port PATH",
+        epilog=COMMANDS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_sensor(made)
+    made.add_argument(
+        "--rate", type=positive, default=100.0, metavar="HZ", help="samples per second (100)"
+    )
+    made.add_argument(
+        "--speed", type=positive, default=1.0, metavar="X", help="this many times as fast (1)"
+    )
+    made.add_argument("--magnetometer", action="store_true", help="with a magnetometer")
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Serve the device until interrupted or told to quit."""
+    arguments = parser().parse_args(argv)
+    from imucal_wizard.simulate import VirtualImu
+    from imucal_wizard.simulate.terminal import Pty, serve
+
+    imu = VirtualImu(
+        arguments.rate,
+        arguments.seed or 0,
+        arguments.speed,
+        hidden=arguments.hidden,
+        magnetometer=arguments.magnetometer,
+    )
+    pty, stopping = Pty(), threading.Event()
+    print(pty.path, flush=True)
+    threading.Thread(target=_listen, args=(imu.hand, stopping), daemon=True).start()
+    with suppress(KeyboardInterrupt):  # the usual way to stop it
+        serve(imu, pty, stopping)
+    pty.close()
+    return 0
+
+
+def _listen(hand: "VirtualHand", stopping: threading.Event) -> None:
+    """Obey the lines on standard input until one says ``quit``."""
+    for line in sys.stdin:
+        if line.strip() == "quit":
+            stopping.set()
+            return
+        try:
+            _obey(hand, line.split())
+        except UsageError as error:
+            note(f"imucal-wizard: {error}")
+
+
+def _obey(hand: "VirtualHand", words: list[str]) -> None:
+    """Do what a line says.
+
+    Raises:
+        UsageError: it says nothing that the hand can do.
+    """
+    match words:
+        case []:
+            return
+        case ["turn", axis, degrees]:
+            hand.turn(axis, _number(degrees))
+        case ["rest", seconds]:
+            hand.rest(_number(seconds))
+        case ["hold"]:
+            hand.tremble(True)
+        case ["lay"]:
+            hand.tremble(False)
+        case ["steel"]:
+            hand.pass_steel()
+        case [pose]:
+            hand.snap_to(pose)
+        case _:
+            raise UsageError(f"{' '.join(words)!r} is not understood; see --help")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{text!r} is not a number") from None

@@ -1,1 +1,0 @@
-"""One file per command: its options, and the call into the house."""

@@ -1,0 +1,1 @@
+"""Readings, units, poses, rotation algebra, errors: what every other package builds on."""

@@ -1,0 +1,182 @@
+"""Attitude from angular rate, to fourth order in the sampling interval, many rotations at once.
+
+The rotation vector of the step from one sample to the next (Magnus expansion, two terms) is
+
+    φ = ∫ w dt + (dt²/12) w₀ × w₁  =  (dt/2) (w₀ + w₁) + (dt²/12) (w₀′ − w₁′) + (dt²/12) w₀ × w₁
+
+with slopes w′ from the parabola through neighbouring samples (the trapezoidal rule alone is of
+second order; the product is the coning that a plain sum of rates leaves out). Steps are joined as
+unit quaternions by a tree of pairs. Arrays over the steps have their components first, (3, n), so
+that each component lies in one piece.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.quaternions import cross, multiply
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+
+PIECE = 32
+"""Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """n samples of m rotations, and the s steps between them (empty ones fill up each rotation).
+
+    Attributes:
+        time: s, shape (n,).
+        reading: of the gyroscope, its unit, shape (n, 3).
+        rotation: which rotation a sample belongs to, shape (n,).
+        offsets: first sample of each rotation, and n, shape (m + 1,).
+        first: sample at which a step begins, shape (s,).
+        second: sample at which it ends, the same for an empty step, shape (s,).
+        dt: duration of each step, s, shape (s,).
+        step_offsets: first step of each rotation, and s, shape (m + 1,).
+        near: the three samples whose parabola gives the slope at each, shape (3, n).
+        slope: their weights in it, 1/s, shape (3, n).
+    """
+
+    time: FloatArray
+    reading: FloatArray
+    rotation: IntArray
+    offsets: IntArray
+    first: IntArray
+    second: IntArray
+    dt: FloatArray
+    step_offsets: IntArray
+    near: IntArray
+    slope: FloatArray
+
+    def turned(self, rate: FloatArray) -> FloatArray:
+        """Rotation vector of each step, rad, shape (3, s), for rates (n, 3) in rad/s."""
+        w = np.ascontiguousarray(rate.T)
+        slope = sum(weight * w[:, near] for near, weight in zip(self.near, self.slope, strict=True))
+        w0, w1 = w[:, self.first], w[:, self.second]
+        bent = np.take(slope, self.first, axis=1) - np.take(slope, self.second, axis=1)
+        twelfth = self.dt * self.dt / 12.0
+        return np.asarray(0.5 * self.dt * (w0 + w1) + twelfth * (bent + cross(w0, w1)))
+
+    def spread(self, steps: FloatArray) -> FloatArray:
+        """``Σ steps · ∫ w dt`` as weights of the samples' w, by the trapezoidal rule.
+
+        Args:
+            steps: a factor of each step, shape (k, s).
+
+        Returns:
+            Shape (k, n).
+        """
+        half = 0.5 * self.dt * steps
+        out = np.zeros((len(steps), len(self.time)))
+        filled = self.dt > 0.0
+        out[:, self.first[filled]] += half[:, filled]
+        out[:, self.second[filled]] += half[:, filled]
+        return out
+
+    def at_samples(self, before: FloatArray, after: FloatArray) -> FloatArray:
+        """What is known before and after each step (k, s), at the samples, shape (k, n)."""
+        out = np.empty((len(before), len(self.time)))
+        filled = self.dt > 0.0
+        out[:, self.first[filled]] = before[:, filled]
+        out[:, self.offsets[1:] - 1] = after[:, self.step_offsets[1:] - 1]
+        return out
+
+
+def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> Samples:
+    """Rotations given by their sample times (k,) and readings (k, 3), k ≥ 3 for each.
+
+    A sample that is not later than the one before it is left out.
+    """
+    kept = [advancing(time) for time in times]
+    times = [time[keep] for time, keep in zip(times, kept, strict=True)]
+    counts = np.array([len(time) for time in times])
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    firsts, seconds, near, slopes, steps = [], [], [], [], [0]
+    for start, time in zip(offsets[:-1], times, strict=True):
+        begin = np.arange(len(time) - 1) + start
+        empty = np.full(-len(begin) % PIECE, start)
+        firsts.append(np.concatenate([begin, empty]))
+        seconds.append(np.concatenate([begin + 1, empty]))
+        steps.append(steps[-1] + len(begin) + len(empty))
+        nodes = np.clip(np.arange(len(time)), 1, len(time) - 2) + np.array([[-1], [0], [1]])
+        near.append(nodes + start)
+        slopes.append(_slopes(time, nodes))
+    time = np.concatenate(times)
+    first, second = np.concatenate(firsts), np.concatenate(seconds)
+    return Samples(
+        time=time,
+        reading=np.concatenate([y[keep] for y, keep in zip(readings, kept, strict=True)]),
+        rotation=np.repeat(np.arange(len(times)), counts),
+        offsets=offsets,
+        first=first,
+        second=second,
+        dt=time[second] - time[first],
+        step_offsets=np.array(steps, np.int64),
+        near=np.concatenate(near, axis=1),
+        slope=np.concatenate(slopes, axis=1),
+    )
+
+
+def _slopes(time: FloatArray, nodes: IntArray) -> FloatArray:
+    """Weights of three nodes in the slope of their parabola at each time (Lagrange), (3, k)."""
+    p, q, r = time[nodes]
+    return np.array(
+        [
+            (2.0 * time - q - r) / ((p - q) * (p - r)),
+            (2.0 * time - p - r) / ((q - p) * (q - r)),
+            (2.0 * time - p - q) / ((r - p) * (r - q)),
+        ]
+    )
+
+
+def advancing(time: FloatArray) -> BoolArray:
+    """Which samples are later than all before them, shape (n,)."""
+    return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
+
+
+def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Attitude at the beginning and at the end of each step, relative to its rotation's beginning.
+
+    Up the tree by products of pairs, down again with what came before each pair.
+
+    Args:
+        steps: step quaternions, shape (4, n); of each rotation a multiple of ``PIECE``.
+        offsets: first step of each rotation, and n, shape (m + 1,).
+
+    Returns:
+        Two arrays of quaternions, shape (4, n).
+    """
+    levels = _tree(steps)
+    running = _scan(levels[-1], offsets // PIECE)
+    before = np.empty_like(running)
+    before[:, 1:] = running[:, :-1]
+    before[:, offsets[:-1] // PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    for level in levels[-2::-1]:
+        finer = np.empty_like(level)
+        finer[:, 0::2] = before
+        finer[:, 1::2] = multiply(before, level[:, 0::2])
+        before = finer
+    return before, multiply(before, steps)
+
+
+def _tree(steps: FloatArray) -> list[FloatArray]:
+    """Products of 1, 2, 4 … PIECE neighbouring steps."""
+    levels = [steps]
+    for _ in range(PIECE.bit_length() - 1):
+        levels.append(multiply(levels[-1][:, 0::2], levels[-1][:, 1::2]))
+    return levels
+
+
+def _scan(pieces: FloatArray, offsets: IntArray) -> FloatArray:
+    """Running products within each rotation: after pass k each holds up to 2^k pieces."""
+    out = pieces.copy()
+    counts = np.diff(offsets)
+    position = np.arange(pieces.shape[1]) - np.repeat(offsets[:-1], counts)
+    reach = 1
+    while reach < int(counts.max(initial=0)):
+        later = np.flatnonzero(position >= reach)
+        out[:, later] = multiply(out[:, later - reach], out[:, later])
+        reach *= 2
+    return out

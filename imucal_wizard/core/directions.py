@@ -1,0 +1,52 @@
+"""Directions: which of them are the same, and their middles."""
+
+import numpy as np
+
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+
+SAME_DIRECTION = np.radians(12.0)
+"""Holds that are all closer together than this are repeats of one direction: left out together,
+compared with one another. A hand repeats a pose to some 5°."""
+
+
+def unit_vectors(vectors: FloatArray) -> FloatArray:
+    """The vectors, shape (…, 3), at length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1)[..., None])
+
+
+def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
+    """Clusters of directions by complete linkage: no two of a cluster are further apart than so.
+
+    Args:
+        up: unit vectors, shape (n, 3).
+        limit: rad.
+
+    Returns:
+        Labels 0, 1, 2 … in order of appearance, shape (n,).
+    """
+    apart = np.arccos(np.clip(up @ up.T, -1.0, 1.0))
+    np.fill_diagonal(apart, np.inf)
+    labels = np.arange(len(up))
+    while len(up) > 1:
+        first, second = np.unravel_index(np.argmin(apart), apart.shape)
+        if not apart[first, second] <= limit:
+            break
+        labels[labels == labels[second]] = labels[first]
+        apart[first] = np.maximum(apart[first], apart[second])
+        apart[:, first] = apart[first]
+        apart[second], apart[:, second] = np.inf, np.inf
+        apart[first, first] = np.inf
+    _, where, names = np.unique(labels, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(where))[names]
+
+
+def middles(up: FloatArray, labels: IntArray) -> FloatArray:
+    """The middle of each group of directions, shape (d, 3), so that no single one decides."""
+    sums = np.zeros((int(labels.max(initial=-1)) + 1, 3))
+    np.add.at(sums, labels, up)
+    return unit_vectors(sums)
+
+
+def near_any(up: FloatArray, others: FloatArray, limit: float = SAME_DIRECTION) -> BoolArray:
+    """Which unit vectors (n, 3) are within ``limit``, rad, of any of the others (k, 3)."""
+    return np.asarray(((up @ others.T) > np.cos(limit)).any(axis=1))

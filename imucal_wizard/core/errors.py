@@ -1,0 +1,60 @@
+"""The errors that a user can meet.
+
+::
+
+    ImucalError                 any error with an explanation; never shown as a traceback
+    ├── InputError              the input cannot be read                (exit status 2)
+    │   ├── UsageError          options contradict one another or one is missing
+    │   ├── RecordingError      a file is missing, garbled or lacks columns
+    │   ├── FormatError         the format of a stream is not known
+    │   ├── LinkError           a port cannot be opened, or the link was lost
+    │   └── SessionError        a session file cannot be read or written
+    └── DataError               the data cannot determine the result    (exit status 1)
+"""
+
+
+class ImucalError(Exception):
+    """An error that is explained in one line.
+
+    Args:
+        message: what happened, to what, and what to do next; no option and no key.
+        settings: names of the settings that the user can change, like ``rate`` or ``columns``,
+            with an example of the value behind a blank (``rate 100``). The command line adds its
+            options for them, the screen its keys.
+    """
+
+    exit_status = 1
+
+    def __init__(self, message: str, *, settings: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.settings = settings
+
+
+class InputError(ImucalError):
+    """The input cannot be read."""
+
+    exit_status = 2
+
+
+class UsageError(InputError):
+    """Options contradict one another, or one is missing."""
+
+
+class RecordingError(InputError):
+    """A recording is missing, garbled, or lacks columns."""
+
+
+class FormatError(InputError):
+    """The format of a stream is not known."""
+
+
+class LinkError(InputError):
+    """A port cannot be opened, or the link was lost."""
+
+
+class SessionError(InputError):
+    """A session file cannot be read or written."""
+
+
+class DataError(ImucalError):
+    """The data cannot determine the requested result."""

@@ -1,0 +1,142 @@
+"""The named directions of a cube: 6 faces, 12 edges, 8 corners.
+
+A pose is named by the faces that point up: ``+x`` has the +x face on top, ``+x-y`` the edge between
+the +x and −y faces, ``+x-y+z`` a corner, ``+x~-y`` the +x face tilted towards −y. At rest the
+specific force is ``g·u`` with ``u`` the up direction in the body frame, so the accelerometer
+shows the pose.
+"""
+
+import itertools
+from collections.abc import Iterable
+
+import numpy as np
+
+from imucal_wizard.core.quantities import true_minus
+from imucal_wizard.core.readings import FloatArray
+
+AXES = "xyz"
+
+
+def _name(signs: tuple[int, ...]) -> str:
+    pairs = zip(signs, AXES, strict=True)
+    return "".join(f"{'+' if sign > 0 else '-'}{axis}" for sign, axis in pairs if sign)
+
+
+def _directions(faces: int) -> dict[str, FloatArray]:
+    named = {}
+    for signs in itertools.product((1, -1, 0), repeat=3):
+        if sum(map(abs, signs)) == faces:
+            vector = np.array(signs, float)
+            named[_name(signs)] = vector / np.linalg.norm(vector)
+    return named
+
+
+FACES: dict[str, FloatArray] = {
+    name: _directions(1)[name] for name in ("+x", "-x", "+y", "-y", "+z", "-z")
+}
+EDGES: dict[str, FloatArray] = _directions(2)
+CORNERS: dict[str, FloatArray] = _directions(3)
+DIRECTIONS: dict[str, FloatArray] = {**FACES, **EDGES, **CORNERS}
+"""Unit up vector of each of the 26 named poses."""
+
+TILTED = "~"
+"""In a name: the face before it is on top, tilted towards the face after it."""
+TILT_DEG = 30.0
+"""Half of gravity acts on the second axis, where asymmetry and second order differ most."""
+
+
+def _tilts() -> dict[str, FloatArray]:
+    """From each face towards each of its four neighbours."""
+    angle = np.radians(TILT_DEG)
+    named = {}
+    for face, other in itertools.permutations(FACES, 2):
+        if face[1] != other[1]:
+            up = np.cos(angle) * FACES[face] + np.sin(angle) * FACES[other]
+            named[f"{face}{TILTED}{other}"] = up
+    return named
+
+
+TILTS: dict[str, FloatArray] = _tilts()
+"""24 directions between the faces and the edges."""
+NAMED: dict[str, FloatArray] = {**DIRECTIONS, **TILTS}
+"""Every named direction."""
+EIGHT = ("+z~+x", "-x~+z", "+z~+y", "-y~+z", "-z~-x", "+x~-z", "-z~-y", "+y~-z")
+"""Four tilts upright and four upside down, by 30° or 60° (N, VII-A). Tilts of one angle alone could
+not separate the three scales: their squared components take only two sets of values."""
+POSE_SETS: dict[str, tuple[str, ...]] = {
+    "8": EIGHT,
+    "18": (*FACES, *EDGES),
+    "26": (*FACES, *EDGES, *CORNERS),
+}
+"""The poses of N, of Q, and all directions of a cube."""
+
+START_POSES: dict[str, str] = {"x": "+z", "y": "+z", "z": "+x"}
+"""The pose in which rotations about each axis begin: the axis must lie level (Q's figure 2)."""
+
+TIE_DEG = 15.0
+"""Poses whose distances differ by less are equally near; the order of the list decides."""
+FACE_TOLERANCE_DEG = 40.0
+"""With the six faces alone the nearest other face is 90° away."""
+POSE_TOLERANCE_DEG = 20.0
+"""Faces and edges are 45° apart; 20° leaves a gap, so that a pose is never ambiguous."""
+
+
+def angle_between(a: FloatArray, b: FloatArray) -> float:
+    """Angle between two vectors, rad, accurate near 0 and π (Kahan's two-argument form)."""
+    a = a / np.linalg.norm(a)
+    b = b / np.linalg.norm(b)
+    return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
+
+
+def nearest(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str | None:
+    """The named pose nearest to ``up`` within the tolerance, or None."""
+    names = list(among)
+    if not names:
+        return None
+    angles = [angle_between(up, NAMED[name]) for name in names]
+    best = int(np.argmin(angles))
+    return names[best] if np.degrees(angles[best]) <= tolerance_deg else None
+
+
+def spoken(name: str) -> str:
+    """The pose in words: "the edge between the +x and −y faces on top"."""
+    if name in TILTS:
+        return spoken_up(TILTS[name])
+    faces = [true_minus(name[i : i + 2]) for i in range(0, len(name), 2)]
+    if len(faces) == 1:
+        return f"the {faces[0]} face on top"
+    if len(faces) == 2:
+        return f"the edge between the {faces[0]} and {faces[1]} faces on top"
+    return f"the corner of the {faces[0]}, {faces[1]} and {faces[2]} faces on top"
+
+
+def spoken_up(up: FloatArray) -> str:
+    """Any direction in words: "the +x face on top, tilted 30° towards −y"."""
+    size = np.abs(up)
+    first, second, third = np.argsort(-size, kind="stable")
+
+    def face(axis: int) -> str:
+        return f"{'+' if up[axis] > 0.0 else '−'}{AXES[axis]}"
+
+    angle = float(np.degrees(np.arccos(np.clip(size[first] / np.linalg.norm(up), 0.0, 1.0))))
+    towards = face(int(second))
+    if size[third] > 0.5 * size[second]:
+        towards += f" and {face(int(third))}"
+    return f"the {face(int(first))} face on top, tilted {angle:.0f}° towards {towards}"
+
+
+def turn_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
+    """The body axis to turn about, the sense, and the angle, that bring ``wanted`` on top.
+
+    The smallest rotation is about ``wanted × now`` (body frame, from ``du/dt = u × w``); its
+    largest component is named. Senses are as seen with that axis pointing at the viewer.
+
+    Returns:
+        Axis ``x``, ``y`` or ``z``; ``left`` (counter-clockwise) or ``right``; degrees.
+    """
+    angle = angle_between(now, wanted)
+    turn = np.cross(wanted, now)
+    if np.linalg.norm(turn) < 1e-9 and angle > 1.0:  # upside down: any axis across will do
+        turn = np.eye(3)[int(np.argmin(np.abs(now)))]
+    axis = int(np.argmax(np.abs(turn)))
+    return AXES[axis], "left" if turn[axis] > 0 else "right", float(np.degrees(angle))

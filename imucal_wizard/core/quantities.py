@@ -1,0 +1,135 @@
+"""Formatting of quantities: the only place that prints a number with its error and unit.
+
+An error (rms, floor, standard error of a result) has three significant digits wherever it is
+printed, so that the same figure looks the same in ``fit``, ``bench``, ``compare`` and the wizard. A
+value with a standard error has as many decimals as two digits of the error need.
+
+>>> quantity(0.00705, "m/s^2")
+'0.719 mg'
+>>> quantity(0.00133, "rad")
+'0.0762°'
+>>> plus_minus(-5.0312, 0.11)
+'−5.03 ± 0.11'
+"""
+
+import math
+
+from imucal_wizard.core.units import STANDARD_GRAVITY
+
+READABLE: dict[str, tuple[float, str]] = {
+    "m/s^2": (1000.0 / STANDARD_GRAVITY, "mg"),
+    "rad": (180.0 / math.pi, "°"),
+    "rad/s": (180.0 / math.pi, "°/s"),
+    "uT": (1.0, "µT"),
+}
+"""Factor and unit in which people read a small quantity that is kept in SI."""
+_SIGNS = {
+    "m/s^2": "m/s²",
+    "deg/s": "°/s",
+    "mdeg/s": "m°/s",
+    "degC": "°C",
+    "uT": "µT",
+    "deg": "°",
+    "1": "",
+}
+UNKNOWN = "not known"
+"""Text for a quantity without a value."""
+
+
+def readable(unit: str) -> tuple[float, str]:
+    """Factor and sign of the unit in which people read a quantity kept in ``unit``."""
+    return READABLE.get(unit, (1.0, unit_sign(unit)))
+
+
+def unit_sign(unit: str) -> str:
+    """The sign of a unit: ``m/s^2`` becomes ``m/s²``; a ratio has none."""
+    return _SIGNS.get(unit, unit.replace("^2", "²"))
+
+
+def decimals(value: float, digits: int = 2) -> int:
+    """Decimals that show a value with ``digits`` significant digits; 0 if it is not finite.
+
+    Numbers printed side by side share their decimals.
+    """
+    if not math.isfinite(value) or value == 0:
+        return 0
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])  # of the rounded value
+    return max(0, digits - 1 - exponent)
+
+
+def true_minus(text: str) -> str:
+    """The text with the minus sign that has a digit's width: ``+x-y`` becomes ``+x−y``."""
+    return text.replace("-", "−")
+
+
+def fixed(value: float, places: int) -> str:
+    """A number with this many decimals, a true minus sign, and none before zero."""
+    if not math.isfinite(value):
+        return "–"
+    text = f"{value:.{places}f}"
+    return text.lstrip("-") if not text.strip("-0.") else true_minus(text)
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with about ``digits`` significant digits; a dash if there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e6:
+        return true_minus(f"{value:.{digits - 1}e}")
+    return fixed(value, decimals(value, digits))
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A number's text with its unit; ``2 × 1e-3`` where the unit is a number itself.
+
+    Args:
+        text: the number.
+        unit: as people write it.
+    """
+    if unit == "°":
+        return text + unit
+    return f"{text} {'× ' if unit[:1].isdigit() else ''}{unit}".rstrip()
+
+
+def amount(value: float, unit: str) -> str:
+    """A size to two digits in its own unit: ``5.1 mg/g²``, ``2 × 1e-3``."""
+    return with_unit(number(value, 2), unit)
+
+
+def quantity(value: float | None, unit: str, digits: int = 3) -> str:
+    """An error or another quantity in the unit people read: ``0.719 mg``, ``0.0762°``.
+
+    Args:
+        value: in ``unit``; None where it is not known.
+        unit: SI, µT or counts.
+        digits: significant digits.
+    """
+    if value is None or not math.isfinite(value):
+        return UNKNOWN
+    factor, sign = readable(unit)
+    return with_unit(number(value * factor, digits), sign)
+
+
+def value_and_error(value: float, error: float) -> tuple[str, str]:
+    """A value and its standard error, both to the error's second digit."""
+    places = min(decimals(error), 12)
+    return fixed(value, places), fixed(error, places)
+
+
+def plus_minus(value: float, error: float | None) -> str:
+    """``−5.03 ± 0.11``, or the value alone to three digits where its error is not known."""
+    if error is None or not math.isfinite(error) or error <= 0.0:
+        return number(value)
+    return " ± ".join(value_and_error(value, error))
+
+
+def how_often(count: int) -> str:
+    """How often: ``once``, ``7 times``."""
+    return "once" if count == 1 else f"{count} times"
+
+
+def finite(value: float | None) -> float | None:
+    """A number for a document, or None where it is unknown or infinite."""
+    return None if value is None or not math.isfinite(value) else float(value)

@@ -1,0 +1,100 @@
+"""Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+MAX_SAMPLE_INTERVALS = 2.5
+"""An interval of this many sample intervals or more means that samples are missing."""
+MAX_READING = 1e100
+"""A larger number is no reading: its square would overflow."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """The samples of one sensor with their own times.
+
+    Attributes:
+        time: sample times, s, shape (n,), never decreasing.
+        values: readings ``y``, shape (n, 3); (n, 1) for temperature and current.
+        unit: ``m/s^2``, ``rad/s``, ``uT``, ``degC``, ``A``, ``%`` or ``count``.
+    """
+
+    time: FloatArray
+    values: FloatArray
+    unit: str
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def between(self, start: float, end: float) -> "Series":
+        """The samples with ``start <= time < end``."""
+        first, last = np.searchsorted(self.time, (start, end))
+        return Series(self.time[first:last], self.values[first:last], self.unit)
+
+    def part(self, first: int, past: int) -> "Series":
+        """The samples with indices from ``first`` to before ``past``."""
+        return Series(self.time[first:past], self.values[first:past], self.unit)
+
+    @property
+    def rate(self) -> float:
+        """Samples per second from the median interval; 0 when fewer than two samples."""
+        if len(self.time) < 2:
+            return 0.0
+        step = float(np.median(np.diff(self.time)))
+        return 1.0 / step if step > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """The samples of all sensors in a recording or a part of a stream.
+
+    Attributes:
+        accelerometer: readings of specific force.
+        gyroscope: readings of angular rate, or None when there is no gyroscope.
+        magnetometer: readings of flux density, or None.
+        temperature: degrees Celsius, or None.
+        warnings: what the user should know about the data.
+        current: current of the board's motors, A, or their throttle, %; or None.
+    """
+
+    accelerometer: Series
+    gyroscope: Series | None = None
+    magnetometer: Series | None = None
+    temperature: Series | None = None
+    warnings: tuple[str, ...] = field(default=())
+    current: Series | None = None
+
+    def __len__(self) -> int:
+        return len(self.accelerometer)
+
+
+def joined(parts: Sequence[Series | None]) -> Series | None:
+    """Consecutive pieces of one sensor's samples as one series; None if no piece has samples."""
+    series = [part for part in parts if part is not None]
+    if len(series) < 2:
+        return series[0] if series else None
+    return Series(
+        np.concatenate([part.time for part in series]),
+        np.concatenate([part.values for part in series]),
+        series[0].unit,
+    )
+
+
+def join(parts: "list[Readings]") -> Readings:
+    """Consecutive pieces of one stream as one recording."""
+    first = parts[0]
+    return Readings(
+        joined([part.accelerometer for part in parts]) or first.accelerometer,
+        joined([part.gyroscope for part in parts]),
+        joined([part.magnetometer for part in parts]),
+        joined([part.temperature for part in parts]),
+        tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
+        joined([part.current for part in parts]),
+    )

@@ -1,0 +1,140 @@
+"""Unit words of files and streams. Inside the program all is SI and radians, or raw counts."""
+
+import math
+
+from imucal_wizard.core.errors import UsageError
+
+STANDARD_GRAVITY = 9.80665
+"""Conventional gravity, m/s² (CGPM 1901)."""
+
+COUNT = "count"
+"""The unit of a reading whose scale is not known before the fit."""
+
+ACCELERATION: dict[str, float] = {
+    "m/s^2": 1.0,
+    "g": STANDARD_GRAVITY,
+    "mg": STANDARD_GRAVITY / 1000.0,
+    "cm/s^2": 0.01,
+}
+RATE: dict[str, float] = {
+    "rad/s": 1.0,
+    "mrad/s": 1e-3,
+    "deg/s": math.pi / 180.0,
+    "mdeg/s": math.pi / 180_000.0,
+    "rpm": math.pi / 30.0,
+}
+FIELD: dict[str, float] = {"uT": 1.0, "nT": 1e-3, "mT": 1e3, "G": 100.0, "mG": 0.1}
+TIME: dict[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TEMPERATURE: dict[str, float] = {"degC": 1.0}
+CURRENT: dict[str, float] = {"A": 1.0, "mA": 1e-3}
+THROTTLE: dict[str, float] = {"%": 1.0}
+
+SI_UNIT: dict[str, str] = {
+    "accelerometer": "m/s^2",
+    "gyroscope": "rad/s",
+    "magnetometer": "uT",
+    "temperature": "degC",
+    "current": "A",
+    "throttle": "%",
+    "time": "s",
+}
+"""The unit in which the program keeps each quantity (flux density stays in µT)."""
+
+FACTORS: dict[str, dict[str, float]] = {
+    "accelerometer": ACCELERATION,
+    "gyroscope": RATE,
+    "magnetometer": FIELD,
+    "temperature": TEMPERATURE,
+    "current": CURRENT,
+    "throttle": THROTTLE,
+    "time": TIME,
+}
+
+_SPELLINGS: dict[str, str] = {
+    spelling: unit
+    for unit, spellings in {
+        "m/s^2": "m/s2 ms-2 m/s/s m/sec2 m/sec/sec mps2 ms2 mpss meter/s2 meters/s2 metre/s2 "
+        "metres/s2 meter/second2 meters/second2 meters/sec2",
+        "g": "gee gees gs g0 gn",
+        "mg": "milli-g millig mgee",
+        "cm/s^2": "cm/s2 cms-2 cm/s/s cm/sec2 cmps2 gal gals",
+        "rad/s": "rads-1 rad/sec rad/second rads radps rads/s radian/s radians/s radians/sec "
+        "radian/sec radians/second radianspersecond radpersec rps",
+        "mrad/s": "mrads-1 mrad/sec mradps",
+        "deg/s": "degs-1 dps degps °/s °s-1 °/sec deg/sec"
+        " deg/second degree/s degrees/s degree/sec degrees/sec degrees/second degs "
+        "degreespersecond degpersec",
+        "mdeg/s": "mdps mdegs-1 mdeg/sec m°/s mdegps",
+        "rpm": "r/min rev/min revs/min",
+        "uT": "microtesla microteslas",
+        "mT": "millitesla",
+        "nT": "nanotesla",
+        "G": "gauss ga",
+        "mG": "milligauss mgauss mga",
+        "degC": "°c c celsius degreescelsius degreesc °",
+        "A": "amp amps ampere amperes",
+        "mA": "milliamp milliamps milliampere milliamperes",
+        "%": "percent pct",
+        COUNT: "counts lsb lsbs raw adc digits digit",
+        "s": "sec secs second seconds",
+        "ms": "millis msec msecs millisecond milliseconds",
+        "us": "micros usec usecs microsecond microseconds",
+        "ns": "nanos nsec nsecs nanosecond nanoseconds",
+    }.items()
+    for spelling in spellings.split()
+}
+_SIGNS = str.maketrans(
+    {
+        "µ": "u",
+        "μ": "u",
+        "²": "2",
+        "¹": "1",
+        "⁻": "-",
+        "−": "-",
+        "º": "°",
+        "˚": "°",
+        **dict.fromkeys(" ^*·⋅()", None),
+    }
+)
+_OF_GRAVITY = {"G": "g", "mG": "mg"}
+"""Letters that mean Gauss for a field and gravities for an acceleration."""
+
+
+def canonical(word: str) -> str:
+    """The unit as this program spells it; an unknown word comes back unchanged."""
+    word = word.strip()
+    known = {COUNT, *(unit for table in FACTORS.values() for unit in table)}
+    if word in known:
+        return word
+    plain = word.translate(_SIGNS).lower()
+    if plain in _SPELLINGS:
+        return _SPELLINGS[plain]
+    matches = [unit for unit in known if unit.lower() == plain]
+    return matches[0] if len(matches) == 1 else word
+
+
+def unit_of(sensor: str, word: str) -> str:
+    """The unit of a known sensor, as this program spells it."""
+    unit = canonical(word)
+    return _OF_GRAVITY.get(unit, unit) if sensor == "accelerometer" else unit
+
+
+def factor(sensor: str, unit: str) -> float:
+    """The factor from ``unit`` to the sensor's SI unit; 1 for counts.
+
+    Raises:
+        UsageError: the unit does not belong to the sensor.
+    """
+    unit = unit_of(sensor, unit)
+    if unit == COUNT and sensor in ("accelerometer", "gyroscope", "magnetometer"):
+        return 1.0
+    try:
+        return FACTORS[sensor][unit]
+    except KeyError:
+        allowed = ", ".join([*FACTORS[sensor], COUNT])
+        raise UsageError(f"{unit!r} is not a unit of the {sensor}; give one of {allowed}") from None
+
+
+def si_unit(sensor: str, unit: str) -> str:
+    """The unit a reading has inside the program: the sensor's SI unit, or counts."""
+    return COUNT if canonical(unit) == COUNT else SI_UNIT[sensor]

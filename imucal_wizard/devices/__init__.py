@@ -1,1 +1,0 @@
-"""Bytes in: ports and their loss, clocks, and the formats that devices speak."""

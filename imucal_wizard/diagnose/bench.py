@@ -1,0 +1,391 @@
+"""The bench: one sensor's data, a stack of terms, and the questions that can be asked of them.
+
+The ladder lists the models tried so far with their errors. A term is confirmed only if data that
+the fit has not seen agree: other directions or rotations for an effect of orientation, the later
+part of the session for an effect of time.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
+from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
+from imucal_wizard.diagnose.random_walk import with_random_walk
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.suspects import Suspect, rank
+from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One model and its errors, in the sensor's unit.
+
+    Attributes:
+        model: names of its terms, base first.
+        added: the term that was added to the model below it, or None.
+        rms_fitted: error on the data fitted.
+        rms_held_out: error on directions or rotations left out; None where none can be.
+        rms_late: error of the later part of the session under a fit of the earlier one, or None.
+        floor: rms held out that measured noise alone would make of a complete model.
+        floors: how that is known.
+        confirmed: whether data held out agree that the added term is real; None where nothing was
+            added or nothing can be held out.
+    """
+
+    model: tuple[str, ...]
+    added: str | None
+    rms_fitted: float
+    rms_held_out: float | None
+    rms_late: float | None
+    floor: float
+    floors: Floors
+    confirmed: bool | None = None
+
+
+def rung(extended: SensorFit, added: str | None = None, rounding: Rounding | None = None) -> Rung:
+    """The rung of a fit.
+
+    Args:
+        extended: the fit.
+        added: what was added to the model below it.
+        rounding: of its readings, where they are known.
+    """
+    floors = floors_of(extended, rounding)
+    return Rung(
+        model=extended.model,
+        added=added,
+        rms_fitted=extended.rms_fitted,
+        rms_held_out=extended.rms_held_out,
+        rms_late=extended.rms_late,
+        floor=floors.floor if extended.floor is None else extended.floor,
+        floors=floors,
+    )
+
+
+def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
+    """Whether data held out agree that the upper rung is better.
+
+    Args:
+        below: the model without the effect.
+        above: the model with it.
+        of_time: the effect follows time or temperature, so that early data must predict late ones.
+    """
+    pairs = [(below.rms_held_out, above.rms_held_out)]
+    if of_time:
+        pairs.append((below.rms_late, above.rms_late))
+    known = [(old, new) for old, new in pairs if old is not None and new is not None]
+    return bool(known) and all(new < old for old, new in known)
+
+
+def noise_of_ladder(ladder: Sequence[Rung]) -> float:
+    """What the noise alone makes, by the model that shows it most purely.
+
+    Repeats are never exact: what a model lacks makes them differ, too, and noise does not depend on
+    the model.
+    """
+    return min(rung.floor for rung in ladder)
+
+
+@dataclass(frozen=True, eq=False)
+class BenchFindings:
+    """What the bench says of the present model.
+
+    Attributes:
+        fit: the present fit.
+        misfit: what it leaves.
+        suspects: every effect against that, the likeliest first.
+        opinion: what the evidence carries.
+    """
+
+    fit: SensorFit
+    misfit: WhitenedResiduals
+    suspects: tuple[Suspect, ...]
+    opinion: Opinion
+
+    @property
+    def p(self) -> float:
+        """Chance that noise alone makes any suspect look as good as the likeliest one here."""
+        return self.suspects[0].p if self.suspects else 1.0
+
+
+class Bench:
+    """Models of one sensor, from one measurement.
+
+    Args:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        measured: everything known of it.
+        base: terms of the base model; any of them may be left out to climb the whole ladder; all
+            of them when not given.
+        own: effects of the user's own.
+        rounding: of the readings, where they are known.
+        first: the fit without effects, where it is known.
+
+    Raises:
+        DataError: the data do not carry the base model.
+    """
+
+    def __init__(
+        self,
+        sensor: str,
+        measured: Experiment,
+        base: Sequence[str] | None = None,
+        own: Sequence[Effect] = (),
+        rounding: Rounding | None = None,
+        first: SensorFit | None = None,
+    ) -> None:
+        self.sensor = sensor
+        self.measured = measured
+        self.whole = measured.base_terms
+        known = measured.circumstances
+        self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
+        self.rounding = rounding
+        self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
+        self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
+        self._findings: BenchFindings | None = None
+
+    @property
+    def fit(self) -> SensorFit:
+        """The present fit."""
+        return self._fits[-1]
+
+    @property
+    def rows(self) -> ResidualTable:
+        """The residual table of the present fit."""
+        assert self.fit.rows is not None, "a bench's fit has rows"  # noqa: S101 (narrows the type)
+        return self.fit.rows
+
+    @property
+    def undetermined(self) -> str:
+        """Why the data do not determine the base model that was asked for; "" when they do."""
+        return self.measured.directions(self.fit.base).reason or self.fit.not_held_out
+
+    def look(self) -> BenchFindings:
+        """Suspects and verdict for the present model; computed once per model."""
+        if self._findings is None:
+            missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
+            shown = [effect for effect in missing if self.lacking(effect) is None]
+            misfit = whitened_residuals(self.fit, shown)
+            hypotheses = hypothesis_set(misfit)
+            posterior = hypotheses.posterior(misfit.residual)
+            suspects = rank(misfit, hypotheses, posterior)
+            opinion = judge_misfit(misfit, hypotheses, posterior)
+            self._findings = BenchFindings(self.fit, misfit, suspects, opinion)
+        return self._findings
+
+    def lacking(self, effect: Effect) -> str | None:
+        """What these data lack to show an effect at all; None where nothing is lacking."""
+        return effect.lacking(self.sensor, self.measured.everything())
+
+    def offer(self, effect: Effect) -> None:
+        """Let an effect of the user's own be a suspect, too."""
+        self.catalogue = (*self.catalogue, effect)
+        self._findings = None
+
+    def add(self, name: str, variant: float | None = None, near: float | None = None) -> Rung:
+        """Add an effect to the model, or put back a part of the base.
+
+        Args:
+            name: of the effect or the part of the base.
+            variant: its setting; None for the one that the data settle on.
+            near: of the settings tried, the one to settle near; None for the likeliest.
+
+        Raises:
+            UsageError: there is no such effect, or it is in the model already.
+            DataError: the data do not carry it.
+        """
+        if name in self.fit.model:
+            raise UsageError(f"{name} is in the model already")
+        if name in self.whole:
+            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
+            return self._climb(fit(self.measured, self.fit.terms, base), name)
+        effect = next((one for one in self.catalogue if one.name == name), None)
+        if effect is None:
+            known = ", ".join(one.name for one in self.catalogue)
+            raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
+        lacking = self.lacking(effect)
+        if lacking is not None:
+            raise DataError(f"{name} cannot be added: {lacking}")
+        return self._climb(self._with(effect, variant, near), name)
+
+    def remove(self, name: str) -> Rung:
+        """Take a term out of the model, an effect or a part of the base.
+
+        Raises:
+            UsageError: it is not in the model.
+        """
+        if name not in self.fit.model:
+            raise UsageError(f"{name} is not in the model: {', '.join(self.fit.model)}")
+        terms = tuple(term for term in self.fit.terms if term.name != name)
+        base = tuple(term for term in self.fit.base if term != name)
+        return self._climb(fit(self.measured, terms, base), None)
+
+    def retrace(self, before: "Bench") -> None:
+        """Climb the same ladder as another bench has, on the data of this one.
+
+        Effects that these data cannot show are left out, and rungs that they do not carry.
+        """
+        for effect in before.catalogue:
+            if all(effect.name != one.name for one in self.catalogue):
+                self.offer(effect)
+        for one, rung_before in zip(before._fits[1:], before.ladder[1:], strict=True):
+            terms = tuple(term for term in one.terms if self.lacking(term.effect) is None)
+            if (*one.base, *(term.name for term in terms)) == self.fit.model:
+                continue
+            try:
+                again = fit(self.measured, terms, one.base)
+            except DataError:
+                continue
+            self._climb(again, rung_before.added)
+
+    def undo(self) -> bool:
+        """Go back to the model before; False at the first one."""
+        if len(self._fits) == 1:
+            return False
+        self._fits.pop()
+        self.ladder.pop()
+        self._findings = None
+        return True
+
+    def confirmed(self, steps: int = 1) -> bool:
+        """Whether data held out agree that the newest rung is better than the one ``steps`` below.
+
+        The effects of one explanation are judged together: each alone may well make things worse.
+        """
+        if len(self.ladder) <= steps:
+            return False
+        kinds = {effect.name: effect.kind for effect in self.catalogue}
+        added = [one.added for one in self.ladder[-steps:] if one.added is not None]
+        of_time = any(kinds.get(name) == "time" for name in added)
+        return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
+
+    def likeliest_variant(self, name: str) -> float | None:
+        """The likeliest setting of an effect for what the present model leaves."""
+        candidates = (suspect.candidate for suspect in self.look().suspects if suspect.term == name)
+        return next((c.variant for c in candidates if c is not None), None)
+
+    def _with(self, effect: Effect, variant: float | None, near: float | None) -> SensorFit:
+        """The fit with one more effect; a setting that was not given is settled by the data."""
+
+        def with_term(term: Term) -> SensorFit:
+            return fit(self.measured, (*self.fit.terms, term), self.fit.base)
+
+        settings = effect.variants(self.measured.circumstances)
+        if variant is not None or settings == (None,):
+            return with_term(Term(effect, variant))
+        begin = self.likeliest_variant(effect.name) if near is None else near
+        return most_likely_setting(with_term, Term(effect, begin), settings)
+
+    def _climb(self, found: SensorFit, added: str | None) -> Rung:
+        left = whitened_residuals(found, ())
+        wider = with_random_walk(found, left)
+        self._fits.append(wider)
+        self.ladder.append(rung(wider, added, self.rounding))
+        if added is not None and wider.rms_held_out is not None:
+            self.ladder[-1] = replace(self.ladder[-1], confirmed=self.confirmed())
+        self._findings = None
+        return self.ladder[-1]
+
+
+NOTHING = "nothing is missing"
+"""What one may guess, too."""
+SIGNIFICANT = 0.01
+"""Noise alone makes such a suspect once in a hundred recordings."""
+LOWER = 0.97
+"""A predicted error held out is called lower from this share of the present one on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """What may be missing, and what adding it would do.
+
+    Attributes:
+        term: name of the effect, of a part of the base, or ``disturbed``.
+        effect: the effect; None for a part of the base and a disturbed hold.
+        suspect: what the bench found of it; None for a part of the base and what cannot be tested.
+        rms_fitted: error with it, or None.
+        rms_held_out: error with it on what the fit has not seen, or None.
+        lacking: what the data lack to show it; "" where nothing is lacking.
+        now: the present error on what the fit has not seen, or None.
+        p: chance that noise alone makes such a suspect; None for what is no suspect.
+        detectable: smallest size on one axis that these data would show; None for what is no
+            effect.
+    """
+
+    term: str
+    effect: Effect | None = None
+    suspect: Suspect | None = None
+    rms_fitted: float | None = None
+    rms_held_out: float | None = None
+    lacking: str = ""
+    now: float | None = None
+    p: float | None = None
+    detectable: float | None = None
+
+    @property
+    def falls(self) -> bool:
+        """Whether the error held out would be clearly lower."""
+        known = self.rms_held_out is not None and self.now is not None
+        return known and (self.rms_held_out or 0.0) < LOWER * (self.now or 0.0)
+
+    @property
+    def rises(self) -> bool:
+        """Whether the error held out would be higher."""
+        known = self.rms_held_out is not None and self.now is not None
+        return known and (self.rms_held_out or 0.0) > (self.now or 0.0)
+
+    @property
+    def significant(self) -> bool:
+        """Whether noise alone hardly makes such a suspect."""
+        return self.p is not None and self.p <= SIGNIFICANT
+
+    @property
+    def addable(self) -> bool:
+        """Whether it can be added to the model."""
+        return not self.lacking and self.term not in (DISTURBED, NOTHING)
+
+
+def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
+    """Parts of the base that are left out, the suspects by rank, what cannot be tested."""
+    known = {effect.name: effect for effect in bench.catalogue}
+    now = bench.fit.rms_held_out
+    made = [_base_entry(bench, term) for term in bench.whole if term not in bench.fit.base]
+    made += [
+        Entry(
+            one.term,
+            known.get(one.term),
+            one,
+            None if one.trial is None else one.trial.rms_fitted,
+            None if one.trial is None else one.trial.rms_held_out,
+            now=now,
+            p=one.p,
+            detectable=None if one.candidate is None else one.detectable_on_any_axis,
+        )
+        for one in findings.suspects
+    ]
+    tested = {suspect.term for suspect in findings.suspects} | set(bench.fit.model)
+    for effect in bench.catalogue:
+        if effect.name not in tested:
+            lacking = bench.lacking(effect) or "these data do not show it"
+            made.append(Entry(effect.name, effect, lacking=lacking, now=now))
+    return tuple(made)
+
+
+def _base_entry(bench: Bench, term: str) -> Entry:
+    """A part of the base is fitted to see what it does: there is no question what it is."""
+    base = tuple(part for part in bench.whole if part in (*bench.fit.base, term))
+    now = bench.fit.rms_held_out
+    try:
+        tried = fit(bench.measured, bench.fit.terms, base)
+    except DataError as error:
+        return Entry(term, lacking=str(error), now=now)
+    return Entry(term, rms_fitted=tried.rms_fitted, rms_held_out=tried.rms_held_out, now=now)

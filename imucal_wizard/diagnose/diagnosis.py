@@ -1,0 +1,124 @@
+"""A diagnosis: one verdict and one text per sensor, for every command and screen."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.diagnose.bench import Bench, BenchFindings, Rung
+from imucal_wizard.diagnose.suspects import Suspect
+from imucal_wizard.diagnose.verdict import Terms, Verdict
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.requests import MeasurementRequest
+
+
+@dataclass(frozen=True)
+class Apart:
+    """What it takes to tell two explanations apart.
+
+    Attributes:
+        first: the likelier effect.
+        second: the other one.
+        before: size of the first at which these data tell it from the second, in ``unit``;
+            infinite when no size would do.
+        after: the same with the poses proposed.
+        size: what the first is estimated to be.
+        unit: shown unit of the first effect.
+        poses: how many are proposed: poses, or rotations where only these help.
+        turning: they are rotations.
+    """
+
+    first: str
+    second: str
+    before: float
+    after: float
+    size: float
+    unit: str
+    poses: int
+    turning: bool = False
+
+    @property
+    def enough(self) -> bool:
+        """The poses proposed would decide it at the size that it seems to have."""
+        return self.after <= self.size
+
+    @property
+    def never(self) -> bool:
+        """Nothing that can be asked for makes a difference."""
+        return not np.isfinite(self.after)
+
+    @property
+    def things(self) -> str:
+        """What is proposed, with its number: ``6 more poses``."""
+        word = "rotation" if self.turning else "pose"
+        return f"{self.poses} more {word}{'s' * (self.poses > 1)}"
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What the data say of one sensor's model.
+
+    Attributes:
+        sensor: which.
+        verdict: in one word.
+        says: the verdict in sentences, the most important first.
+        next_poses: what to measure next, in order.
+        apart: the explanations that were compared, and what the poses bring.
+        bench: the sensor's bench; None where its data determine no model.
+        findings: those that the verdict is about; None without a bench.
+        ladder: the models tried so far, the base model first.
+        added: terms that have been added to the model that the findings are about.
+        lacking: why the data are insufficient, or "".
+        waiting: the accelerometer's model is not complete, so that nothing can be named here.
+        disturbed_holds: numbers of disturbed holds, from 0.
+        disturbed_rotations: numbers of disturbed rotations, from 0.
+        disturbed_stretches: of a magnetometer, begin and end of the times at which the field was
+            disturbed, s.
+        report: the fit that the bench began with; None where there is none.
+    """
+
+    sensor: str
+    verdict: Verdict
+    says: str = ""
+    next_poses: tuple[MeasurementRequest, ...] = ()
+    apart: tuple[Apart, ...] = ()
+    bench: Bench | None = None
+    findings: BenchFindings | None = None
+    ladder: tuple[Rung, ...] = ()
+    added: tuple[str, ...] = ()
+    lacking: str = ""
+    waiting: bool = False
+    disturbed_holds: tuple[int, ...] = ()
+    disturbed_rotations: tuple[int, ...] = ()
+    disturbed_stretches: tuple[tuple[float, float], ...] = ()
+    report: FitReport | None = None
+
+    @property
+    def suspects(self) -> tuple[Suspect, ...]:
+        """The effects that may be missing, the likeliest first."""
+        return () if self.findings is None else self.findings.suspects
+
+    @property
+    def explanations(self) -> tuple[Terms, ...]:
+        """Sets of effects, each of which would leave only noise, the likeliest first."""
+        named = self.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+        return () if self.findings is None or not named else self.findings.opinion.explanations
+
+    @property
+    def base_left_out(self) -> tuple[str, ...]:
+        """Terms of the base model that are not in the model."""
+        bench = self.bench
+        return () if bench is None else tuple(t for t in bench.whole if t not in bench.fit.base)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the whole model leaves nothing but noise, and nothing else has to come first."""
+        return self.verdict is Verdict.COMPLETE and not self.waiting and not self.base_left_out
+
+    @property
+    def usable(self) -> bool:
+        """Whether applying the calibration is better than not applying it, on data held out."""
+        fit = None if self.report is None else self.report.sensors.get(self.sensor)
+        if fit is None:
+            return False
+        error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
+        return fit.rms_before is None or error <= fit.rms_before

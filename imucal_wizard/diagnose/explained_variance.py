@@ -1,0 +1,174 @@
+"""How much of the misfit the likeliest explanations take away, and how far these data discriminate.
+
+Faces and edges hold an axis at five inputs only: 0, ±0.71 and ±1 g. Bias and scale absorb so much
+that two numbers are left of any characteristic, and a second and a third order together make any
+two. Corners and tilts at other angles show more of it: that is the discriminability.
+"""
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.random_walk import Frame, shown_axes
+from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+
+MIN_WANDER_SHARE = 1e-3
+"""A wander of the noise less likely than this is left out."""
+
+
+class ExplainedVariance:
+    """The likeliest explanations, and what they take away.
+
+    Args:
+        misfit: what is left.
+        hypotheses: the explanations.
+        posterior: their probabilities.
+    """
+
+    def __init__(
+        self, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+    ) -> None:
+        self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
+        self._coordinates = hypotheses.frame.across.T @ misfit.residual
+        self._wandering = posterior.noise.sum(axis=1)
+        single, paired = posterior.single, posterior.paired
+        self._pair_wins = len(paired) > 0 and paired.max() > single.max()
+        self.noise = float(
+            posterior.sigma_paired[paired.argmax()]
+            if self._pair_wins
+            else posterior.sigma[single.argmax()]
+        )
+
+    @property
+    def left(self) -> float:
+        """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
+        return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
+
+    @property
+    def left_by_all(self) -> float:
+        """The same with every effect of the catalogue taken away, whatever sizes that needs."""
+        columns = [one.columns * one.typical for one in self._misfit.candidates]
+        if not columns:
+            return self.left
+        inside = self._hypotheses.frame.across.T @ np.concatenate(columns, axis=1)
+        left, values, _ = np.linalg.svd(inside, full_matrices=False)
+        taken = left[:, values > 1e-9 * values.max(initial=0.0)]
+        rest = self._coordinates - taken @ (taken.T @ self._coordinates)
+        return float(np.sqrt((rest @ rest) / max(len(rest) - taken.shape[1], 1)))
+
+    def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
+        """Squares of the noise that each of these families takes away beside the others."""
+        parts, noise = self._likeliest(families)
+        whole = self._explained([patterns for _, patterns in parts])
+        return {
+            family: (whole - self._explained([x for own, x in parts if own != family])) / noise**2
+            for family in families
+            if parts
+        }
+
+    def strongest(self) -> float:
+        """The same for the likeliest explanation by effects, as a whole."""
+        parts, noise = self._likeliest(())
+        return self._explained([patterns for _, patterns in parts]) / noise**2
+
+    def _likeliest(self, families: tuple[str, ...]) -> tuple[list[tuple[str, FloatArray]], float]:
+        """Patterns by family of the likeliest explanation that has these families; its noise."""
+        hypotheses, posterior = self._hypotheses, self._posterior
+        wanted = set(families)
+        fits = np.array(
+            [
+                (bool(h.terms) or DISTURBED in wanted) and wanted <= set(h.families)
+                for h in hypotheses.single
+            ]
+        )
+        single = np.where(fits, posterior.single, 0.0)
+        paired = posterior.paired * self._pairs_with(wanted)
+        if not single.any() and not paired.any():
+            return [], 1.0
+        if len(paired) and paired.max() > single.max():
+            place = int(paired.argmax())
+            both = [] if hypotheses.pairs is None else hypotheses.pairs.both(place)
+            return [(h.families[0], h.patterns) for h in both], float(posterior.sigma_paired[place])
+        place = int(single.argmax())
+        one = hypotheses.single[place]
+        return [(one.families[0], one.patterns)], float(posterior.sigma[place])
+
+    def _pairs_with(self, wanted: set[str]) -> FloatArray:
+        pairs = self._hypotheses.pairs
+        if pairs is None:
+            return np.zeros(0)
+        found = np.ones(len(pairs))
+        for family in wanted:
+            own = np.array([family in one.families for one in pairs.members])
+            found *= own[pairs.first] | own[pairs.second]
+        return found
+
+    def _explained(self, patterns: list[FloatArray]) -> float:
+        """Squares that patterns take away, expected over how far the noise may wander.
+
+        A little doubt about a far wander is not a middling wander: of a slow effect that one takes
+        nearly everything.
+        """
+        if not patterns:
+            return 0.0
+        weights, shares = self._hypotheses.frame.each_weights, self._wandering
+        return sum(
+            float(share) * self._explained_under(patterns, own)
+            for own, share in zip(weights, shares, strict=True)
+            if share > MIN_WANDER_SHARE
+        )
+
+    def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
+        root = np.sqrt(weights)
+        columns = root[:, None] * np.concatenate(patterns, axis=1)
+        left, values, _ = np.linalg.svd(columns, full_matrices=False)
+        # no value at all where the model has taken up every row that was measured
+        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
+        return float(inside @ inside)
+
+
+AXES = "xyz"
+
+
+def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
+    """Share of a rippled characteristic that no bent one imitates here.
+
+    Args:
+        misfit: what is left.
+        frame: its coordinates.
+
+    Returns:
+        The median over axes and waves of the share of the visible pattern's square; 1 where no
+        characteristic is among the suspects, as for a gyroscope, whose input is not gravity.
+    """
+    if not (misfit.kind == RowKind.HOLD).any():
+        return 1.0
+    shown = shown_axes(misfit)
+    shares = []
+    for axis in range(3):
+        bent = _bent(misfit, AXES[axis])
+        if bent.shape[1]:
+            phase = misfit.direction[:, [axis]] * np.array(WAVES)
+            waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
+            shares.append(_outside(frame.across.T @ waves, frame.across.T @ bent))
+    return float(np.median(np.concatenate(shares))) if shares else 1.0
+
+
+def _bent(misfit: WhitenedResiduals, axis: str) -> FloatArray:
+    """Columns of the plainest characteristic of each family on one axis, shape (n, p)."""
+    columns = {
+        candidate.family: candidate.columns[:, [candidate.names.index(axis)]]
+        for candidate in reversed(misfit.candidates)
+        if candidate.family in BENT and axis in candidate.names
+    }
+    return np.concatenate([np.zeros((len(misfit), 0)), *columns.values()], axis=1)
+
+
+def _outside(waves: FloatArray, bent: FloatArray) -> FloatArray:
+    """Share of each wave's square that no combination of the bent makes."""
+    scaled = bent / np.maximum(np.linalg.norm(bent, axis=0), 1e-300)
+    left, values, _ = np.linalg.svd(scaled, full_matrices=False)
+    inside = left[:, values > 1e-6].T @ waves
+    whole = np.maximum((waves**2).sum(axis=0), 1e-300)
+    return np.asarray(1.0 - (inside**2).sum(axis=0) / whole)

@@ -1,0 +1,342 @@
+"""Everything that might explain a misfit, each as a Gaussian: which patterns, how strong.
+
+An explanation is a covariance of low rank in the space that the base parameters cannot absorb.
+Besides the effects of the catalogue there are, with priors of their own:
+
+- one disturbed hold or rotation;
+- structure that no effect makes: an error smooth over the sphere, or a characteristic of one axis.
+  Both are Gaussian processes written with their values at a few nodes (Nyström's method);
+- for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
+
+Without these, any pattern would be given the name of the effect that resembles it most. Two effects
+at once are pairs of single parameters of different families. With the products ``a``, ``b``, ``c``
+of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and t = (s/σ)², the determinant is
+``1 + t (a + b) + t² (ab − c²)`` and the quadratic form ``(t/σ²) [y² + z² + t (b y² − 2c yz + a
+z²)]`` over it, so that no matrix has to be decomposed.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.poses import DIRECTIONS
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
+from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
+
+NOTHING, EFFECT, PAIR = "nothing", "effect", "pair"
+DISTURBED, UNKNOWN = "disturbed", "unknown"
+
+PRIOR = {NOTHING: 0.5, EFFECT: 0.29, PAIR: 0.1, DISTURBED: 0.05, UNKNOWN: 0.06}
+"""Before any data: half of all sensors lack nothing that one session could show."""
+SPREADS = (0.3, 1.0, 3.5)
+"""Sizes of an effect against its typical size: small parts, typical ones, and bad ones."""
+DISTURBANCES = (6.0, 20.0, 60.0)
+"""A disturbed hold is off by so many noise standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """One explanation.
+
+    Attributes:
+        kind: ``nothing``, ``effect``, ``disturbed`` or ``unknown``.
+        terms: names of the effects in it.
+        families: their families, sorted.
+        variant: of the effect, or the index of the hold that is disturbed.
+        parameter: name of the one parameter in it, or "" for all.
+        log_prior: logarithm of its prior probability.
+        patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
+        spreads: prior standard deviations of the size, each as likely as the others.
+    """
+
+    kind: str
+    terms: tuple[str, ...]
+    families: tuple[str, ...]
+    variant: float | None
+    parameter: str
+    log_prior: float
+    patterns: FloatArray
+    spreads: tuple[float, ...]
+
+
+def noise_alone(frame: Frame) -> Hypothesis:
+    """Noise alone."""
+    empty = np.zeros((frame.across.shape[1], 0))
+    return Hypothesis(NOTHING, (), (), None, "", float(np.log(PRIOR[NOTHING])), empty, SPREADS)
+
+
+def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
+    """Each effect on all its parameters together and on each of them alone."""
+    terms = [candidate.term for candidate in misfit.candidates]
+    share = PRIOR[EFFECT] / max(len(set(terms)), 1)
+    made = []
+    for candidate in misfit.candidates:
+        patterns = frame.across.T @ (candidate.columns * candidate.typical)
+        prior = share / terms.count(candidate.term)
+        made.append(_effect(candidate, prior / 2.0, patterns, ""))
+        count = patterns.shape[1]
+        made += [
+            _effect(candidate, prior / 2.0 / count, patterns[:, [k]], name)
+            for k, name in enumerate(candidate.names)
+        ]
+    return made
+
+
+def _effect(candidate: Candidate, prior: float, patterns: FloatArray, which: str) -> Hypothesis:
+    return Hypothesis(
+        EFFECT,
+        (candidate.term,),
+        (candidate.family,),
+        candidate.variant,
+        which,
+        float(np.log(prior)),
+        patterns,
+        SPREADS,
+    )
+
+
+def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
+    """One hold or one rotation that is simply wrong, in all its rows."""
+    keys = sorted({(int(k), int(s)) for k, s in zip(misfit.kind, misfit.source, strict=True)})
+    prior = float(np.log(PRIOR[DISTURBED] / max(len(keys), 1)))
+    made = []
+    for kind, source in keys:
+        rows = np.flatnonzero((misfit.kind == kind) & (misfit.source == source))
+        patterns = frame.across[rows].T
+        made.append(
+            Hypothesis(
+                DISTURBED, (), (DISTURBED,), float(source), "", prior, patterns, DISTURBANCES
+            )
+        )
+    return made
+
+
+LENGTHS = (0.22, 0.4)
+"""Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
+UNKNOWN_SIZES = (1.5, 5.0, 16.0)
+"""Its size in noise standard deviations."""
+WAVES = tuple(np.linspace(4.5, 12.0, 11))
+"""Wave numbers of a rippled characteristic, rad/g."""
+UNKNOWN_SHARES = {"sphere": 0.15, "odd": 0.15, "even": 0.1, "axes": 0.1, "axis": 0.06, "wave": 0.1}
+"""How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
+along one certain axis in any shape or as a wave. Most errors of a sensor are either odd or even."""
+_LEVELS = np.linspace(-1.0, 1.0, 13)
+_NODES = np.array(list(DIRECTIONS.values()))
+_HALF = _NODES[[i for i, v in enumerate(_NODES) if tuple(v) > (0.0, 0.0, 0.0)]]
+
+
+def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
+    """Unknown structure at every length and place."""
+    seen = misfit.kind != RowKind.ROTATION
+    up = np.where(seen[:, None], misfit.direction, 0.0)
+    shown = shown_axes(misfit)
+    dips = misfit.kind == RowKind.DIP
+    apart = np.where(dips, 3, misfit.axis)
+    axes = [seen & (apart == axis) for axis in np.unique(apart[seen])]
+    made = []
+    for length in LENGTHS:
+        shapes: list[tuple[float, list[FloatArray]]] = []
+        for kind, sign in (("sphere", 0), ("odd", -1), ("even", 1)):
+            field = _sphere(up, length, sign)
+            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes]))
+        along = [_along(up[:, k], length) * shown[:, [k]] for k in range(3)]
+        shapes.append((UNKNOWN_SHARES["axes"], along))
+        shapes += [(UNKNOWN_SHARES["axis"], [one]) for one in along]
+        for share, patterns in shapes:
+            if not patterns:
+                continue
+            prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
+            inside = frame.across.T @ np.concatenate(patterns, axis=1)
+            made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+    return made + _waves(up, shown, frame)
+
+
+def _waves(up: FloatArray, shown: FloatArray, frame: Frame) -> list[Hypothesis]:
+    """A rippled characteristic of each axis, of any phase."""
+    made = []
+    for axis, wave in itertools.product(range(3), WAVES):
+        phase = wave * up[:, [axis]]
+        patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
+        prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
+        inside = frame.across.T @ patterns
+        made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+    return made
+
+
+def _sphere(up: FloatArray, length: float, sign: int) -> FloatArray:
+    nodes, root = _sphere_nodes(length, sign)
+    return np.asarray(_sphere_kernel(up, nodes, length, sign) @ root)
+
+
+def _sphere_kernel(a: FloatArray, b: FloatArray, length: float, sign: int) -> FloatArray:
+    """``k(a, b)``, or its part that is odd (−1) or even (+1) under inversion."""
+    cosine = a @ b.T
+    near = np.exp((cosine - 1.0) / length**2)
+    return np.asarray(near + sign * np.exp((-cosine - 1.0) / length**2))
+
+
+@cache
+def _sphere_nodes(length: float, sign: int) -> tuple[FloatArray, FloatArray]:
+    nodes = _HALF if sign else _NODES
+    return nodes, _whitener(_sphere_kernel(nodes, nodes, length, sign))
+
+
+def _along(values: FloatArray, length: float) -> FloatArray:
+    near = np.exp(-0.5 * ((values[:, None] - _LEVELS) / length) ** 2)
+    return np.asarray(near @ _level_root(length))
+
+
+@cache
+def _level_root(length: float) -> FloatArray:
+    return _whitener(np.exp(-0.5 * ((_LEVELS[:, None] - _LEVELS) / length) ** 2))
+
+
+def _whitener(kernel: FloatArray) -> FloatArray:
+    """Root of the kernel's inverse, without what is rounding."""
+    values, vectors = np.linalg.eigh(kernel)
+    seen = values > 1e-6 * values[-1]
+    return np.asarray(vectors[:, seen] / np.sqrt(values[seen]))
+
+
+FIELD_CHANGE_PRIOR = 0.06
+"""As likely before any data as structure over the sphere."""
+JUMP_MOMENTS = 15
+"""At which it may jump, evenly over the rows in their order of time."""
+CHANGE_WINDOWS = (0.08, 0.2)
+"""Shares of the rows during which it may differ."""
+MIN_FIELD_ROWS = 12
+"""Rows with fewer of which no course is looked for."""
+
+
+def field_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
+    """Jumps, and stretches in which the field differs, at every time."""
+    field = misfit.kind >= RowKind.FIELD
+    if field.sum() < MIN_FIELD_ROWS:
+        return []
+    courses = list(_courses(misfit.time, field))
+    usual = float(np.median(misfit.sigma[field]))
+    shown = misfit.lever * (usual / misfit.sigma)[:, None]
+    prior = float(np.log(FIELD_CHANGE_PRIOR / len(courses)))
+    return [
+        Hypothesis(
+            UNKNOWN,
+            (),
+            (UNKNOWN,),
+            None,
+            "",
+            prior,
+            frame.across.T @ (shown * one[:, None]),
+            UNKNOWN_SIZES,
+        )
+        for one in courses
+    ]
+
+
+def _courses(time: FloatArray, field: np.ndarray) -> Iterator[FloatArray]:
+    """1 where the field is another one, else 0, shape (n,)."""
+    moments = np.sort(time[field])
+    for share in np.linspace(0.0, 1.0, JUMP_MOMENTS + 2)[1:-1]:
+        yield (time >= np.quantile(moments, share)).astype(float)
+    for width in CHANGE_WINDOWS:
+        for start in np.arange(0.0, 1.0 - 0.5 * width, 0.5 * width):
+            low, high = np.quantile(moments, [start, min(start + width, 1.0)])
+            yield ((time >= low) & (time <= high)).astype(float)
+
+
+PAIR_SPREAD = 2.0
+"""Size of both against what is typical; two effects that both show are both large."""
+SAME_AXIS = 0.2
+"""Share of pairs that bend one axis' characteristic, evenly and oddly: one cause makes both."""
+WITH_DISTURBED = 0.15
+"""Share of an effect and a disturbed hold."""
+BENT = ("even-order", "odd-order")
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """All pairs of a design.
+
+    Attributes:
+        patterns: of the single parameters that pair, shape (m, d).
+        first: of each pair, shape (p,).
+        second: of each pair, shape (p,).
+        log_prior: shape (p,).
+        members: the single explanations that pair, d of them.
+    """
+
+    patterns: FloatArray
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
+    log_prior: FloatArray
+    members: tuple[Hypothesis, ...]
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def both(self, place: int) -> list[Hypothesis]:
+        """The two explanations of a pair."""
+        return [self.members[self.first[place]], self.members[self.second[place]]]
+
+    def gains(self, coordinates: FloatArray, weights: FloatArray) -> NDArray[np.float32]:
+        """What each adds to the log likelihood of noise alone, shape (p, sigmas).
+
+        Args:
+            coordinates: of a residual, shape (m,).
+            weights: of each coordinate, shape (m,).
+        """
+        products = self.patterns.T @ (weights[:, None] * self.patterns)
+        along = self.patterns.T @ (weights * coordinates)
+        a, b = products[self.first, self.first], products[self.second, self.second]
+        c = products[self.first, self.second]
+        y, z = along[self.first], along[self.second]
+        # single precision from here on: millions of numbers of which a thousandth is enough
+        t = (1.0 / SQUARES).astype(np.float32)
+        determinant = np.multiply.outer((a * b - c * c).astype(np.float32), t)
+        determinant += (a + b).astype(np.float32)[:, None]
+        determinant *= t
+        determinant += 1.0
+        form = np.multiply.outer((b * y * y - 2.0 * c * y * z + a * z * z).astype(np.float32), t)
+        form += (y * y + z * z).astype(np.float32)[:, None]
+        form *= t * t
+        form /= determinant
+        form -= np.log(determinant)
+        form *= np.float32(0.5)
+        return np.asarray(form)
+
+
+def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
+    """Pairs of single parameters, and of a parameter with a disturbed hold; None without any."""
+    single = [
+        one for one in hypotheses if one.patterns.shape[1] == 1 and one.kind in (EFFECT, DISTURBED)
+    ]
+    if not single:
+        return None
+    family = np.array([one.families[0] for one in single])
+    number = np.unique(family, return_inverse=True)[1]
+    bent = np.array([one.families[0] in BENT for one in single])
+    axis = np.array([one.parameter for one in single])
+    wrong = family == DISTURBED
+    first, second = np.triu_indices(len(single), 1)
+    keep = number[first] != number[second]
+    first, second = first[keep], second[keep]
+    if not len(first):
+        return None
+    mixed = wrong[first] | wrong[second]
+    same = bent[first] & bent[second] & (axis[first] == axis[second])
+    kinds = [(mixed, WITH_DISTURBED), (same, SAME_AXIS), (~mixed & ~same, 0.0)]
+    kinds[2] = (kinds[2][0], 1.0 - WITH_DISTURBED - SAME_AXIS)
+    shares = np.array([one.log_prior for one in single])
+    prior = np.zeros(len(first))
+    for where, share in kinds:
+        if where.any():
+            # a setting among many, as a step's moment, is as likely in a pair as it is alone
+            weight = np.exp(shares[first[where]] + shares[second[where]])
+            prior[where] = PRIOR[PAIR] * share * weight / weight.sum()
+    patterns = np.concatenate([one.patterns for one in single], axis=1)
+    size = np.where(wrong, np.array([one.spreads[1] for one in single]), PAIR_SPREAD)
+    return Pairs(patterns * size, first, second, np.log(prior), tuple(single))

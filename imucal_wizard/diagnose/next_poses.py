@@ -1,0 +1,752 @@
+"""What to measure next: a greedy design over poses that can be held and rotations that can be made.
+
+With base columns J, the patterns of two effects A and B, and noise one, the part of A that neither
+the base nor B can imitate is ``(I − P_[J, B]) A``. Its length times the size of A is the number of
+standard deviations by which the data tell the two apart. Requests are chosen one after the other,
+each the one that makes this length grow most; where the base model itself is not determined, the
+one that adds most information about it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from imucal_wizard.core.attitude import lay_samples
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import (
+    AXES,
+    CORNERS,
+    DIRECTIONS,
+    EDGES,
+    FACES,
+    NAMED,
+    POSE_TOLERANCE_DEG,
+    START_POSES,
+    nearest,
+    spoken,
+    spoken_up,
+)
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.residuals import hold_of
+from imucal_wizard.diagnose.suspects import Suspect
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances, Effect
+from imucal_wizard.model.identifiability import design, identifiable
+from imucal_wizard.model.rows.gravity_closure import GravityClosure
+from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term, Terms
+
+ROTATION_RATES = (50.0, 120.0, 220.0)
+"""Rates of the rotations that are asked for, °/s: an error that grows with the rate shows in the
+difference between them, and the smallest usual range ends at 250."""
+ROTATIONS_PER_AXIS = 2 * len(ROTATION_RATES)
+"""Each rate in both senses."""
+ROTATION_ANGLE = 120.0
+"""How far a hand turns a device in one go, degrees."""
+SAMPLE_INTERVAL = 0.01
+"""Between two samples of an imagined rotation, s."""
+WARMER = 15.0
+"""Degrees by which a hand, a lamp or a box warms a device."""
+SECONDS_PER_POSE = 15.0
+DEVIATIONS_APART = 2.33 + 1.645
+"""Standard deviations for one mistake in a hundred and five misses in a hundred."""
+ENOUGH_LENGTH = 2.0 * DEVIATIONS_APART
+"""When an effect of half the size would be told apart, no more poses are asked for; but never one
+alone, which nobody could tell from a disturbed hold."""
+MIN_GROWTH_PER_POSE = 1.02
+MIN_GROWTH_OF_ROTATIONS = 1.0 / 0.9
+"""Requests that let the length grow by less are not worth the operator's time."""
+MAX_POSES = 12
+"""What an operator does in three or four minutes."""
+MAX_POSES_WHEN_SETTLED = 6
+"""So many poses are proposed where nothing has to be decided."""
+MAX_PAIRS = 6
+"""Pairs of explanations compared at most."""
+MAX_REPEATED_HOLDS = 4
+"""Holds that are measured again where nothing explains what is left: the worst ones."""
+MIN_SPARE_DIRECTIONS = 2
+"""Directions beyond what determines the model, to leave out one and to contradict the rest."""
+MAX_P_WORTH_SEPARATING = 0.05
+"""A suspect of this p-value is worth being told from another."""
+ELSEWHERE = "one metre away from where it was, and from anything of iron"
+
+Requests = tuple[MeasurementRequest, ...]
+
+
+def request(
+    up: FloatArray, why: str, *, brief: str = "", warm: bool = False, axis: str = "", count: int = 0
+) -> MeasurementRequest:
+    """A request for a pose, or for ``count`` rotations about an axis from it.
+
+    Args:
+        up: in the body frame, unit vector.
+        why: what it is good for, in words.
+        brief: what this one alone is good for, where ``why`` says more.
+        warm: with the device warmed up first.
+        axis: the body axis to rotate about, or "".
+        count: how many rotations.
+    """
+    x, y, z = (float(one) for one in up)
+    return MeasurementRequest((x, y, z), pose_name(up), why, warm, axis, count, brief)
+
+
+def pose_name(up: FloatArray) -> str | None:
+    """The name of the pose with this direction up, or None."""
+    return nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG)
+
+
+def rotations_about(axes: str, why: str) -> Requests:
+    """Rotations about some axes, in both senses at each rate."""
+    rates = ", ".join(f"{rate:.0f}" for rate in ROTATION_RATES)
+    return tuple(
+        request(
+            DIRECTIONS[START_POSES[axis]],
+            f"with {spoken(START_POSES[axis])}, turn it about {axis}, left and right, each slowly, "
+            f"faster and fast ({rates} °/s): {why}",
+            brief=f"turn it about {axis}, left and right, each at {rates} °/s",
+            axis=axis,
+            count=ROTATIONS_PER_AXIS,
+        )
+        for axis in axes
+    )
+
+
+def circles(why: str, faces: Sequence[str] = tuple(FACES), warm: bool = False) -> Requests:
+    """A whole circle about the vertical on each of these faces, for a magnetometer."""
+    return tuple(
+        request(
+            FACES[face],
+            f"with {spoken(face)}, a whole circle about the vertical: {why}",
+            brief=f"a whole circle about the vertical with {spoken(face)}",
+            warm=warm,
+            axis=face[1],
+            count=1,
+        )
+        for face in faces
+    )
+
+
+# --- what is asked for after each verdict ---------------------------------------------------------
+
+
+def first_requests(sensor: str) -> Requests:
+    """What a sensor needs of which nothing can be determined yet."""
+    return {
+        ACCELEROMETER: lambda: missing_directions(
+            np.zeros((0, 3)), ("bias", "scale", "non-orthogonality")
+        ),
+        GYROSCOPE: lambda: rotations_about("xyz", "the gyroscope needs rotations about every axis"),
+        MAGNETOMETER: lambda: circles("the magnetometer needs the field from every side"),
+    }[sensor]()
+
+
+def next_requests(
+    bench: Bench, findings: BenchFindings, verdict: Verdict
+) -> tuple[Requests, tuple[Apart, ...]]:
+    """What to measure next after a verdict, and the explanations that were compared for it."""
+    table = bench.rows
+    if "field" in table.kind:
+        return _next_circles(table, findings, verdict), ()
+    if verdict is Verdict.AMBIGUOUS:
+        return separate_explanations(bench, findings)
+    if verdict is Verdict.DISTURBED:
+        return repeat_disturbed(table, findings), ()
+    if verdict is Verdict.UNEXPLAINED:
+        return corners_and_repeats(table), ()
+    if verdict is Verdict.INSUFFICIENT:
+        if "rotation" in table.kind or "still" in table.kind:
+            return rotations_about(
+                "xyz", "the gyroscope's gains need rotations about every axis"
+            ), ()
+        return missing_directions(_ups(table)[1], bench.fit.base), ()
+    return (), ()
+
+
+def to_measure(
+    diagnosis: Diagnosis, chosen: Suspect | None = None
+) -> tuple[Requests, Apart | None]:
+    """What to measure next whatever the verdict, and between which two effects that decides.
+
+    What the verdict asks for; where it asks for nothing, what tells the likeliest explanation from
+    the one most like it; else more of everything.
+
+    Args:
+        diagnosis: of a sensor.
+        chosen: the suspect that the user looks at; a disturbed hold is to be repeated.
+    """
+    bench, findings = diagnosis.bench, diagnosis.findings
+    if bench is None or findings is None:
+        return diagnosis.next_poses, None
+    table = bench.rows
+    if chosen is not None and chosen.hold is not None:
+        accused = replace(findings, opinion=replace(findings.opinion, holds=(chosen.hold,)))
+        return next_requests(bench, accused, Verdict.DISTURBED)[0], None
+    if diagnosis.next_poses:
+        return diagnosis.next_poses, diagnosis.apart[-1] if diagnosis.apart else None
+    if "field" in table.kind:
+        return circles("more of them show smaller effects"), None
+    like = _newest_and_its_like if bench.fit.terms else _likeliest_and_its_like
+    pair = like(bench, findings)
+    apart = None
+    if pair is not None and not diagnosis.base_left_out:
+        moving = "rotation" in table.kind
+        noise = table.floor[~_moving(table)]
+        requests, apart = _separate(bench, *pair, MAX_POSES_WHEN_SETTLED, noise, rotate=moving)
+        if requests:
+            return requests, apart
+    return more_of_all(table), apart
+
+
+def disturbed_parts(
+    table: ResidualTable, findings: BenchFindings
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]:
+    """Numbers of the holds and rotations, and stretches of time (s), said to be disturbed."""
+    holds: list[int] = []
+    rotations: list[int] = []
+    stretches: list[tuple[float, float]] = []
+    for index in findings.opinion.holds:
+        rows = np.flatnonzero(table.index == index)
+        white = (table.residual / table.floor)[rows] ** 2
+        kinds = table.kind[rows]
+        kind = max(dict.fromkeys(kinds.tolist()), key=lambda one: float(white[kinds == one].mean()))
+        row = int(rows[kinds == kind][0])
+        if kind == "field":
+            stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
+        elif kind == "rotation":
+            rotations.append(index)
+        else:
+            holds.append(hold_of(table, row))
+    return tuple(holds), tuple(rotations), tuple(stretches)
+
+
+def repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
+    """The accused hold's direction, or the accused rotation, once more."""
+    holds, rotations, _ = disturbed_parts(table, findings)
+    numbers, ups = _ups(table)
+    found = []
+    for hold in holds:
+        up = ups[int(np.flatnonzero(numbers == hold)[0])]
+        brief = f"hold {hold + 1} is accused, and one more there decides it"
+        why = f"{_words(up)} again: hold {hold + 1} is accused, and one more hold there decides it"
+        found.append(request(up, why, brief=brief))
+    for number in rotations:
+        closure = closure_of(table)
+        place = int(np.flatnonzero(closure.labels.index == number)[0]) // 2
+        first, past = closure.samples.offsets[place : place + 2]
+        axis = AXES[int(np.argmax((closure.motion.rate[first:past] ** 2).sum(axis=0)))]
+        up = closure.before[place]
+        why = f"rotation {number + 1} again, from {_words(up)}: one more rotation decides it"
+        brief = f"rotation {number + 1} once more, about {axis}"
+        found.append(request(up, why, brief=brief, axis=axis, count=1))
+    return tuple(found)
+
+
+def corners_and_repeats(table: ResidualTable) -> Requests:
+    """Corners that were not held, then the holds that fit worst once more."""
+    numbers, ups = _ups(table)
+    new = _corners_not_held(ups, "a direction that no hold has seen yet")
+    rest = ~_moving(table)
+    white = (table.residual / table.floor)[rest] ** 2
+    size = np.sqrt([white[table.index[rest] == one].mean() for one in numbers])
+    chosen: dict[str, MeasurementRequest] = {}
+    for place in np.argsort(-size, kind="stable"):
+        words = _words(ups[place])
+        if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
+            why = f"{words} again: off by {size[place]:.1f} times the noise; does it repeat?"
+            chosen[words] = request(ups[place], why)
+    return (*new, *chosen.values())
+
+
+def more_of_all(table: ResidualTable) -> Requests:
+    """Where nothing has to be decided: corners not held yet, the first poses again; rotations."""
+    if "rotation" in table.kind:
+        return rotations_about("xyz", "more of them show smaller effects")
+    ups = _ups(table)[1]
+    names = list(dict.fromkeys(name for name in map(pose_name, ups) if name))
+    again = tuple(
+        request(
+            DIRECTIONS[name],
+            f"{spoken(name)} again: a drift shows there",
+            brief="once more, to show a drift",
+        )
+        for name in names[:MAX_REPEATED_HOLDS]
+    )
+    return (*_corners_not_held(ups, "a direction not held yet", "not held so far"), *again)
+
+
+def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
+    """Poses until the directions determine the terms of the base, the most telling one first.
+
+    Args:
+        up: directions held, unit vectors, shape (n, 3).
+        base: terms that are to be determined.
+    """
+    held = list(up)
+    names = [*FACES, *EDGES, *CORNERS]
+    found: list[MeasurementRequest] = []
+
+    def information_gain(name: str) -> float:
+        """Growth of the information; a faint prior stands for what no direction has shown yet."""
+        columns, row = design(np.reshape(held, (-1, 3))), design(DIRECTIONS[name][None])[0]
+        information = columns.T @ columns + 1e-3 * np.eye(len(row))
+        return round(float(row @ np.linalg.solve(information, row)), 6)
+
+    while len(found) < MAX_POSES and not _determined(np.reshape(held, (-1, 3)), base):
+        best = max(names, key=information_gain)
+        held.append(DIRECTIONS[best])
+        why = f"{spoken(best)}: needed to determine {', '.join(base)}"
+        found.append(request(DIRECTIONS[best], why))
+    return tuple(found)
+
+
+def _determined(up: FloatArray, base: tuple[str, ...]) -> bool:
+    try:
+        found = identifiable(up)
+    except DataError:
+        return False
+    whole = "non-orthogonality" not in base or not found.dropped
+    return whole and set(base) <= set(found.terms) and found.spare >= MIN_SPARE_DIRECTIONS
+
+
+def _corners_not_held(ups: FloatArray, why: str, brief: str = "") -> Requests:
+    held = {pose_name(one) for one in ups}
+    return tuple(
+        request(up, f"{spoken(name)}: {why}", brief=brief)
+        for name, up in CORNERS.items()
+        if name not in held
+    )
+
+
+def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdict) -> Requests:
+    """The circles that would help after this verdict, for a magnetometer."""
+    if verdict is Verdict.AMBIGUOUS:
+        if any("current" in terms for terms in findings.opinion.explanations):
+            return circles(
+                "once more, half of it with the motors on, tells a current from what is slow"
+            )
+        return circles("once more with the device warmer tells a drift from warmth", warm=True)
+    if verdict is Verdict.UNEXPLAINED:
+        return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
+    if verdict is Verdict.DISTURBED:
+        # faces on which a circle sees the directions that are accused
+        field = table.direction[np.isin(table.index, findings.opinion.holds)]
+        near = np.argmax(-field @ np.array(list(FACES.values())).T, axis=1)
+        names = list(FACES)
+        return circles("once more decides it", tuple(dict.fromkeys(names[k] for k in near)))
+    if verdict is Verdict.INSUFFICIENT:
+        return circles("the magnetometer needs the field from every side")
+    return ()
+
+
+# --- telling two explanations apart ---------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """One of the explanations to be told apart.
+
+    Attributes:
+        effect: the effect.
+        variant: its setting.
+        size: its estimated size per parameter, shown unit, shape (p,).
+    """
+
+    effect: Effect
+    variant: float | None
+    size: FloatArray
+
+
+Patterns = tuple[FloatArray, FloatArray, FloatArray]
+"""Whitened rows: base columns, the first explanation at its size, the second one's columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurable:
+    """Something that could be measured, and the rows that it would add."""
+
+    requests: Requests
+    patterns: Patterns
+
+
+def rivals(findings: BenchFindings) -> tuple[str, ...]:
+    """The effects among which these data cannot choose, the likeliest first."""
+    for members in findings.opinion.terms:
+        if len(members) > 1:
+            return members
+    found = [term for terms in findings.opinion.explanations for term in terms]
+    return tuple(dict.fromkeys(found))
+
+
+def explanation_of(bench: Bench, findings: BenchFindings, term: str) -> Explained | None:
+    """An effect at the size it would have; None for what is no suspect."""
+    suspect = next((one for one in findings.suspects if one.term == term), None)
+    effect = next((one for one in bench.catalogue if one.name == term), None)
+    if suspect is None or effect is None or suspect.candidate is None or suspect.trial is None:
+        return None
+    return Explained(effect, suspect.candidate.variant, suspect.trial.size)
+
+
+def separate_explanations(
+    bench: Bench, findings: BenchFindings
+) -> tuple[Requests, tuple[Apart, ...]]:
+    """Requests for the likeliest two explanations; where none helps, for the next two."""
+    compared: list[Apart] = []
+    table = bench.rows
+    noise = table.floor[~_moving(table)] * findings.opinion.noise
+    for names in list(combinations(rivals(findings), 2))[:MAX_PAIRS]:
+        first, second = (explanation_of(bench, findings, name) for name in names)
+        if first is None or second is None:
+            continue
+        rotate = "rotation" in table.kind and not _seen_at_rest(bench, first, second)
+        requests, apart = _separate(bench, first, second, MAX_POSES, noise, rotate=rotate)
+        compared.append(apart)
+        if requests:
+            gain = f"; {brings(apart)}"
+            return tuple(replace(one, why=one.why + gain) for one in requests), tuple(compared)
+    return (), tuple(compared)
+
+
+def brings(apart: Apart) -> str:
+    """What the requests bring, in words."""
+    word = "rotations" if apart.turning else "poses"
+    count = {1: "this pose", 2: f"both {word}"}.get(apart.poses, f"all {apart.poses} {word}")
+    before = "no size" if not np.isfinite(apart.before) else f"{apart.before:.2g}"
+    return f"{count} together: from {apart.after:.2g} instead of {before} {apart.unit}"
+
+
+def _separate(
+    bench: Bench, first: Explained, second: Explained, most: int, noise: FloatArray, *, rotate: bool
+) -> tuple[Requests, Apart]:
+    """The requests that tell two explanations apart, and what they bring.
+
+    Args:
+        bench: of one sensor.
+        first: the likelier explanation.
+        second: the other one.
+        most: requests at most.
+        noise: of the rows at rest, shape (n,).
+        rotate: by rotations; else by poses.
+    """
+    if rotate:
+        axis = _largest_axis(bench, first)
+        now, offer = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
+        why = f"tells {first.effect.name} from {second.effect.name}"
+        offers = [Measurable(rotations_about(axis, why), offer)]
+        chosen, before, after = choose(now, lambda _: offers, 1, MIN_GROWTH_OF_ROTATIONS)
+        count = ROTATIONS_PER_AXIS if chosen else 0
+    else:
+        where, table = bench.measured.circumstances, bench.rows
+        radial = "hold" in table.kind
+        # the noise of a hold, over the axes where each is a row
+        sigma = np.sqrt((noise.reshape(len(where), -1) ** 2).mean(axis=1))
+        chosen, before, after = separating_poses(first, second, where, sigma, most, radial=radial)
+        count = len(chosen)
+    size = float(np.abs(first.size).max())
+    unit = first.effect.parameters(bench.sensor)[0].unit
+    names = first.effect.name, second.effect.name
+    return chosen, Apart(*names, before * size, after * size, size, unit, count, rotate)
+
+
+def separating_poses(
+    first: Explained,
+    second: Explained,
+    done: Circumstances,
+    sigma: FloatArray,
+    most: int = 6,
+    *,
+    radial: bool = True,
+) -> tuple[Requests, float, float]:
+    """Poses that tell two explanations of a misfit apart.
+
+    Args:
+        first: the likelier explanation.
+        second: the other one.
+        done: circumstances of the holds there are.
+        sigma: noise of these holds, SI, shape (n,).
+        most: how many poses to propose at most.
+        radial: a hold shows the error along gravity; else (a gyroscope at rest) of each axis.
+
+    Returns:
+        The poses; the size of the first explanation (in shares of its estimate) needed to tell it
+        from the second with the data there are, and with these poses.
+    """
+    typical = np.array([float(np.median(sigma))])
+
+    def offers(place: int) -> list[Measurable]:
+        return [
+            Measurable(
+                (_separating_request(name, warm, first, second),),
+                _patterns(first, second, _one_more(done, name, warm, place), typical, radial),
+            )
+            for name in NAMED
+            for warm in (False, True)
+        ]
+
+    now = _patterns(first, second, done, sigma, radial)
+    return choose(now, offers, most, MIN_GROWTH_PER_POSE)
+
+
+def choose(
+    now: Patterns, offers: Callable[[int], Sequence[Measurable]], most: int, growth: float
+) -> tuple[Requests, float, float]:
+    """Take the best offer again and again, until two explanations are apart or nothing helps.
+
+    Args:
+        now: the rows there are.
+        offers: what could be measured as the next, given how much has been chosen already.
+        most: offers to take at most.
+        growth: factor by which each must lengthen what tells the explanations apart.
+
+    Returns:
+        The requests; the size needed before and after, in shares of the first one's estimate.
+    """
+    length = apart_length(*now)
+    before, chosen = size_needed(length), list[MeasurementRequest]()
+    for place in range(most):
+        if length >= ENOUGH_LENGTH and place != 1:
+            break
+        known = offers(place)
+        lengths = [apart_length(*_stacked(now, one.patterns)) for one in known]
+        best = int(np.argmax(lengths))
+        if lengths[best] < growth * length + 1e-9:
+            break
+        now, length = _stacked(now, known[best].patterns), lengths[best]
+        chosen += known[best].requests
+    return tuple(chosen), before, size_needed(length)
+
+
+def size_needed(length: float) -> float:
+    """Share of an estimate that stands out where all of it does by so many sigma."""
+    return DEVIATIONS_APART / length if length > 0.0 else np.inf
+
+
+def apart_length(base: FloatArray, own: FloatArray, other: FloatArray) -> float:
+    """Length of what neither the base nor the other explanation can imitate.
+
+    Args:
+        base: whitened columns of what is fitted already, shape (n, b).
+        own: the first explanation at its size, shape (n, 1).
+        other: columns of the second one, shape (n, p).
+    """
+    both = np.concatenate([base, other], axis=1)
+    scale = np.linalg.norm(both, axis=0)
+    both = both[:, scale > 0.0] / scale[scale > 0.0]
+    left, values, _ = np.linalg.svd(both, full_matrices=False)
+    inner = left[:, values > 1e-9 * values[0]]
+    rest = own - inner @ (inner.T @ own)
+    length = float(np.linalg.norm(rest))
+    return length if length > 1e-9 * float(np.linalg.norm(own)) else 0.0
+
+
+def _stacked(rows: Patterns, more: Patterns) -> Patterns:
+    base, own, other = (np.concatenate(pair) for pair in zip(rows, more, strict=True))
+    return base, own, other
+
+
+def _patterns(
+    first: Explained, second: Explained, where: Circumstances, sigma: FloatArray, radial: bool
+) -> Patterns:
+    """Of poses held: along gravity, or on each axis of a sensor at rest."""
+    sensor = ACCELEROMETER if radial else GYROSCOPE
+    felt = [
+        np.nan_to_num(one.effect.columns(sensor, where, one.variant)) for one in (first, second)
+    ]
+    noise = np.broadcast_to(sigma, len(where))
+    if radial:
+        up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
+        base = design(up)
+        own, other = (np.einsum("ni,nip->np", up, columns) for columns in felt)
+    else:
+        base, noise = np.tile(np.eye(3), (len(where), 1)), np.repeat(noise, 3)
+        own, other = (np.concatenate(columns) for columns in felt)
+    weight = 1.0 / noise[:, None]
+    return base * weight, (own @ first.size)[:, None] * weight, other * weight
+
+
+def _separating_request(
+    name: str, warm: bool, first: Explained, second: Explained
+) -> MeasurementRequest:
+    warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
+    brief = f"tells {first.effect.name} from {second.effect.name}"
+    made = request(NAMED[name], f"{spoken(name)}{warmed}: {brief}", brief=brief, warm=warm)
+    return replace(made, pose=name if name in DIRECTIONS else None)
+
+
+def _one_more(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
+    """The circumstances of one more hold in this pose."""
+    last = float(done.temperature[-1])
+    return Circumstances(
+        force=NAMED[name][None] * done.gravity,
+        rate=np.zeros((1, 3)),
+        temperature=np.array([last + WARMER * warm]),
+        time=np.array([float(done.time[-1]) + SECONDS_PER_POSE * (place + 1)]),
+        previous=done.force[-1:],
+        vibration=np.array([float(np.mean(done.vibration))]),
+        gravity=done.gravity,
+        reference_temperature=done.reference_temperature,
+        reference_time=done.reference_time,
+    )
+
+
+def rotation_patterns(
+    fit: SensorFit, gravity: float, first: Explained, second: Explained, axis: str
+) -> tuple[Patterns, Patterns]:
+    """Patterns of all rows of a fit, and of rotations about an axis that nobody has made yet.
+
+    The rotations are made as by a hand: from the start pose to the left and back, each rate once.
+    What each does to the closures is the derivative that the fit itself works with.
+
+    Args:
+        fit: the present fit.
+        gravity: m/s².
+        first: the likelier explanation.
+        second: the other one.
+        axis: the body axis to rotate about.
+    """
+    table = fit.rows
+    assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
+    sigma, held = table.sigma[:, None], np.diag(np.sqrt(table.precision))
+    own = table.design_columns(first.effect, first.variant) @ first.size[:, None] / sigma
+    other = table.design_columns(second.effect, second.variant) / sigma
+    now = (
+        np.concatenate([table.columns / sigma, held]),
+        np.concatenate([own, np.zeros((len(held), 1))]),
+        np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
+    )
+    rows = _imagined(table, fit, gravity, axis).at(
+        Calibration(fit.matrix, fit.bias), Terms(fit.sensor, ())
+    )
+    assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
+    columns = [
+        rows.base_columns() @ fit.experiment.directions(fit.base).columns,
+        *(rows.term_columns(term) for term in fit.terms),
+        rows.shared_columns(),
+    ]
+    weight = 1.0 / np.sqrt(rows.own)[:, None]
+    more_own = rows.term_columns(Term(first.effect, first.variant)) @ first.size[:, None]
+    more_other = rows.term_columns(Term(second.effect, second.variant))
+    more = np.concatenate(columns, axis=1) * weight, more_own * weight, more_other * weight
+    return now, more
+
+
+def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -> GravityClosure:
+    """Rotations to the left and back at each rate, beginning in the start pose."""
+    closure, along = closure_of(table), np.eye(3)[AXES.index(axis)]
+    start, angle = DIRECTIONS[START_POSES[axis]], np.radians(ROTATION_ANGLE)
+    end = start * np.cos(angle) - np.cross(along, start) * np.sin(angle)
+    pulses = [_pulse(np.radians(rate), angle) for rate in ROTATION_RATES]
+    rates = [sense * pulse[:, None] * along for pulse in pulses for sense in (1.0, -1.0)]
+    before = np.array([start, end] * len(pulses))
+    after = np.array([end, start] * len(pulses))
+    inverse = np.linalg.inv(fit.matrix)
+    times = [np.asarray(SAMPLE_INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
+    samples = lay_samples(times, [rate @ inverse.T + fit.bias for rate in rates])
+    known, force = closure.motion, gravity * before[samples.rotation]
+    # right after the session, at its last temperature
+    motion = replace(
+        known,
+        force=force,
+        rate=np.concatenate(rates),
+        temperature=np.full(len(force), float(known.temperature[-1])),
+        time=float(known.time[-1]) + samples.time,
+        previous=force,
+        vibration=np.full(len(force), float(np.mean(known.vibration))),
+    )
+    none = np.full(2 * len(rates), -1)
+    return replace(
+        closure,
+        samples=samples,
+        before=before,
+        after=after,
+        before_doubt=_doubt(closure, before),
+        after_doubt=_doubt(closure, after),
+        noise=np.full(len(rates), float(np.median(table.variance[table.kind == "rotation"]))),
+        motion=motion,
+        labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
+    )
+
+
+def _pulse(fastest: float, angle: float) -> FloatArray:
+    """Rates of a rotation that begins and ends softly: ``fastest · sin²``, rad/s."""
+    count = max(round(2.0 * angle / fastest / SAMPLE_INTERVAL), 4)
+    phase = np.pi * np.arange(count + 1) / count
+    return np.asarray(angle / (SAMPLE_INTERVAL * count / 2.0) * np.sin(phase) ** 2)
+
+
+def _doubt(closure: GravityClosure, up: FloatArray) -> FloatArray:
+    """The error of up there: as at the hold nearest to it, shape (m, 3, k)."""
+    return np.asarray(closure.before_doubt[np.argmax(up @ closure.before.T, axis=1)])
+
+
+# --- small questions about the rows ---------------------------------------------------------------
+
+
+def closure_of(table: ResidualTable) -> GravityClosure:
+    """The rotations of a table."""
+    return next(one for one in table.sources if isinstance(one, GravityClosure))
+
+
+def _moving(table: ResidualTable) -> BoolArray:
+    return np.asarray(~np.isfinite(table.direction).all(axis=1))
+
+
+def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
+    """Numbers of the holds, and up at each, shapes (n,) and (n, 3)."""
+    rest = np.flatnonzero(~_moving(table))
+    numbers, first = np.unique(table.index[rest], return_index=True)
+    return numbers, table.direction[rest[first]]
+
+
+def _words(up: FloatArray) -> str:
+    """A direction in words."""
+    name = pose_name(up)
+    return spoken(name) if name else spoken_up(up)
+
+
+def _seen_at_rest(bench: Bench, *explanations: Explained) -> bool:
+    """Whether one of these effects shows in readings at rest."""
+    where = bench.measured.circumstances
+    columns = (one.effect.columns(bench.sensor, where, one.variant) for one in explanations)
+    return any(bool(np.nan_to_num(column).any()) for column in columns)
+
+
+def _largest_axis(bench: Bench, one: Explained) -> str:
+    """The axis on which an effect is largest."""
+    name = one.effect.parameters(bench.sensor)[int(np.abs(one.size).argmax())].name
+    return name[:1] if name[:1] in AXES else AXES[0]
+
+
+def _newest_and_its_like(
+    bench: Bench, _findings: BenchFindings
+) -> tuple[Explained, Explained] | None:
+    """The newest effect of the model, and another of its family that is not in it."""
+    term, size = bench.fit.terms[-1], bench.fit.sizes[-1]
+    where, family = bench.measured.circumstances, term.effect.family
+    for other in bench.catalogue:
+        if family is None or other.family != family or other.name in bench.fit.model:
+            continue
+        if other.lacking(bench.sensor, where) is None:
+            any_size = np.ones(len(other.parameters(bench.sensor)))
+            like = Explained(other, other.variants(where)[0], any_size)
+            return Explained(term.effect, term.variant, size), like
+    return None
+
+
+def _likeliest_and_its_like(
+    bench: Bench, findings: BenchFindings
+) -> tuple[Explained, Explained] | None:
+    """The likeliest suspect that looks like another, and that one."""
+    for suspect in findings.suspects:
+        if suspect.like and suspect.p < MAX_P_WORTH_SEPARATING:
+            first = explanation_of(bench, findings, suspect.term)
+            second = explanation_of(bench, findings, suspect.like[0])
+            if first is not None and second is not None:
+                return first, second
+    return None

@@ -1,0 +1,188 @@
+"""The probability of each explanation of one design, given a residual.
+
+With patterns X at the prior size s, noise ``σ² W⁻¹`` (see ``random_walk``) and t = (s/σ)², the
+residual r is Gaussian, and its likelihood gains against noise alone
+
+    2 ln(p/p₀) = −ln |I + t XᵀWX| + (t/σ²) rᵀWX (I + t XᵀWX)⁻¹ XᵀWr
+
+which the eigenvectors of XᵀWX turn into sums of single numbers. Sizes, σ and the random walk are
+averaged over; the repeats in r itself determine how large the noise is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.hypotheses import (
+    Hypothesis,
+    Pairs,
+    all_pairs,
+    disturbances,
+    effect_hypotheses,
+    field_changes,
+    noise_alone,
+    unknown_structure,
+)
+from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
+from imucal_wizard.diagnose.residuals import WhitenedResiduals
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Every explanation's share of the probability.
+
+    Attributes:
+        evidence: logarithm of the marginal likelihood of each single explanation, shape (h,).
+        single: probability of each single explanation, shape (h,).
+        paired: probability of each pair, shape (p,).
+        sigma: expected noise under each single explanation, shape (h,).
+        sigma_paired: the same under each pair, shape (p,).
+        noise: probability of each wander and σ over all explanations, shape (wanders, sigmas).
+        wander: expected wander of the noise, over all explanations.
+    """
+
+    evidence: FloatArray
+    single: FloatArray
+    paired: FloatArray
+    sigma: FloatArray
+    sigma_paired: FloatArray
+    noise: FloatArray
+    wander: float
+
+    @property
+    def wandering(self) -> float:
+        """Probability that the noise wanders at all."""
+        return float(self.noise[1:].sum())
+
+
+class HypothesisSet:
+    """All explanations of one design, ready to judge any residual of it.
+
+    Args:
+        frame: the coordinates.
+        hypotheses: the single explanations; the first is noise alone.
+        pairs: the pairs, or None.
+    """
+
+    def __init__(
+        self, frame: Frame, hypotheses: Sequence[Hypothesis], pairs: Pairs | None = None
+    ) -> None:
+        self.frame = frame
+        self.single = tuple(hypotheses)
+        self.pairs = pairs
+        self.log_prior = np.array([one.log_prior for one in hypotheses])
+        others = self.single[1:]
+        self.spectra = [spectrum(others, weights) for weights in frame.each_weights if others]
+
+    def posterior(self, residual: FloatArray) -> Posterior:
+        """Weigh all explanations.
+
+        Args:
+            residual: whitened, shape (n,).
+        """
+        coordinates = self.frame.across.T @ residual
+        alone = self.frame.log_noise(coordinates)
+        single = self._single(coordinates, alone)
+        paired = self._paired(coordinates, alone)
+        evidence = np.logaddexp.reduce(single, axis=(1, 2))
+        joint = np.concatenate([single + self.log_prior[:, None, None], paired])
+        weight = np.exp(joint - joint.max())
+        weight /= weight.sum()
+        share = weight.sum(axis=(1, 2))
+        by_sigma = weight.sum(axis=1)
+        sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
+        noise = weight.sum(axis=0)
+        count = len(self.single)
+        return Posterior(
+            evidence,
+            share[:count],
+            share[count:],
+            sigma[:count],
+            sigma[count:],
+            noise,
+            float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
+        )
+
+    def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
+        """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
+        gains = np.stack([one.gains(coordinates) for one in self.spectra], axis=1)
+        averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
+        return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
+
+    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
+        """Likelihood and prior, shape (p, wanders, sigmas)."""
+        if self.pairs is None:
+            return np.zeros((0, *alone.shape))
+        gains = [self.pairs.gains(coordinates, weights) for weights in self.frame.each_weights]
+        return np.asarray(alone + np.stack(gains, axis=1) + self.pairs.log_prior[:, None, None])
+
+
+def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisSet:
+    """Everything that may explain a misfit of this design."""
+    frame = frame_of(misfit)
+    made = [noise_alone(frame), *effect_hypotheses(misfit, frame), *disturbances(misfit, frame)]
+    made += unknown_structure(misfit, frame) + field_changes(misfit, frame)
+    return HypothesisSet(frame, made, all_pairs(made) if pairs else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Explanations under one wander of the noise, each as a sum over rows.
+
+    Attributes:
+        basis: a residual's coordinates times this are independent numbers, shape (m, rows).
+        gain: what the square of each of them adds to the log likelihood, (rows, spreads, sigmas).
+        log_det: per explanation, shape (h, spreads, sigmas).
+        starts: first row of each explanation, shape (h,).
+    """
+
+    basis: FloatArray
+    gain: FloatArray
+    log_det: FloatArray
+    starts: NDArray[np.intp]
+
+    def gains(self, coordinates: FloatArray) -> FloatArray:
+        """What each explanation adds to the log likelihood of noise alone, (h, spreads, sigmas).
+
+        Args:
+            coordinates: of a residual, shape (m,).
+        """
+        squares = (coordinates @ self.basis) ** 2
+        rows = squares[:, None, None] * self.gain
+        return np.asarray(0.5 * (np.add.reduceat(rows, self.starts, axis=0) - self.log_det))
+
+
+def spectrum(hypotheses: Sequence[Hypothesis], weights: FloatArray) -> Spectrum:
+    """The spectrum of explanations, each with at least one pattern.
+
+    Args:
+        hypotheses: the explanations.
+        weights: of each coordinate, shape (m,).
+    """
+    bases: list[FloatArray] = [np.zeros((0, 0))] * len(hypotheses)
+    values: list[FloatArray] = [np.zeros(0)] * len(hypotheses)
+    places: dict[int, list[int]] = {}
+    for place, hypothesis in enumerate(hypotheses):
+        places.setdefault(hypothesis.patterns.shape[1], []).append(place)
+    for own in places.values():
+        stack = np.stack([hypotheses[place].patterns for place in own]) * weights[:, None] ** 0.5
+        strength, vectors = np.linalg.eigh(np.swapaxes(stack, 1, 2) @ stack)
+        strength = np.maximum(strength, 0.0)
+        length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
+        basis = weights[:, None] ** 0.5 * (stack @ vectors) / length[:, None, :]
+        for place, one, own_values in zip(own, basis, strength, strict=True):
+            bases[place], values[place] = one, own_values
+    counts = np.array([len(one) for one in values])
+    spreads = np.array([hypothesis.spreads for hypothesis in hypotheses])
+    strengths = np.concatenate(values)[:, None] * np.repeat(spreads, counts, axis=0) ** 2
+    ratio = strengths[:, :, None] / SQUARES
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    return Spectrum(
+        np.concatenate(bases, axis=1),
+        ratio / (1.0 + ratio) / SQUARES,
+        np.add.reduceat(np.log1p(ratio), starts, axis=0),
+        starts,
+    )

@@ -1,0 +1,141 @@
+"""The setting of an effect that is not linear in it, found between those that are tried.
+
+A warm-up is looked for with a handful of time constants; the one that fits lies between them. With
+an error a hundred times the noise the nearest of the handful leaves structure that no noise makes,
+and the rest would be blamed on something else.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.result import Parameter, SensorFit
+from imucal_wizard.model.terms import Term
+
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+GOLDEN_STEPS = 9
+"""Each narrows by the golden section, so that a factor of 3 becomes one of 1.015."""
+MIN_SETTING_DIFFERENCE = 0.04
+"""Settings that differ by less than this share are one."""
+ASIDE = 0.08
+"""How far to either side the fall of the likelihood is measured, in the logarithm."""
+
+Fit = Callable[[Term], SensorFit]
+
+
+def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) -> SensorFit:
+    """The likeliest fit between the settings on either side of the one given.
+
+    By the golden section in its logarithm and the likelihood of what each fit leaves.
+
+    Args:
+        fit: of the model with this term.
+        term: with the likeliest of the settings tried.
+        variants: the settings tried.
+
+    Returns:
+        The fit with the best setting; with the one given, where the effect has no setting between
+        two of those tried.
+    """
+    grid = _grid(term, variants)
+    if not grid:
+        return fit(term)
+    tried: dict[float, SensorFit] = {}
+
+    def likelihood(at: float) -> float:
+        if at not in tried:
+            tried[at] = fit(replace(term, variant=float(np.exp(at))))
+        return unlikeliness(tried[at])
+
+    low, high = _enclosed(likelihood, grid, grid.index(float(np.log(term.variant or 1.0))))
+    _narrow(likelihood, low, high)
+    best = min(tried, key=likelihood)
+    spread = _spread(likelihood, best)
+    return with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
+
+
+def unlikeliness(fit: SensorFit) -> float:
+    """Twice the negative logarithm of the likelihood of a fit's rows."""
+    table = fit.rows
+    assert table is not None  # noqa: S101 (narrows the type)
+    squares = table.residual**2 / table.variance
+    return float((squares + np.log(table.variance)).sum())
+
+
+def _grid(term: Term, variants: Sequence[float | None]) -> list[float]:
+    """Logarithms of the settings tried, in order; none where there is nothing between them."""
+    if not term.effect.graded or term.variant is None:
+        return []
+    return sorted({float(np.log(one)) for one in (*variants, term.variant) if one is not None})
+
+
+def _enclosed(
+    unlikely: Callable[[float], float], grid: Sequence[float], best: int
+) -> tuple[float, float]:
+    """Walk along the grid to the best place; its neighbours."""
+    while True:
+        near = range(max(best - 1, 0), min(best + 2, len(grid)))
+        better = min(near, key=lambda k: unlikely(grid[k]))
+        if better == best:
+            return grid[near[0]], grid[near[-1]]
+        best = better
+
+
+def _narrow(unlikely: Callable[[float], float], low: float, high: float) -> None:
+    """Try places between two by the golden section.
+
+    With errors far above the noise the likelihood has a sharp cusp, which no parabola fits.
+    """
+    for _ in range(GOLDEN_STEPS):
+        if high - low < MIN_SETTING_DIFFERENCE:
+            return
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        if unlikely(left) < unlikely(right):
+            high = right
+        else:
+            low = left
+
+
+def _spread(unlikely: Callable[[float], float], best: float) -> float:
+    """Standard deviation of the setting's logarithm by how fast the likelihood falls; 0: none."""
+    bend = unlikely(best - ASIDE) + unlikely(best + ASIDE) - 2.0 * unlikely(best)
+    return float(np.sqrt(2.0 / bend)) * ASIDE if bend > 0.0 else 0.0
+
+
+def with_doubt(fit: SensorFit, moved: SensorFit, steps: float) -> SensorFit:
+    """The fit with the doubt about one more unknown in its standard errors.
+
+    To first order ``Var = Var(known setting) + d dᵀ``, ``d`` what the parameters move by when the
+    setting moves by one standard deviation.
+
+    Args:
+        fit: with the likeliest setting.
+        moved: the same model with the setting moved.
+        steps: standard deviations that it was moved by.
+    """
+    if fit.size_covariance is None:
+        return fit
+    change = (_flat(moved) - _flat(fit)) / steps
+    covariance = fit.size_covariance + np.outer(change, change)
+    ends = np.cumsum([len(size) for size in fit.sizes])[:-1]
+    values = {one.name: one.value for one in moved.parameters}
+    parameters = tuple(_wider(one, values[one.name], steps) for one in fit.parameters)
+    return replace(
+        fit,
+        parameters=parameters,
+        size_errors=tuple(np.split(np.sqrt(np.diag(covariance)), ends)),
+        size_covariance=covariance,
+    )
+
+
+def _flat(fit: SensorFit) -> FloatArray:
+    return np.concatenate([np.zeros(0), *fit.sizes])
+
+
+def _wider(one: Parameter, moved: float, steps: float) -> Parameter:
+    if one.standard_error is None:
+        return one
+    wider = float(np.hypot(one.standard_error, (moved - one.value) / steps))
+    return replace(one, standard_error=wider)

@@ -1,0 +1,177 @@
+"""What a fit leaves, in the one form that every question about it is asked of.
+
+Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
+hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
+component of a rotation's closure, a mean magnitude of the magnetometer or its dip in a still pose.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from imucal_wizard.core.poses import DIRECTIONS, nearest
+from imucal_wizard.core.quantities import true_minus
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.effect import Circumstances, Effect
+from imucal_wizard.model.rows.table import ResidualTable
+
+
+class RowKind(IntEnum):
+    """Where a row comes from."""
+
+    HOLD = 0
+    STILL = 1
+    ROTATION = 2
+    FIELD = 3
+    DIP = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One way in which one effect would show, with one setting of what is not linear in it.
+
+    Attributes:
+        term: name of the effect.
+        family: name shared by effects that 1 g cannot split, or the term itself.
+        variant: the setting, or None.
+        names: the parameters, one per column.
+        columns: whitened change of every row per shown unit, shape (n, p).
+        typical: prior standard deviation of each parameter, shown unit, shape (p,).
+        unit: the shown unit.
+    """
+
+    term: str
+    family: str
+    variant: float | None
+    names: tuple[str, ...]
+    columns: FloatArray
+    typical: FloatArray
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedResiduals:
+    """What is left of every row, and what may move it.
+
+    Attributes:
+        residual: whitened, shape (n,).
+        base: whitened derivative by all parameters that are in the model, shape (n, b).
+        kind: where each row comes from, shape (n,).
+        source: index of its hold or rotation, shape (n,).
+        direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
+            shape (n, 3); NaN for rotations.
+        axis: the gyroscope's axis of a still row, -1 otherwise, shape (n,).
+        time: s, shape (n,).
+        sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
+        group: what is left out together: directions, or rotations; -1 for rows that always stay,
+            shape (n,).
+        visit: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
+        lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
+            at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
+            share along the field, shape (n, 3).
+        candidates: the effects that are not in the model.
+    """
+
+    residual: FloatArray
+    base: FloatArray
+    kind: IntArray
+    source: IntArray
+    direction: FloatArray
+    axis: IntArray
+    time: FloatArray
+    sigma: FloatArray
+    group: IntArray
+    visit: IntArray
+    lever: FloatArray
+    candidates: tuple[Candidate, ...]
+
+    def __len__(self) -> int:
+        return len(self.residual)
+
+    @property
+    def judged(self) -> BoolArray:
+        """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
+        rotations = self.kind == RowKind.ROTATION
+        return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)
+
+
+KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}
+"""Rows of a rotation: its closure against gravity, and against the field."""
+
+
+def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedResiduals:
+    """What a fit leaves, whitened by the noise alone, with every effect that may explain it.
+
+    Args:
+        fit: of an experiment.
+        effects: those that may explain it.
+    """
+    table, experiment = fit.rows, fit.experiment
+    assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
+    white = 1.0 / table.floor
+    columns = table.columns * white[:, None]
+    # a column that only its prior holds is left out
+    strength = (columns**2).sum(axis=0)
+    kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
+    return WhitenedResiduals(
+        residual=table.residual * white,
+        base=columns[:, strength > table.precision],
+        kind=kind,
+        source=table.index,
+        direction=table.direction,
+        axis=np.where(kind == RowKind.STILL, table.axis, -1),
+        time=table.time,
+        sigma=table.floor,
+        group=table.group,
+        visit=table.visit,
+        lever=table.lever,
+        candidates=tuple(
+            candidate
+            for effect in effects
+            for candidate in _candidates(table, fit.sensor, experiment.circumstances, effect, white)
+        ),
+    )
+
+
+def _candidates(
+    table: ResidualTable, sensor: str, holds: Circumstances, effect: Effect, white: FloatArray
+) -> list[Candidate]:
+    parameters = effect.parameters(sensor)
+    return [
+        Candidate(
+            term=effect.name,
+            family=effect.family or effect.name,
+            variant=variant,
+            names=tuple(parameter.name for parameter in parameters),
+            # an effect of size s leaves what adding −s to the model would take away
+            columns=-table.design_columns(effect, variant) * white[:, None],
+            typical=np.array([parameter.typical for parameter in parameters]),
+            unit=parameters[0].unit,
+        )
+        for variant in effect.variants(holds)
+    ]
+
+
+def hold_of(table: ResidualTable, row: int) -> int:
+    """The number of the hold that a row at rest was measured in."""
+    for source in table.sources:
+        if row < len(source.labels):
+            # a dip is numbered among the magnetometer's rows; its rest is the hold
+            labels = source.labels
+            return int(labels.visit[row] if source.kind == "dip" else labels.index[row])
+        row -= len(source.labels)
+    raise IndexError(row)
+
+
+def place_of(table: ResidualTable, row: int) -> str:
+    """A row in words: ``hold 7``, ``rotation 3``, ``field along +x−y, min 2.1``."""
+    kind = str(table.kind[row])
+    if kind == "field":
+        name = nearest(table.direction[row], DIRECTIONS, 180.0) or "–"
+        return f"field along {true_minus(name)}, min {table.time[row] / 60.0:.1f}"
+    if kind == "rotation":
+        return f"rotation {table.index[row] + 1}"
+    return f"{'dip of ' * (kind == 'dip')}hold {hold_of(table, row) + 1}"

@@ -1,0 +1,162 @@
+"""How good the best suspect looks by chance: simulated on this very design, noise alone.
+
+The odds of a suspect are its marginal likelihood against noise alone, its settings and axes
+averaged over. The simulated noise is as large, and wanders as far, as the data say.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT
+from imucal_wizard.diagnose.posterior import HypothesisSet
+from imucal_wizard.diagnose.random_walk import SIGMAS
+
+SIMULATIONS = 400
+"""Enough for a threshold at one per cent: four of them lie beyond it."""
+NOISE_SIZES: FloatArray = np.array([0.8, 1.0, 1.25, 1.6, 2.0, 2.6, 3.4, 4.5, 6.0, 8.0])
+"""Noise, in units of that within the holds, at which chance is simulated."""
+MIN_WANDER_PROBABILITY = 0.05
+"""A wander of the noise less likely than this is not simulated."""
+MAX_LOG_FACTOR = 12.0
+"""Noise sizes less likely than this (in logarithms) in all simulations are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedOdds:
+    """The best odds of any suspect in each simulation, shape (simulations,)."""
+
+    best: FloatArray
+
+    def p(self, log_odds: float) -> float:
+        """Share of simulations in which some suspect reaches these odds."""
+        return (1.0 + float((self.best >= log_odds).sum())) / (1.0 + len(self.best))
+
+    @property
+    def threshold(self) -> float:
+        """Log odds that chance reaches once in a hundred recordings."""
+        return float(np.quantile(self.best, 0.99))
+
+
+def members(hypotheses: HypothesisSet) -> dict[str, list[int]]:
+    """Places of the explanations by each single effect, and by a disturbed hold."""
+    found: dict[str, list[int]] = {}
+    for place, one in enumerate(hypotheses.single):
+        if one.kind == EFFECT:
+            found.setdefault(one.terms[0], []).append(place)
+        elif one.kind == DISTURBED:
+            found.setdefault(DISTURBED, []).append(place)
+    return found
+
+
+def log_odds(evidence: FloatArray, hypotheses: HypothesisSet, places: list[int]) -> FloatArray:
+    """Marginal likelihood of a suspect over its settings and axes against noise alone.
+
+    Args:
+        evidence: of each explanation, shape (…, h); noise alone is the first.
+        hypotheses: the explanations.
+        places: those of the suspect.
+    """
+    weights = hypotheses.log_prior[places]
+    share = weights - np.logaddexp.reduce(weights)
+    odds = np.logaddexp.reduce(evidence[..., places] + share, axis=-1) - evidence[..., 0]
+    return np.asarray(odds)
+
+
+class Chances:
+    """Simulations of one design for any noise, each made when it is first asked for.
+
+    Args:
+        hypotheses: the explanations of this design.
+        seed: of the simulations.
+    """
+
+    def __init__(self, hypotheses: HypothesisSet, seed: int = 0) -> None:
+        self._hypotheses, self._seed = hypotheses, seed
+        self._known: dict[tuple[int, int], SimulatedOdds] = {}
+
+    def at(self, sigma: float, wander: int) -> SimulatedOdds:
+        """Simulations with about this noise, and the frame's wander of this number."""
+        key = (int(np.argmin(np.abs(np.log(NOISE_SIZES / sigma)))), wander)
+        if key not in self._known:
+            wanders = self._hypotheses.frame.wanders
+            self._known[key] = best_by_chance(
+                self._hypotheses, self._seed, float(NOISE_SIZES[key[0]]), wanders[wander]
+            )
+        return self._known[key]
+
+    def p(self, log_odds: float, noise: FloatArray) -> float:
+        """Chance that noise alone makes any suspect look as good.
+
+        Args:
+            log_odds: of the suspect.
+            noise: probability of each wander and σ, shape (wanders, sigmas).
+        """
+        return sum(share * chance.p(log_odds) for share, chance in self._likely(noise))
+
+    def threshold(self, noise: FloatArray) -> float:
+        """Log odds that such noise reaches once in a hundred recordings."""
+        return sum(share * chance.threshold for share, chance in self._likely(noise))
+
+    def _likely(self, noise: FloatArray) -> list[tuple[float, SimulatedOdds]]:
+        """Simulations by their probability."""
+        shares = noise.sum(axis=1)
+        sizes = np.exp(noise @ np.log(SIGMAS) / np.maximum(shares, 1e-300))
+        shares = np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0)
+        shares /= shares.sum()
+        return [
+            (float(shares[k]), self.at(float(sizes[k]), int(k))) for k in np.flatnonzero(shares)
+        ]
+
+
+def best_by_chance(
+    hypotheses: HypothesisSet, seed: int = 0, sigma: float = 1.0, wander: float = 0.0
+) -> SimulatedOdds:
+    """The best odds of any suspect in simulations of noise alone on this design.
+
+    Args:
+        hypotheses: the explanations of this design.
+        seed: of the simulation.
+        sigma: noise in units of that within the holds.
+        wander: of the bias, see ``noise``.
+    """
+    own = members(hypotheses)
+    places = [0, *(place for each in own.values() for place in each)]
+    small = HypothesisSet(hypotheses.frame, [hypotheses.single[place] for place in places])
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal((SIMULATIONS, len(hypotheses.frame.walk)))
+    coordinates = sigma * noise / np.sqrt(hypotheses.frame.weights(wander))
+    evidence = log_evidences(small, coordinates)
+    best = np.full(SIMULATIONS, -np.inf)
+    first = 1
+    for each in own.values():
+        rows = list(range(first, first + len(each)))
+        first += len(each)
+        best = np.maximum(best, log_odds(evidence, small, rows))
+    return SimulatedOdds(best)
+
+
+def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatArray:
+    """Marginal likelihood of many residuals under every single explanation, shape (k, h).
+
+    Args:
+        hypotheses: the explanations.
+        coordinates: of the residuals, shape (k, m).
+    """
+    alone = hypotheses.frame.log_noise(coordinates)
+    highest = alone.max(axis=(1, 2), keepdims=True)
+    total = np.full((len(coordinates), len(hypotheses.single)), -np.inf)
+    total[:, 0] = np.logaddexp.reduce(alone, axis=(1, 2))
+    for wander, one in enumerate(hypotheses.spectra):
+        squares = (coordinates @ one.basis) ** 2
+        likely = (alone - highest)[:, wander].max(axis=0) > -MAX_LOG_FACTOR
+        for sigma in np.flatnonzero(likely):
+            gain = np.zeros((len(coordinates), len(one.starts)))
+            for spread in range(one.gain.shape[1]):
+                rows = squares * one.gain[:, spread, sigma]
+                sums = np.add.reduceat(rows, one.starts, axis=1) - one.log_det[:, spread, sigma]
+                gain += np.exp(np.minimum(0.5 * sums, 600.0)) / one.gain.shape[1]
+            base = alone[:, wander, sigma][:, None]
+            total[:, 1:] = np.logaddexp(total[:, 1:], base + np.log(gain))
+    return total

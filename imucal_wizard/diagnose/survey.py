@@ -1,0 +1,248 @@
+"""The diagnosis of a session: each sensor in its order, with effects added where that is asked."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
+
+MAX_ROUNDS_OF_ADDING = 4
+"""Rounds of adding without being asked; a sensor that lacks more has another problem."""
+MAX_SHARE_LEFT_BY_NAME = 0.03
+"""What is left, as a share of what was taken away, below which a name stands although more than
+noise is left: the two effects of the catalogue that are most alike leave that much of each other
+(1 − 0.986²). More of it, and something else was given the name of what it resembles."""
+
+
+def add_by_itself(bench: Bench) -> BenchFindings:
+    """Add what the evidence carries and data held out confirm; stop by itself.
+
+    Parts of the base that were left out come first: what they leave looks like any effect. So does
+    a part that the data do not carry; then nothing is added.
+
+    Returns:
+        The findings that led to the last step: those of the model before it where something was
+        added and nothing is left to say, so that the verdict names what was missing.
+    """
+    _complete_base(bench)
+    below = len(bench.ladder)
+    said = bench.look()
+    carried = bench.fit.base == bench.whole and not bench.undetermined
+    for _ in range(MAX_ROUNDS_OF_ADDING if carried else 0):
+        found = bench.look()
+        named = found.opinion.terms
+        if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
+            break
+        added = _try(bench, named)
+        if not added:
+            break
+        said = replace(found, opinion=_proven(found.opinion, added))
+    last = bench.look()
+    if last.opinion.verdict is Verdict.COMPLETE:
+        return said
+    if last.opinion.verdict is Verdict.UNEXPLAINED and _resembles_only(bench, below):
+        return _withdrawn(bench, below)
+    return last
+
+
+def _complete_base(bench: Bench) -> None:
+    """Put back what was left out of the base, where data held out are for it."""
+    for name in bench.whole:
+        if name not in bench.fit.base:
+            bench.add(name)
+            if not bench.confirmed():
+                bench.undo()
+
+
+def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
+    """Add the plainest likely member of each family; take all back when it is not confirmed.
+
+    Of several, one alone is tried first. They are named by a model that is linear in what is left;
+    where that is large, its square looks like an effect of its own until the first one is added.
+
+    Returns:
+        What was added.
+    """
+    order = [effect.name for effect in bench.catalogue]
+    chosen = tuple(min(members, key=order.index) for members in families)
+    near = {name: bench.likeliest_variant(name) for name in chosen}
+    alone = [(name,) for name in chosen] if len(chosen) > 1 else []
+    for names in (*alone, chosen):
+        for name in names:
+            bench.add(name, near=near[name])
+        enough = names == chosen or bench.look().opinion.verdict is Verdict.COMPLETE
+        if bench.confirmed(len(names)) and enough:
+            return names
+        for _ in names:
+            bench.undo()
+    return ()
+
+
+def _proven(opinion: Opinion, added: Terms) -> Opinion:
+    """The opinion that led to adding, with what the deed has shown: what was added comes first."""
+    kept = tuple(
+        one for one in zip(opinion.families, opinion.terms, strict=True) if {*added} & {*one[1]}
+    )
+    proven = tuple(sorted(added))
+    others = tuple(one for one in opinion.explanations if one != proven)
+    return replace(
+        opinion,
+        families=tuple(family for family, _ in kept),
+        terms=tuple(members for _, members in kept),
+        explanations=(proven, *others),
+    )
+
+
+def _resembles_only(bench: Bench, below: int) -> bool:
+    """Whether too much is left for the names that were given.
+
+    Args:
+        bench: with the effects added.
+        below: rungs of the ladder before any was.
+    """
+    if len(bench.ladder) <= below:
+        return False
+    first, last = bench.ladder[below - 1], bench.ladder[-1]
+    noise = bench.fit.floor_fitted or 0.0
+    left = max(last.rms_fitted**2 - noise**2, 0.0)
+    return left > MAX_SHARE_LEFT_BY_NAME * (first.rms_fitted**2 - last.rms_fitted**2)
+
+
+def _withdrawn(bench: Bench, below: int) -> BenchFindings:
+    """Take back all that was added; what it was taken for is not said of the model without it."""
+    while len(bench.ladder) > below:
+        bench.undo()
+    found = bench.look()
+    nameless = replace(
+        found.opinion, verdict=Verdict.UNEXPLAINED, families=(), terms=(), explanations=()
+    )
+    return replace(found, opinion=nameless)
+
+
+NOTHING_USED = {
+    ACCELEROMETER: "the accelerometer is not calibrated",
+    GYROSCOPE: "no rotation between two holds could be used",
+    MAGNETOMETER: "its readings are not at hand",
+}
+
+
+def diagnose_benches(
+    benches: Benches, added: Mapping[str, Sequence[str]], automatic: bool
+) -> tuple[Diagnosis, ...]:
+    """The diagnosis of every sensor, the accelerometer first.
+
+    Args:
+        benches: the session's.
+        added: terms to add first, by sensor.
+        automatic: then add what the evidence carries and data held out confirm. A sensor whose
+            reference is the accelerometer is given nothing before that is complete.
+
+    Raises:
+        UsageError: a term that the sensor does not have.
+        DataError: the data cannot show a term that was asked for.
+    """
+    found = []
+    for sensor in (ACCELEROMETER, GYROSCOPE, MAGNETOMETER):
+        if sensor == ACCELEROMETER or sensor in benches.report.rates:
+            found.append(_of(benches, sensor, added.get(sensor, ()), automatic))
+        elif added.get(sensor):
+            raise UsageError(f"there is no {sensor} in this recording to add a term to")
+    return tuple(found)
+
+
+def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) -> Diagnosis:
+    """The diagnosis of one sensor; where it has no bench, why."""
+    try:
+        bench = benches.bench(sensor)
+    except DataError as error:
+        return insufficient(sensor, str(error), benches.report)
+    if bench is None:
+        warnings = benches.report.warnings
+        told = [one for one in warnings if f"{sensor} is not calibrated" in one]
+        return insufficient(sensor, told[0] if told else NOTHING_USED[sensor], benches.report)
+    for name in added:
+        bench.add(name)
+    waits = benches.waits(sensor)
+    findings = add_by_itself(bench) if automatic and not waits else bench.look()
+    return diagnosis_of(benches, bench, findings)
+
+
+def diagnosis_of(
+    benches: Benches, bench: Bench, findings: BenchFindings | None = None
+) -> Diagnosis:
+    """The diagnosis of one sensor as its bench is now.
+
+    Args:
+        benches: the session's.
+        bench: that of the sensor.
+        findings: those that the verdict is about (see ``add_by_itself``); the present model's when
+            left out.
+    """
+    findings = findings or bench.look()
+    lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
+    whole = bench.fit.base == bench.whole
+    verdict = _verdict(findings, lacking, waiting, whole)
+    requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())
+    disturbed: tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]
+    disturbed = (), (), ()
+    if verdict is Verdict.DISTURBED:
+        disturbed = disturbed_parts(bench.rows, findings)
+    before = set(findings.fit.model)
+    found = Diagnosis(
+        sensor=bench.sensor,
+        verdict=verdict,
+        next_poses=requests,
+        apart=apart,
+        bench=bench,
+        findings=findings,
+        ladder=tuple(bench.ladder),
+        added=tuple(term for term in bench.fit.model if term not in before),
+        lacking=lacking,
+        waiting=waiting,
+        disturbed_holds=disturbed[0],
+        disturbed_rotations=disturbed[1],
+        disturbed_stretches=disturbed[2],
+        report=benches.report,
+    )
+    return replace(found, says=verdict_text(found))
+
+
+def _verdict(findings: BenchFindings, lacking: str, waiting: bool, whole: bool) -> Verdict:
+    """The word.
+
+    While a part of the base is left out nothing is named: what it leaves looks like any effect.
+    While the accelerometer is not complete, what it lacks tilts the reference: neither an effect
+    nor a disturbed rotation is the gyroscope's for sure.
+    """
+    if lacking:
+        return Verdict.INSUFFICIENT
+    verdict = findings.opinion.verdict
+    if not whole and verdict is not Verdict.COMPLETE:
+        return Verdict.UNEXPLAINED
+    named = verdict in (Verdict.MISSING, Verdict.DISTURBED)
+    return Verdict.AMBIGUOUS if waiting and named else verdict
+
+
+def insufficient(sensor: str, reason: str, report: FitReport | None = None) -> Diagnosis:
+    """The diagnosis of a sensor whose data determine no model.
+
+    Args:
+        sensor: which.
+        reason: why, in words.
+        report: what was fitted of the other sensors.
+    """
+    found = Diagnosis(
+        sensor,
+        Verdict.INSUFFICIENT,
+        next_poses=first_requests(sensor),
+        lacking=reason,
+        report=report,
+    )
+    return replace(found, says=verdict_text(found))

@@ -1,0 +1,313 @@
+"""The verdict on a misfit, in one word; "cannot tell" is one of them.
+
+Every explanation has a probability; explanations that say the same are added up. A family of
+effects (effects that 1 g cannot split) is named when the explanations that contain it hold most of
+the probability, and when it takes away more of the misfit than an unknown effect that resembles it
+would.
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
+from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+
+Terms = tuple[str, ...]
+_Key = TypeVar("_Key")
+
+
+@dataclass(frozen=True)
+class Label:
+    """What an explanation says.
+
+    Attributes:
+        kind: of the explanation.
+        terms: its effects, sorted.
+        families: its families, sorted.
+    """
+
+    kind: str
+    terms: Terms
+    families: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """Probability by label, and what is asked of it.
+
+    Attributes:
+        by_label: probability of each label.
+        by_hold: probability that a hold or rotation is disturbed, by its index.
+    """
+
+    by_label: dict[Label, float]
+    by_hold: dict[int, float]
+
+    def present(self) -> dict[str, float]:
+        """Probability that each family takes part; kinds without any under their own names."""
+        found: dict[str, float] = defaultdict(float)
+        for label, share in self.by_label.items():
+            for family in label.families or (label.kind,):
+                found[family] += share
+        return found
+
+    def explanations(self, least: float) -> tuple[Terms, ...]:
+        """Sets of effects by their probability, best first."""
+        found: dict[Terms, float] = defaultdict(float)
+        for label, share in self.by_label.items():
+            if label.terms:
+                found[label.terms] += share
+        return tuple(terms for terms, share in ordered(found) if share > least)
+
+    def members(self, family_of: dict[str, str], family: str) -> list[tuple[str, float]]:
+        """Effects of a family, each with its share of the family's probability, best first."""
+        found: dict[str, float] = defaultdict(float)
+        for label, share in self.by_label.items():
+            for term in label.terms:
+                if family_of[term] == family:
+                    found[term] += share
+        total = sum(found.values())
+        return [(term, share / total) for term, share in ordered(found)] if total else []
+
+
+def ordered(shares: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
+    """Items, the largest share first."""
+    return sorted(shares.items(), key=lambda item: -item[1])
+
+
+def shares_of(hypotheses: HypothesisSet, posterior: Posterior) -> Shares:
+    """Probability by label."""
+    by_label: dict[Label, float] = defaultdict(float)
+    by_hold: dict[int, float] = defaultdict(float)
+    for one, share in zip(hypotheses.single, posterior.single, strict=True):
+        by_label[_label(one)] += float(share)
+        if one.kind == DISTURBED and one.variant is not None:
+            by_hold[int(one.variant)] += float(share)
+    _add_pairs(hypotheses, posterior, by_label, by_hold)
+    return Shares(dict(by_label), dict(by_hold))
+
+
+def _label(one: Hypothesis) -> Label:
+    return Label(one.kind, one.terms, one.families)
+
+
+def _add_pairs(
+    hypotheses: HypothesisSet,
+    posterior: Posterior,
+    by_label: dict[Label, float],
+    by_hold: dict[int, float],
+) -> None:
+    pairs = hypotheses.pairs
+    if pairs is None:
+        return
+    labels = [_label(one) for one in pairs.members]
+    distinct = sorted(set(labels), key=lambda label: (label.families, label.terms))
+    number: NDArray[np.intp] = np.array([distinct.index(label) for label in labels])
+    size = len(distinct)
+    table = np.zeros((size, size))
+    np.add.at(table, (number[pairs.first], number[pairs.second]), posterior.paired)
+    for i, j in zip(*np.nonzero(table), strict=True):
+        a, b = distinct[i], distinct[j]
+        both = Label(
+            "pair",
+            tuple(sorted((*a.terms, *b.terms))),
+            tuple(sorted((*a.families, *b.families))),
+        )
+        by_label[both] += float(table[i, j])
+    held = np.array([one.variant if one.kind == DISTURBED else -1.0 for one in pairs.members])
+    for places in (pairs.first, pairs.second):
+        totals = np.zeros(len(held))
+        np.add.at(totals, places, posterior.paired)
+        for place in np.flatnonzero(held >= 0.0):
+            by_hold[int(held[place])] += float(totals[place])
+
+
+MIN_FAMILY_PROBABILITY = 0.75
+"""Share of the probability that explanations with a family must hold for it to be named."""
+MIN_MISFIT_TAKEN = 90.0
+"""Squares of the noise that a named family takes away beside all others. An effect twice as large
+as these data detect takes away about 140; an unknown effect that merely resembles it, less."""
+MIN_MISFIT_OF_RIPPLES = 30.0
+"""What would be seen of another characteristic than a bent one, in the same squares, for a bent one
+to be named: as strong as it must be for that, but not stronger than ``MAX_MISFIT_NEEDED``."""
+MAX_MISFIT_NEEDED = 500.0
+"""A bent characteristic as strong as this is named on any poses: a rippled one so large is rare."""
+MIN_MISFIT_DISTURBED = 36.0
+"""The same for a disturbed hold."""
+MAX_UNKNOWN_PROBABILITY = 0.1
+"""Probability of unknown structure above which nothing is named. Even on corners and repeats
+some rippled characteristics are bent ones within the noise."""
+MAX_NOISE_PROBABILITY = 0.1
+"""Probability of noise alone above which nothing is claimed."""
+MAX_NOISE_WITHOUT_REPEATS = 3.0
+"""Noise, in units of that within the holds, that is believed only when poses were repeated."""
+MAX_SHARE_LEFT = 0.3
+"""Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
+that they are not linear leave some."""
+MIN_REPEATS = 6
+"""Repeats that show how large the noise is."""
+MIN_LISTED_PROBABILITY = 0.02
+"""Explanations below this share of the probability are not listed."""
+MIN_MEMBER_PROBABILITY = 0.95
+"""Share within its family that one effect needs to be told apart from the others."""
+
+
+class Verdict(StrEnum):
+    """The words of the contract."""
+
+    COMPLETE = "complete"
+    MISSING = "missing"
+    AMBIGUOUS = "ambiguous"
+    UNEXPLAINED = "unexplained"
+    DISTURBED = "disturbed"
+    INSUFFICIENT = "insufficient"
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What is to be said of a misfit.
+
+    Attributes:
+        verdict: the word.
+        families: the families named, sorted; empty without a name.
+        terms: for each of them its members by probability, the likeliest first.
+        explanations: sets of terms that each leave only noise, best first.
+        holds: indices of disturbed holds or rotations.
+        noise: the noise in units of what was measured within the holds.
+        wandering: probability that the bias wanders between holds, which is noise and no drift.
+    """
+
+    verdict: Verdict
+    families: tuple[str, ...]
+    terms: tuple[Terms, ...]
+    explanations: tuple[Terms, ...]
+    holds: tuple[int, ...]
+    noise: float
+    wandering: float
+
+
+def judge_misfit(
+    misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+) -> Opinion:
+    """Weigh all explanations of a misfit.
+
+    Args:
+        misfit: what is left.
+        hypotheses: the explanations of this design.
+        posterior: their probabilities.
+    """
+    shares = shares_of(hypotheses, posterior)
+    best = ExplainedVariance(misfit, hypotheses, posterior)
+    own = discriminability(misfit, hypotheses.frame)
+    verdict, families = decide_verdict(evidence_of(misfit, shares, best, own))
+    if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
+        verdict, families = Verdict.UNEXPLAINED, ()
+    holds: tuple[int, ...] = ()
+    if DISTURBED in families:
+        families = tuple(one for one in families if one != DISTURBED)
+        holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
+    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
+    terms = tuple(_within(shares, family_of, family) for family in families)
+    if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
+        verdict = Verdict.AMBIGUOUS
+    listed = shares.explanations(MIN_LISTED_PROBABILITY)
+    noise, wandering = best.noise, posterior.wandering
+    return Opinion(verdict, families, terms, listed, holds, noise, wandering)
+
+
+def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
+    """Whether a magnetometer's misfit is not that of its effects, were there all of them at once.
+
+    The field of a room is many times the noise, and some effect takes away a little of it. The
+    other sensors have no such surroundings.
+    """
+    if not (misfit.kind >= RowKind.FIELD).any():
+        return False
+    return best.left_by_all > max(MAX_NOISE_WITHOUT_REPEATS, MAX_SHARE_LEFT * best.left)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the decision is made from.
+
+    Attributes:
+        present: probability that each family takes part.
+        taken: squares of the noise that each likely family takes away beside the others.
+        strongest: the same for the likeliest effects together.
+        noise: in units of that within the holds.
+        repeats: visits to a direction beyond the first: they show how large the noise is.
+        discriminability: of another characteristic, that no bent one imitates (see ``rivals``).
+    """
+
+    present: dict[str, float]
+    taken: dict[str, float]
+    strongest: float
+    noise: float
+    repeats: int
+    discriminability: float
+
+
+def evidence_of(
+    misfit: WhitenedResiduals, shares: Shares, best: ExplainedVariance, own: float
+) -> Evidence:
+    """Everything that the decision is made from."""
+    present = shares.present()
+    likely = sorted(set(present) - {NOTHING, UNKNOWN})
+    taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
+    if (misfit.kind >= RowKind.FIELD).any():
+        # a direction of the field that comes again comes from another place of the room, and a
+        # field that wanders is the room's: neither shows how large the sensor's noise is
+        return Evidence(present, taken, best.strongest(), max(best.noise, best.left), 0, own)
+    rest = misfit.visit >= 0
+    repeats = len(np.unique(misfit.visit[rest])) - len(np.unique(misfit.group[rest]))
+    return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
+
+
+def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict, and the families named; a disturbed hold counts as one."""
+    present, taken = evidence.present, evidence.taken
+    if present[NOTHING] > MAX_NOISE_PROBABILITY:
+        loud = evidence.noise > MAX_NOISE_WITHOUT_REPEATS and evidence.repeats < MIN_REPEATS
+        return (Verdict.UNEXPLAINED if loud else Verdict.COMPLETE), ()
+    named = tuple(
+        family
+        for family, squares in taken.items()
+        if present[family] > MIN_FAMILY_PROBABILITY
+        and squares > needed(family, evidence.discriminability)
+    )
+    if present.get(UNKNOWN, 0.0) > MAX_UNKNOWN_PROBABILITY:
+        return Verdict.UNEXPLAINED, ()
+    if named:
+        return (Verdict.DISTURBED if named == (DISTURBED,) else Verdict.MISSING), named
+    if evidence.strongest > MIN_MISFIT_TAKEN:
+        return Verdict.AMBIGUOUS, ()
+    return Verdict.UNEXPLAINED, ()
+
+
+def needed(family: str, discriminability: float) -> float:
+    """Squares of the noise that a family must take away to be named."""
+    if family == DISTURBED:
+        return MIN_MISFIT_DISTURBED
+    if family not in BENT:
+        return MIN_MISFIT_TAKEN
+    return float(
+        np.clip(
+            MIN_MISFIT_OF_RIPPLES / max(discriminability, 1e-9), MIN_MISFIT_TAKEN, MAX_MISFIT_NEEDED
+        )
+    )
+
+
+def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
+    """Members of a family by probability, until one has nearly all of it."""
+    members = shares.members(family_of, family)
+    if members[0][1] > MIN_MEMBER_PROBABILITY:
+        return (members[0][0],)
+    return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)

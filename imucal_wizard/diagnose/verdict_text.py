@@ -1,0 +1,420 @@
+"""The verdict in plain sentences, for a technician and for a student.
+
+What the error depends on, which effect does that, its size, the cost of ignoring it, and what would
+decide where these data do not.
+"""
+
+import numpy as np
+
+from imucal_wizard.core.quantities import amount, plus_minus, quantity, with_unit
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
+from imucal_wizard.diagnose.verdict import Opinion, Verdict
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
+from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
+
+MIN_SIZE_IN_ERRORS = 3.0
+"""A size is named from so many standard errors on."""
+MAX_NAMED_PARAMETERS = 3
+"""Parameters of one effect that a sentence names."""
+TOO_FEW_RATIO = 3.0
+"""An error held out of so many times the fitted one comes from too few data: with twice as many
+equations as unknowns the ratio is about two."""
+CHANGED_RATIO = 3.0
+"""New poses with so many times the error held out were not measured under the same conditions: in
+four poses chance makes twice."""
+LISTED_EXPLANATIONS = 4
+DEPENDS_ON = {
+    "force": "gravity",
+    "temperature": "the temperature",
+    "time": "the time",
+    "previous": "the pose before",
+    "vibration": "the vibration",
+    "current": "the current",
+}
+INPUT = {
+    ACCELEROMETER: "the force along an axis",
+    GYROSCOPE: "the rate of rotation",
+    MAGNETOMETER: "the direction of the field",
+}
+FAMILIES = {
+    "even-order": "an error that is the same to either side",
+    "odd-order": "an error that grows to both sides alike",
+    "slow-bias": "a bias that changes slowly",
+}
+BEYOND = {
+    "orientation": "forces well over 1 g",
+    "time": "a session in which the temperature rises and falls",
+    "hold": "holds taken in another order and on another support",
+}
+"""What decides where still poses do not."""
+FASTER = "faster rotations, as a rate table makes them,"
+
+
+def verdict_text(diagnosis: Diagnosis) -> str:
+    """The sentences of a diagnosis, the most important first."""
+    bench = diagnosis.bench
+    parts = _base_left_out(diagnosis)
+    if diagnosis.waiting:
+        parts.append(
+            "The accelerometer's own model is not complete yet; what it lacks tilts the reference "
+            f"and would be blamed on the {diagnosis.sensor}. Complete the accelerometer first."
+        )
+    if diagnosis.verdict is Verdict.INSUFFICIENT:
+        parts += _insufficient(diagnosis)
+    elif bench is not None:
+        told = {
+            Verdict.COMPLETE: _complete,
+            Verdict.MISSING: _missing,
+            Verdict.AMBIGUOUS: _ambiguous,
+            Verdict.UNEXPLAINED: _unexplained,
+            Verdict.DISTURBED: _disturbed,
+        }[diagnosis.verdict]
+        parts += told(diagnosis, bench)
+    if bench is not None:
+        parts += _reservations(diagnosis, bench)
+    return " ".join(parts)
+
+
+def _base_left_out(diagnosis: Diagnosis) -> list[str]:
+    gone = diagnosis.base_left_out
+    if not gone:
+        return []
+    names = _and(gone)
+    verb, them = ("is", "it") if len(gone) == 1 else ("are", "them")
+    return [
+        (
+            f"{_capital(names)} of the base model {verb} left out, and every sensor needs {them}: "
+            f"what is left comes from that first. Put back {names}."
+        )
+    ]
+
+
+def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    if diagnosis.waiting:
+        return [f"For now its error is {_against_noise(bench)}."]
+    if diagnosis.base_left_out:
+        return [f"The error is {_against_noise(bench)}."]
+    return [f"The {bench.sensor}'s model is complete: {_against_noise(bench)}."]
+
+
+def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    terms = [term for members in _opinion(diagnosis).terms for term in members]
+    told = [sentence for term in terms for sentence in _named(diagnosis, bench, term)]
+    return told + _fall(diagnosis, bench)
+
+
+def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """The candidates, whether it matters which it is, and what would decide."""
+    opinion = _opinion(diagnosis)
+    choice = "; and ".join(_or(members) for members in opinion.terms)
+    if diagnosis.waiting:
+        return [f"What is left looks like {choice}."] if choice else []
+    if opinion.families:
+        kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
+        parts = [f"The {bench.sensor} shows {kinds}: {choice}, and these data cannot tell which."]
+    else:
+        listed = "; ".join(
+            " with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS]
+        )
+        parts = [
+            (
+                f"The {bench.sensor}'s misfit has several explanations that these data cannot tell "
+                f"apart: {listed}."
+            )
+        ]
+    for term in diagnosis.added:
+        parts += _named(diagnosis, bench, term)
+    parts += _fall(diagnosis, bench) if diagnosis.added or opinion.families else []
+    kinds_of = {effect.name: effect.kind for effect in bench.catalogue}
+    decides = [
+        _would_decide(one, FASTER if one.turning else BEYOND[kinds_of[one.first]])
+        for one in diagnosis.apart
+        if one.never or one.poses
+    ]
+    return parts + _matters(diagnosis, bench) + decides
+
+
+def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    left = f"More than noise is left: {_against_noise(bench)}."
+    if diagnosis.base_left_out:
+        return [left]
+    rival = _rival(diagnosis, bench)
+    if rival is not None:
+        other, known = rival
+        return [
+            (
+                f"{left} {_capital(other)} explains it, an effect of the same kind as {known}: "
+                f"perhaps that was the wrong one. Take {known} out and look again."
+            )
+        ]
+    known = ", ".join(term.name for term in bench.fit.terms)
+    none = (
+        f"No effect known here explains what {known} leaves, so nothing more is named."
+        if known
+        else "No effect known here explains it, so none is named and none added."
+    )
+    advice = "Corners and repeats would show whether it is the sensor or the way it was held."
+    if "field" in bench.rows.kind:
+        advice = (
+            f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
+            "room's field does not."
+        )
+    return [left, none, advice]
+
+
+def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
+    """The effect that explains what one of its family in the model leaves, and that one."""
+    family = {one.name: one.family for one in bench.catalogue if one.family is not None}
+    added = {family[term.name]: term.name for term in bench.fit.terms if term.name in family}
+    for members in _opinion(diagnosis).explanations[:1]:
+        if len(members) == 1 and family.get(members[0]) in added:
+            return members[0], added[family[members[0]]]
+    return None
+
+
+def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
+    places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
+    places += [
+        f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
+    ]
+    places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    return [
+        (
+            f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
+            "of the sensor does: something moved. Measure it again; nothing has been deleted."
+        )
+    ]
+
+
+def _insufficient(diagnosis: Diagnosis) -> list[str]:
+    told = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
+    if diagnosis.bench is not None:
+        told.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
+    return told
+
+
+def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """What limits the verdict, and what the user did that the data do not support."""
+    floors, told = bench.ladder[-1].floors, [bench.measured.assumption]
+    if floors.repeatable is False and diagnosis.verdict in _NOTHING_KNOWN_IS_MISSING:
+        repeats, within = (quantity(size, floors.unit) for size in (floors.repeats, floors.within))
+        if "field" in bench.rows.kind:
+            where = f"{repeats} from one time to another, {within} within each"
+            told.append(f"The same direction does not repeat: {where}.")
+        elif diagnosis.verdict is Verdict.COMPLETE:
+            told.append(
+                f"A pose held again differs by {repeats}, noise within a hold makes {within}: what "
+                "is slower than a hold (wandering noise, temperature, the seat) is counted as "
+                "noise here."
+            )
+        else:
+            told.append(
+                f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."
+            )
+    fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
+    if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
+        told.append(f"There are too few {held_out_unit(bench)} to predict one that is left out.")
+    if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
+        told.append(
+            f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "
+            f"confirm it: {_change(bench)}. Take it out again."
+        )
+    return [one for one in told if one] + _new_poses(diagnosis)
+
+
+_NOTHING_KNOWN_IS_MISSING = (Verdict.COMPLETE, Verdict.UNEXPLAINED)
+"""Verdicts in which no effect is missing that would spoil the repeats: no pose is held again
+exactly alike, so that a missing effect makes repeats differ, too."""
+
+
+def _new_poses(diagnosis: Diagnosis) -> list[str]:
+    """That poses measured for validation differ from what was held out."""
+    fit = None if diagnosis.report is None else diagnosis.report.sensors.get(diagnosis.sensor)
+    if fit is None or fit.validation_rms is None or fit.rms_held_out is None:
+        return []
+    if fit.validation_rms <= CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0):
+        return []
+    count = len(fit.validation)
+    where = f"your {count} new poses" if count > 1 else "your new pose"
+    return [
+        (
+            f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than the data "
+            "held out let expect: something has changed since (temperature, a knock), or they were "
+            "held less still. Measure them again."
+        )
+    ]
+
+
+def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
+    """What the error depends on, which effect, its size, and what it costs to ignore it."""
+    effect = next(one for one in bench.catalogue if one.name == term)
+    sizes, errors = _sizes(diagnosis, bench, effect)
+    word = "In the model now" if term in bench.fit.model else "Missing"
+    follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
+    return [
+        f"The {bench.sensor}'s error follows {follows}.",
+        f"{word}: {term} ({effect.title}), {sizes_text(effect, bench.sensor, sizes, errors)}.",
+        f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
+    ]
+
+
+def _sizes(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArray, FloatArray]:
+    """As fitted where the effect is in the model, else as it would come out."""
+    for term, sizes, errors in zip(
+        bench.fit.terms, bench.fit.sizes, bench.fit.size_errors, strict=True
+    ):
+        if term.name == effect.name:
+            return sizes, errors
+    for one in diagnosis.suspects:
+        if one.term == effect.name and one.trial is not None:
+            return one.trial.size, one.trial.standard_error
+    count = len(effect.parameters(bench.sensor))
+    return np.zeros(count), np.full(count, np.nan)
+
+
+def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
+    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the largest.
+
+    Args:
+        effect: the effect.
+        sensor: whose.
+        sizes: shown unit, shape (p,).
+        errors: one standard deviation each, NaN where they are not known, shape (p,).
+    """
+    parameters = effect.parameters(sensor)
+    certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
+    order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
+    clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
+    clear = clear or [int(np.argmax(np.abs(sizes)))]
+    parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
+    return with_unit(", ".join(parts), parameters[0].unit)
+
+
+def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
+    price, when = cost_of_ignoring(effect, sensor, sizes), ""
+    if effect.against == "current":
+        when = " in a session whose motors draw up to 10 A"
+    elif effect.kind != "orientation":
+        when = " in a session of 20 minutes that warms the device by 20 °C"
+    return f"{price.words()}{when}"
+
+
+def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """How the error on data held out fell, or would fall."""
+    unit, now, out = bench.fit.unit, bench.fit.rms_held_out, held_out_unit(bench)
+    if diagnosis.added:
+        below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
+        return [
+            (
+                f"Added: the error on {out} left out falls from "
+                f"{quantity(below.rms_held_out, unit)} to {quantity(above.rms_held_out, unit)}, "
+                f"where {quantity(above.floor, unit)} would be noise."
+            )
+        ]
+    first = diagnosis.suspects[0] if diagnosis.suspects else None
+    then = None if first is None or first.trial is None else first.trial.rms_held_out
+    if first is None or now is None or then is None:
+        return []
+    change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
+    if then < now:
+        return [f"Adding {first.term} would bring {change}."]
+    return [f"Adding {first.term} would raise {change}: it is not added."]
+
+
+def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """Whether it matters at 1 g which of the two likeliest it is."""
+    if diagnosis.findings is None or bench.fit.unit != "m/s^2":
+        return []
+    pair = [
+        explanation_of(bench, diagnosis.findings, term) for term in rivals(diagnosis.findings)[:2]
+    ]
+    known = [one for one in pair if one is not None and one.effect.kind == "orientation"]
+    if len(known) < 2:
+        return []
+    angle = difference_at_one_g(known[0], known[1])
+    names = " or ".join(one.effect.name for one in known)
+    if angle <= np.degrees(bench.ladder[-1].floor / bench.measured.gravity):
+        return [
+            (
+                f"For use at 1 g and below it does not matter whether it is {names}: up differs by "
+                f"{_degrees(angle)}, within the noise. It matters at 2 g and more."
+            )
+        ]
+    return [f"Whether it is {names} changes up by {_degrees(angle)} rms: it matters at 1 g too."]
+
+
+def difference_at_one_g(first: Explained, second: Explained) -> float:
+    """Angle between the up directions by one explanation and by the other, rms, degrees.
+
+    Both at their estimated sizes, the base model fitted to either: what the magnitude of gravity
+    cannot see may still turn the vector.
+    """
+    c = session_poses()
+    errors = [
+        one.effect.columns(ACCELEROMETER, c, one.variant) @ one.size for one in (first, second)
+    ]
+    left = left_by_magnitude(c.force, errors[0] - errors[1])
+    up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
+    across = left - up * (left * up).sum(axis=1, keepdims=True)
+    angle = np.degrees(np.linalg.norm(across, axis=1) / c.gravity)
+    return float(np.sqrt(np.mean(angle**2)))
+
+
+def _would_decide(one: Apart, beyond: str) -> str:
+    pair = f"{one.first} from {one.second}"
+    if one.never:
+        what = "rotation" if one.turning else "still pose at 1 g"
+        return f"No {what} tells {pair}, whatever their size; {beyond} would."
+    before = "at no size" if not np.isfinite(one.before) else f"from {amount(one.before, one.unit)}"
+    listed = f"{one.things}, listed as the next ones,"
+    after, here = amount(one.after, one.unit), f"it is about {amount(one.size, one.unit)} here"
+    if one.enough:
+        return f"These data tell {pair} {before} on; {listed} would from {after} on, and {here}."
+    what = "Rotations" if one.turning else "Still poses at 1 g"
+    return (
+        f"{what} hardly tell {pair}: these data do {before} on, {listed} from {after} on, and "
+        f"{here}. {_capital(beyond)} would."
+    )
+
+
+def _against_noise(bench: Bench) -> str:
+    """The error on data held out, beside the noise."""
+    rung, unit = bench.ladder[-1], bench.fit.unit
+    held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
+    return f"{held} on {held_out_unit(bench)} left out, where noise makes {noise}"
+
+
+def _change(bench: Bench) -> str:
+    """The errors held out of the newest two models."""
+    below, above, unit = bench.ladder[-2], bench.ladder[-1], bench.fit.unit
+    before, after = quantity(below.rms_held_out, unit), quantity(above.rms_held_out, unit)
+    return f"{before} before, {after} with it"
+
+
+def held_out_unit(bench: Bench) -> str:
+    """What is left out to check the model."""
+    return "rotations" if bench.fit.unit == "rad" else "directions"
+
+
+def _opinion(diagnosis: Diagnosis) -> Opinion:
+    assert diagnosis.findings is not None, "a bench has findings"  # noqa: S101 (narrows the type)
+    return diagnosis.findings.opinion
+
+
+def _degrees(value: float | None) -> str:
+    return quantity(None if value is None else float(np.radians(value)), "rad")
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _and(names: "tuple[str, ...] | list[str]") -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
+
+
+def _or(members: tuple[str, ...]) -> str:
+    return members[0] if len(members) == 1 else f"{', '.join(members[:-1])} or {members[-1]}"

@@ -1,1 +1,0 @@
-"""The physics: what may move a reading besides bias and gain, one small file per effect."""

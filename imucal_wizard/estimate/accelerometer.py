@@ -1,0 +1,300 @@
+"""The accelerometer: holds become rows of ``|M (y − b) − ε| = g`` with M upper triangular."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.directions import group_directions, middles, unit_vectors
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import MAX_READING, FloatArray, Readings
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.fit import Minimum, fit, minimum
+from imucal_wizard.estimate.magnitude import make_problem, sphere
+from imucal_wizard.estimate.methods import DEFAULTS
+from imucal_wizard.estimate.noise import hold_noise
+from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
+from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
+from imucal_wizard.estimate.surroundings import circumstances_of, visits
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.model.identifiability import Identifiable, identifiable
+from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels
+
+BASE = ("bias", "scale", "non-orthogonality")
+ENTRY_OF = (9, 10, 11, 0, 1, 2, 4, 5, 8)
+"""Which of the twelve entries the nine parameters are: biases, then M's xx, xy, xz, yy, yz, zz."""
+PLACES = {"bias": (0, 1, 2), "scale": (3, 6, 8), "non-orthogonality": (4, 5, 7)}
+"""Which of the nine belong to each term."""
+PARAMETERS = {
+    "bias": ("bias_x", "bias_y", "bias_z"),
+    "scale": ("sensitivity_x", "sensitivity_y", "sensitivity_z"),
+    "non-orthogonality": ("theta_yz", "theta_zy", "theta_zx"),
+}
+NAMES = ("bias_x", "bias_y", "bias_z", "xx", "xy", "xz", "yy", "yz", "zz")
+MIN_HOLDS = 4
+MIN_NOISE = 1e-7
+"""Of gravity; no average is better, and data without any noise keep a weight."""
+FIRST_NOISE = 1e-6
+"""Of gravity; by it the first fit tells whether its steps still matter."""
+FLAT = 0.02
+"""Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
+NEGLIGIBLE_DOUBT = 1e-12
+"""Share of the largest variance below which an error of the calibration is rounding."""
+
+
+class AccelerometerExperiment(Experiment):
+    """Still periods in the order of time, and the magnitude of gravity in each.
+
+    Args:
+        holds: still periods, n of them.
+        gravity: m/s².
+        unit: of the readings, ``m/s^2`` or ``count``.
+        calibration: a first one, from which directions and noise are told.
+        identified: which parameters the directions determine.
+        readings: what the holds were found in: beginning of the session, vibration.
+    """
+
+    sensor, error_unit, frame, method = ACCELEROMETER, "m/s^2", "own", "least_squares"
+    base_terms = BASE
+    covariance_entries = ENTRY_OF
+
+    def __init__(
+        self,
+        holds: Sequence[Hold],
+        gravity: float,
+        unit: str,
+        calibration: Calibration,
+        identified: Identifiable,
+        readings: Readings | None,
+    ) -> None:
+        self.holds, self.gravity, self.unit = tuple(holds), gravity, unit
+        self.identified, self.readings = identified, readings
+        self._start = calibration
+        means = np.array([hold.accelerometer for hold in holds])
+        self.up = unit_vectors((means - calibration.bias) @ calibration.matrix.T)
+        gain = self.gain = float(np.linalg.norm(calibration.matrix, ord=2))
+        noise = hold_noise(holds)
+        self.across = noise.across * gain**2
+        self.circumstances = circumstances_of(holds, self.up, gravity, gain, readings)
+        labels = RowLabels(
+            index=np.arange(len(holds)),
+            axis=np.full(len(holds), -1),
+            group=group_directions(self.up),
+            visit=visits(holds, self.up),
+            time=self.circumstances.time,
+            span=spans_of(holds),
+            component=np.zeros(len(holds), np.int64),
+        )
+        own = np.maximum(noise.accelerometer * gain**2, (MIN_NOISE * gravity) ** 2)
+        self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
+        self.sources = (self.source,)
+
+    def directions(self, base: Sequence[str]) -> Directions:
+        """See ``Experiment``."""
+        identified = self.identified
+        wanted = {place for term in base for place in PLACES[term]}
+        free = [place for place in identified.places if place in wanted]
+        common = "scale" in base and not set(identified.places) & set(PLACES["scale"])
+        columns = np.zeros((ENTRIES, len(free) + common))
+        columns[[ENTRY_OF[place] for place in free], range(len(free))] = 1.0
+        if common:
+            columns[[ENTRY_OF[place] for place in PLACES["scale"]], -1] = 1.0 / np.sqrt(3.0)
+        names = [NAMES[place] for place in free] + ["scale"] * common
+        left = [name for term in BASE if term not in base for name in PARAMETERS[term]]
+        terms = tuple(term for term in base if term in identified.terms)
+        dropped = (*identified.dropped, *left)
+        short = common or ("non-orthogonality" in base and bool(identified.dropped))
+        reason = identified.reason if short else ""
+        return Directions(columns, tuple(names), terms, dropped, reason)
+
+    def begin(self, base: Sequence[str]) -> Calibration:
+        """See ``Experiment``."""
+        if set(base) == set(BASE):
+            return self._start
+        nominal = self.before()
+        if self.unit == COUNT:
+            return nominal
+        matrix, bias = np.eye(3), np.zeros(3)
+        return Calibration(matrix, bias)
+
+    def before(self) -> Calibration:
+        """See ``Experiment``: the nominal unit; of counts, the sphere nearest to the holds."""
+        if self.unit != COUNT:
+            return Calibration(np.eye(3), np.zeros(3))
+        problem = make_problem(self.source.reading, self.gravity)
+        return Calibration(*problem.matrix_and_bias(sphere(problem)))
+
+    def constrained(self, calibration: Calibration, base: Sequence[str]) -> Calibration:
+        """See ``Experiment``.
+
+        Where the angle between x and z is nominal but the others are not, ``M_xz`` is their product
+        and not zero (Q, eq. 8).
+        """
+        angles = set(self.identified.places) & set(PLACES["non-orthogonality"])
+        if "non-orthogonality" not in base or not angles or 5 in angles:
+            return calibration
+        matrix = calibration.matrix.copy()
+        matrix[0, 2] = matrix[0, 1] * matrix[1, 2] / matrix[1, 1]
+        return replace(calibration, matrix=matrix)
+
+    def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+        """See ``Experiment``."""
+        return triangular_parameters(matrix, bias)
+
+    def unit_of(self, name: str) -> str:
+        """See ``Experiment``."""
+        return unit_of(name, self.unit, self.error_unit)
+
+    def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
+        """See ``Experiment``: the bias of each axis wanders by itself.
+
+        Two holds show the same slow error as far as they point the same way.
+        """
+        system, (rows,) = found.system, found.rows
+        shown = Shown(
+            system.residual, system.columns, system.own, rows.direction @ rows.direction.T
+        )
+        slow = slow_covariances(spans_of(self.holds), [shown])[0]
+        sigma = np.sqrt(found.balance.variance)
+        columns = system.columns / sigma[:, None]
+        scatter = float((found.white_variance / found.balance.variance).mean())
+        more = unseen(slow / np.outer(sigma, sigma), columns, scatter)
+        pull = found.directions.columns @ found.pull()[: len(found.directions)] * sigma
+        return np.asarray(pull @ more @ pull.T)
+
+    def reference(self, found: Minimum[Experiment]) -> GravityReference:
+        """See ``Experiment``."""
+        (rows,) = found.rows
+        assert isinstance(rows, MagnitudeRows)  # noqa: S101 (narrows the type)
+        excess = found.balance.variance - found.system.own
+        by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
+        entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
+        both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
+        doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+        variance = self.across + excess
+        return GravityReference(
+            rows.direction,
+            self.source.labels.group,
+            variance / self.gravity**2,
+            doubt,
+            self.gain,
+            self.gravity,
+        )
+
+
+def principal_steps(covariance: FloatArray | None) -> FloatArray:
+    """Steps of one standard deviation along each principal axis of a covariance, shape (p, k)."""
+    if covariance is None or not len(covariance):
+        return np.zeros((0, 0))
+    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    seen = values > NEGLIGIBLE_DOUBT * values[-1]
+    return np.asarray(scale[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
+
+
+def fit_accelerometer(
+    holds: Sequence[Hold],
+    gravity: float,
+    unit: str,
+    method: str = DEFAULTS[ACCELEROMETER],
+    readings: Readings | None = None,
+) -> SensorFit:
+    """The calibration of these holds without effects.
+
+    Args:
+        holds: still periods, in the order of time.
+        gravity: local gravity, m/s².
+        unit: of the readings, ``m/s^2`` or ``count``.
+        method: the default, or one of ``estimate.methods``.
+        readings: what the holds were found in, for the effects that are fitted to them later.
+
+    Raises:
+        DataError: the holds do not determine a calibration.
+        UsageError: no method of that name.
+    """
+    if method == DEFAULTS[ACCELEROMETER]:
+        return fit(accelerometer_experiment(holds, gravity, unit, readings))
+    from imucal_wizard.estimate.hold_magnitudes import fit_by_method  # imported when it is needed
+
+    return fit_by_method(holds, gravity, unit, method)
+
+
+def accelerometer_experiment(
+    holds: Sequence[Hold], gravity: float, unit: str, readings: Readings | None = None
+) -> AccelerometerExperiment:
+    """The experiment of these holds, with a first calibration of what they determine.
+
+    Args:
+        holds: still periods, in the order of time.
+        gravity: local gravity, m/s².
+        unit: of the readings, ``m/s^2`` or ``count``.
+        readings: what the holds were found in, for the session's beginning and the vibration.
+
+    Raises:
+        DataError: the holds do not determine a calibration.
+    """
+    found = first_fit(holds, gravity, unit)
+    identified = found.experiment.identified
+    args = holds, gravity, unit, found.calibration, identified, readings
+    return AccelerometerExperiment(*args)
+
+
+def first_fit(
+    holds: Sequence[Hold], gravity: float, unit: str, shares: FloatArray | None = None
+) -> Minimum[AccelerometerExperiment]:
+    """A fit from a sphere, in which all holds weigh alike, or by given shares, shape (n,).
+
+    Raises:
+        DataError: the holds do not determine a calibration.
+    """
+    means = np.array([hold.accelerometer for hold in holds], float).reshape(-1, 3)
+    check_means(means)
+    problem = make_problem(means, gravity)
+    first = Calibration(*problem.matrix_and_bias(sphere(problem)))
+    vectors = (means - first.bias) @ first.matrix.T
+    if not (np.linalg.norm(vectors, axis=1) > 1e-6 * gravity).all():
+        raise DataError(
+            "a still position reads no gravity at all: its readings are the centre of all others. "
+            "Check the columns, and measure that position again"
+        )
+    up = unit_vectors(vectors)
+    noise = float(np.sqrt(hold_noise(holds).accelerometer.mean())) / problem.span
+    identified = identifiable(middles(up, group_directions(up)), noise)
+    rough = AccelerometerExperiment(holds, gravity, unit, first, identified, None)
+    shares = np.ones(len(holds)) if shares is None else shares
+    return minimum(rough, variance=(FIRST_NOISE * gravity) ** 2 / shares)
+
+
+def check_means(means: FloatArray) -> None:
+    """Refuse holds from which no fit can begin.
+
+    Raises:
+        DataError: too few, not numbers, or an axis that is dead.
+    """
+    if len(means) < MIN_HOLDS:
+        raise DataError(
+            f"{len(means)} still position{'s' * (len(means) != 1)} found; at least six are needed. "
+            "Hold the device still for two seconds with each of its six faces up"
+        )
+    if not (np.abs(means) < MAX_READING).all():
+        raise DataError("the accelerometer's readings are not all numbers: check the columns")
+    spread = np.ptp(means, axis=0)
+    if spread.max() <= 1e-12 * np.abs(means).max():
+        raise DataError("the accelerometer always reads the same: it is dead or not connected")
+    if (spread < FLAT * spread.max()).any():
+        dead = ", ".join(a for a, s in zip("xyz", spread, strict=True) if s < FLAT * spread.max())
+        raise DataError(
+            f"accelerometer axis {dead} hardly changes between the positions: turn the device so "
+            "that it points up and down, and check the axis if you did"
+        )
+    extent = np.linalg.svd(means - means.mean(axis=0), compute_uv=False)
+    if extent[-1] < FLAT * extent[0]:
+        raise DataError(
+            "the still positions lie in one plane: some direction never sees gravity. Hold the "
+            "device still with each of its six faces up"
+        )

@@ -1,0 +1,131 @@
+"""An experiment: rows of one sensor, its base model, and where a fit of it begins."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowSource
+
+if TYPE_CHECKING:
+    from imucal_wizard.estimate.fit import Minimum
+    from imucal_wizard.estimate.result import GravityReference
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """What of a base model is fitted.
+
+    Attributes:
+        columns: free directions of the twelve entries of M and b, shape (12, p).
+        names: of these directions.
+        terms: of the base model, of which something is fitted.
+        dropped: names of parameters that keep their nominal value.
+        reason: why, in one sentence, or "".
+        precision: of priors on these directions, shape (p,); none by default.
+    """
+
+    columns: FloatArray
+    names: tuple[str, ...]
+    terms: tuple[str, ...]
+    dropped: tuple[str, ...] = ()
+    reason: str = ""
+    precision: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __len__(self) -> int:
+        return int(self.columns.shape[1])
+
+    @property
+    def slow(self) -> "np.ndarray":
+        """Which of them slow changes may move: those with a part in a bias, shape (p,)."""
+        return np.asarray((self.columns[9:] != 0.0).any(axis=0))
+
+
+class Experiment(ABC):
+    """All that was measured of one sensor, as rows.
+
+    Attributes:
+        sensor: whose.
+        unit: of the readings.
+        error_unit: of the errors that are reported: ``m/s^2``, ``rad`` or ``uT``.
+        method: what the fit is called.
+        frame: ``own``, or ``accelerometer`` where the reference is another sensor's.
+        gravity: m/s².
+        base_terms: the terms of the whole base model, in their usual order.
+        sources: the kinds of rows.
+        readings: the recording, where the circumstances were taken from it.
+        circumstances: one row per hold (or group of samples), for what effects may depend on.
+        assumption: what all sizes rest on where the data do not show it, a sentence, or "".
+        covariance_entries: which of the twelve entries ``SensorFit.covariance`` is of, in order.
+    """
+
+    sensor: str
+    unit: str
+    error_unit: str
+    method: str
+    frame: str
+    gravity: float
+    base_terms: tuple[str, ...]
+    sources: tuple[RowSource, ...]
+    circumstances: Circumstances
+    readings: Readings | None = None
+    assumption: str = ""
+    covariance_entries: tuple[int, ...] = tuple(range(ENTRIES))
+
+    @abstractmethod
+    def directions(self, base: Sequence[str]) -> Directions:
+        """What of these base terms is fitted: what the rows determine."""
+
+    @abstractmethod
+    def begin(self, base: Sequence[str]) -> Calibration:
+        """Where a fit of these base terms begins; what is not free has its nominal value."""
+
+    @abstractmethod
+    def before(self) -> Calibration:
+        """The nominal conversion; of counts, the simplest that gives the right size."""
+
+    @abstractmethod
+    def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+        """The parameters that people speak of."""
+
+    @abstractmethod
+    def unit_of(self, name: str) -> str:
+        """Unit of one of these."""
+
+    def constrained(self, calibration: Calibration, base: Sequence[str]) -> Calibration:
+        """A calibration with entries that follow from others brought up to date."""
+        del base  # for experiments that have such entries
+        return calibration
+
+    def slow_noise(self, found: "Minimum[Experiment]") -> FloatArray:
+        """What slow noise, which no residual shows, adds to the covariance of M and b, (12, 12)."""
+        del found
+        return np.zeros((ENTRIES, ENTRIES))
+
+    def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":
+        """Up in each hold, for the sensors that are calibrated by it."""
+        del found
+        return None
+
+    def everything(self) -> Circumstances:
+        """The circumstances of all rows and samples, for what an effect needs to be seen."""
+        return self.circumstances
+
+    def checked(self, base: Sequence[str] | None) -> tuple[str, ...]:
+        """The terms of the base model that were asked for, in their usual order.
+
+        Raises:
+            UsageError: one of them is none.
+        """
+        if base is None:
+            return self.base_terms
+        unknown = [term for term in base if term not in self.base_terms]
+        if unknown:
+            whole = ", ".join(self.base_terms)
+            raise UsageError(f"{unknown[0]!r} is not in the base; it has {whole}")
+        return tuple(term for term in self.base_terms if term in base)

@@ -1,0 +1,605 @@
+"""The estimator: one MAP fit of a base model and effects to the rows of any experiment.
+
+Gauss–Newton on ``Σ (r/σ)² + Σ (size/prior)²``; the variance of each kind of row is estimated along
+with it (``variance_components``). A calibration without effects is the same fit without terms.
+From the final linearisation follow, once and for all who ask: covariance, errors held out, the
+errors that noise alone would leave, outliers, the residual table.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.outliers import Outlier, outlier
+from imucal_wizard.estimate.parameters import with_errors
+from imucal_wizard.estimate.result import Parameter, SensorFit, Witness
+from imucal_wizard.estimate.variance_components import (
+    Balance,
+    System,
+    balanced,
+    determined,
+    inverted,
+    solved,
+)
+from imucal_wizard.model.rows.source import Calibration, Rows, RowSource
+from imucal_wizard.model.rows.table import ResidualTable, groups_of, numbered
+from imucal_wizard.model.terms import Term, Terms
+
+E = TypeVar("E", bound=Experiment)
+E_co = TypeVar("E_co", bound=Experiment, covariant=True)
+MAX_ITERATIONS = 40
+MAX_HALVINGS = 10
+ARRIVED = 1e-2
+"""Step in standard deviations that no longer matters; the next one is a hundredth of it."""
+VALLEY = 0.2
+"""The same in a valley so long and flat that its bottom is not reached: what no data and hardly a
+prior determine."""
+HOLE = 1.0 / (1.0 + 42.0**2)
+"""Share of a group's own error left in its residual, below which the base model is fitted to it by
+nothing else: usual noise (1 mg) would then pass for a usual bias (42 mg)."""
+BLIND_TO_GROUP = 1e-9
+"""The same of the whole model, whose effects have priors."""
+MIN_SHARE = 0.05
+"""Of the measured noise that a kind of row may seem to have by its residual: by chance with three
+degrees of freedom once in three hundred."""
+EARLY = 2.0 / 3.0
+"""Share of the session that predicts what comes later."""
+MIN_LATER = 3
+"""Holds or rotations that are left to be predicted, at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum(Generic[E_co]):
+    """Where a fit has arrived.
+
+    Parameters are, in this order, the free directions of the base, the sizes of the effects, and
+    the shared parameters.
+
+    Attributes:
+        experiment: what was fitted.
+        base: terms of the base model that were asked for.
+        directions: what of them is fitted.
+        terms: the effects.
+        calibration: the parameters.
+        rows: of each source, there.
+        system: the rows made linear.
+        balance: the fit of the system.
+    """
+
+    experiment: E_co
+    base: tuple[str, ...]
+    directions: Directions
+    terms: Terms
+    calibration: Calibration
+    rows: tuple[Rows, ...]
+    system: System
+    balance: Balance
+
+    @property
+    def sizes(self) -> slice:
+        """Places of the sizes among the parameters."""
+        return slice(len(self.directions), len(self.directions) + len(self.terms))
+
+    @property
+    def reported(self) -> BoolArray:
+        """Which parameters an error is told with: all but those of the reference's own errors."""
+        known = np.ones(len(self.system.precision), bool)
+        shared = slice(self.sizes.stop, None)
+        known[shared] = self.system.precision[shared] == 0.0
+        return known
+
+    @property
+    def errors(self) -> FloatArray:
+        """Error of each row with the reference taken as it is, shape (n,)."""
+        doubts = ~self.reported
+        return np.asarray(
+            self.system.residual - self.system.columns[:, doubts] @ self.system.value[doubts]
+        )
+
+    @property
+    def groups(self) -> IntArray:
+        """What is left out together, shape (n,)."""
+        return groups_of(self.experiment.sources)
+
+    @property
+    def white_variance(self) -> FloatArray:
+        """Variance of each row by what its kind leaves, shape (n,).
+
+        The variance found is at least that of the measured noise; where a kind leaves less, its
+        residual is the better judge.
+        """
+        kinds, balance = self.system.kinds, self.balance
+        squares = np.bincount(kinds, self.system.residual**2 / balance.variance)
+        share = np.where(balance.freedom >= 1.0, squares / np.maximum(balance.freedom, 1.0), 1.0)
+        return np.asarray(balance.variance * np.maximum(share, MIN_SHARE)[kinds])
+
+    def covariance(self) -> FloatArray | None:
+        """Of all parameters, by the scatter of the rows; None where nothing is left to judge by.
+
+        ``C (Jᵀ W Σ W J + P) C`` with the weights W of the fit and the variances Σ that it leaves.
+        """
+        if self.balance.freedom.min() < 1.0:
+            return None
+        weighted = self.system.columns / self.balance.variance[:, None]
+        middle = weighted.T @ (weighted * self.white_variance[:, None])
+        inner = middle + np.diag(self.balance.precision)
+        return np.asarray(self.balance.covariance @ inner @ self.balance.covariance)
+
+    def pull(self) -> FloatArray:
+        """By how much an error of each row moves each parameter, shape (p, n)."""
+        weighted = self.system.columns / self.balance.variance[:, None]
+        return np.asarray(-self.balance.covariance @ weighted.T)
+
+
+def fit(
+    experiment: Experiment, terms: Sequence[Term] = (), base: Sequence[str] | None = None
+) -> SensorFit:
+    """Fit a base model with effects, each effect with a prior on its sizes.
+
+    Args:
+        experiment: the rows.
+        terms: the effects; none for a plain calibration.
+        base: which terms of the base model are fitted, the others keeping their nominal value;
+            None for all.
+
+    Raises:
+        DataError: the fit does not converge.
+        UsageError: a term that the base does not have, or an effect of another sensor.
+    """
+    return report(minimum(experiment, terms, base))
+
+
+def minimum(
+    experiment: E,
+    terms: Sequence[Term] = (),
+    base: Sequence[str] | None = None,
+    directions: Directions | None = None,
+    variance: FloatArray | None = None,
+) -> Minimum[E]:
+    """The parameters, and the rows made linear at them.
+
+    Args:
+        experiment: the rows.
+        terms: the effects.
+        base: terms of the base model; None for all.
+        directions: what is fitted of them; None for what the experiment determines.
+        variance: of each row where it is not to be estimated, shape (n,).
+
+    Raises:
+        DataError: the fit does not converge.
+        UsageError: a term that the base does not have, or an effect of another sensor.
+    """
+    chosen = experiment.checked(base)
+    free = experiment.directions(chosen) if directions is None else directions
+    together = Terms(experiment.sensor, terms)
+    shared = list(dict.fromkeys(name for one in experiment.sources for name in one.shared))
+    start = experiment.begin(chosen)
+    calibration = Calibration(
+        start.matrix, start.bias, np.zeros(len(together)), np.zeros(len(shared))
+    )
+    problem = _Problem(experiment, chosen, free, together, shared)
+
+    def solve(system: System) -> Balance:
+        if variance is None:
+            return balanced(system)
+        return solved(system, variance, system.precision)
+
+    rows = problem.rows_at(calibration, None)
+    for _ in range(MAX_ITERATIONS):
+        system = problem.system(calibration, rows)
+        balance = solve(system)
+        calibration, rows = problem.downhill(calibration, rows, system, balance)
+        length = balance.step_length
+        if length < ARRIVED:
+            break
+    if not length < VALLEY:
+        raise DataError(
+            f"the fit of the {experiment.sensor} does not converge: these data do not belong to "
+            "one calibration of this model. Check the columns, unit and sampling rate and the "
+            "largest residuals, and leave the last effect out"
+        )
+    system = problem.system(calibration, rows, system.columns)
+    return Minimum(experiment, chosen, free, together, calibration, rows, system, solve(system))
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """What stays the same while the parameters move."""
+
+    experiment: Experiment
+    base: tuple[str, ...]
+    directions: Directions
+    terms: Terms
+    shared: list[str]
+
+    def rows_at(self, calibration: Calibration, near: tuple[Rows, ...] | None) -> tuple[Rows, ...]:
+        sources = self.experiment.sources
+        close = [None] * len(sources) if near is None else near
+        return tuple(
+            source.at(calibration, self.terms, one)
+            for source, one in zip(sources, close, strict=True)
+        )
+
+    def residual(
+        self, rows: tuple[Rows, ...], shared: FloatArray, doubts: FloatArray
+    ) -> FloatArray:
+        return np.concatenate([one.residual for one in rows]) + doubts @ shared
+
+    def system(
+        self, calibration: Calibration, rows: tuple[Rows, ...], columns: FloatArray | None = None
+    ) -> System:
+        """The rows made linear, at columns known already where they are given."""
+        sources, first = self.experiment.sources, len(self.directions)
+        if columns is None:
+            columns = np.concatenate(
+                [self._columns(s, r) for s, r in zip(sources, rows, strict=True)]
+            )
+        doubts = columns[:, first + len(self.terms) :]
+        known = {
+            name: precision
+            for source in sources
+            for name, precision in zip(source.shared, source.shared_precision, strict=True)
+        }
+        prior, value = np.zeros(first), np.zeros(first)
+        if len(self.directions.precision):
+            prior = self.directions.precision
+            moved = calibration.entries - self.experiment.begin(self.base).entries
+            value = self.directions.columns.T @ moved
+        return System(
+            residual=self.residual(rows, calibration.shared, doubts),
+            columns=columns,
+            own=np.concatenate([one.own for one in rows]),
+            kinds=numbered([source.labels.component for source in sources]),
+            precision=np.concatenate(
+                [prior, self.terms.precision, [known[name] for name in self.shared]]
+            ),
+            value=np.concatenate([value, calibration.sizes, calibration.shared]),
+            groups=tuple(slice(first + g.start, first + g.stop) for g in self.terms.groups),
+        )
+
+    def _columns(self, source: RowSource, rows: Rows) -> FloatArray:
+        shared = np.zeros((len(rows.residual), len(self.shared)))
+        places = [self.shared.index(name) for name in source.shared]
+        shared[:, places] = rows.shared_columns()
+        effects = [rows.term_columns(term) for term in self.terms.terms]
+        base = rows.base_columns() @ self.directions.columns
+        return np.concatenate([base, *effects, shared], axis=1)
+
+    def downhill(
+        self, calibration: Calibration, rows: tuple[Rows, ...], system: System, balance: Balance
+    ) -> tuple[Calibration, tuple[Rows, ...]]:
+        """The parameters a step further, or a half, a quarter … of it where the cost would rise."""
+        first, last = len(self.directions), len(self.directions) + len(self.terms)
+        doubts = system.columns[:, last:]
+        before = float((system.residual**2 / balance.variance).sum())
+        before += float((balance.precision * system.value**2).sum())
+        size = 1.0
+        for _ in range(MAX_HALVINGS):
+            step = size * balance.step
+            entries = self.directions.columns @ step[:first]
+            moved = calibration.moved(entries, step[first:last], step[last:])
+            moved = self.experiment.constrained(moved, self.base)
+            further = self.rows_at(moved, rows)
+            left = self.residual(further, moved.shared, doubts)
+            prior = balance.precision * (system.value + step) ** 2
+            cost = float((left**2 / balance.variance).sum() + prior.sum())
+            # effects may be taken at the point before, which makes the cost uncertain by so much
+            if cost < before * (1.0 + 1e-3) + 1e-3:
+                break
+            size /= 2.0
+        return moved, further
+
+
+def report(found: Minimum[Experiment]) -> SensorFit:
+    """Everything that is said of a fit, computed once."""
+    experiment, calibration, terms = found.experiment, found.calibration, found.terms
+    covariance, slow = found.covariance(), experiment.slow_noise(found)
+    free, sizes = slice(0, len(found.directions)), found.sizes
+    of_entries = of_sizes = by_repeats = None
+    repeats, repeat_freedom = _repeats(found)
+    if covariance is not None:
+        basis = found.directions.columns
+        of_entries = basis @ covariance[free, free] @ basis.T + slow
+        of_sizes = covariance[sizes, sizes]
+        if repeats is not None:
+            share = repeats / float((found.white_variance / found.balance.variance).mean())
+            by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
+    errors = found.errors
+    out, floors = _left_out(found)
+    table = ResidualTable(
+        sources=experiment.sources,
+        at=found.rows,
+        residual=found.system.residual,
+        reported=errors,
+        held_out=out,
+        columns=found.system.columns,
+        names=(*found.directions.names, *terms.names, *_shared_names(found)),
+        precision=found.balance.precision,
+        variance=found.balance.variance,
+        own=found.system.own,
+    )
+    items = _items(found)
+    size_errors = np.full(len(terms), np.nan)
+    if of_sizes is not None:
+        size_errors = np.sqrt(np.maximum(np.diag(of_sizes), 0.0))
+    odd = outlier_of(found)
+    kept = list(experiment.covariance_entries)
+    return SensorFit(
+        sensor=experiment.sensor,
+        model=(*found.directions.terms, *(term.name for term in terms.terms)),
+        method=experiment.method,
+        frame=experiment.frame,
+        matrix=calibration.matrix,
+        bias=calibration.bias,
+        bias_unit=experiment.unit,
+        parameters=(
+            *with_errors(
+                lambda entries: experiment.named(entries[:9].reshape(3, 3), entries[9:]),
+                calibration.entries,
+                of_entries,
+                experiment.unit_of,
+                found.directions.dropped,
+                by_repeats,
+            ),
+            *_size_parameters(terms, calibration.sizes, size_errors),
+        ),
+        unit=experiment.error_unit,
+        rms_before=items.rms(_before(found)),
+        rms_fitted=items.rms(errors),
+        rms_held_out=None if out is None else items.rms(out),
+        floor=None if floors is None else floors[1],
+        floor_fitted=_floor_fitted(found) if floors is None else floors[0],
+        residuals=items.each(errors),
+        held_out=None if out is None else items.each(out),
+        covariance=None if of_entries is None else of_entries[np.ix_(kept, kept)],
+        warnings=(found.directions.reason,) if found.directions.reason else (),
+        degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
+        repeat_rms=_repeat_rms(found, repeats),
+        repeat_degrees_of_freedom=repeat_freedom,
+        suspects=() if odd is None else (odd.index,),
+        not_held_out="" if out is not None else _why_none(found),
+        base=found.base,
+        terms=terms.terms,
+        sizes=terms.split(calibration.sizes),
+        size_errors=terms.split(size_errors),
+        size_covariance=of_sizes,
+        rows=table,
+        rms_late=_rms_later(found),
+        witnesses=_witnesses(found),
+        reference=experiment.reference(found),
+        experiment=experiment,
+        outlier=odd,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Items:
+    """Judged rows by what they are of: errors are told per hold, per rotation.
+
+    Attributes:
+        rows: the judged rows, shape (j,).
+        item: number of each one's hold or rotation, shape (j,).
+    """
+
+    rows: IntArray
+    item: IntArray
+
+    def each(self, errors: FloatArray) -> FloatArray:
+        """Error of each hold (with its sign) or rotation (its angle) from those of all rows."""
+        own = errors[self.rows]
+        if len(own) == self.item.max(initial=-1) + 1:
+            return own
+        return np.sqrt(np.bincount(self.item, own**2))
+
+    def rms(self, errors: FloatArray) -> float:
+        """Of holds or rotations, from the errors of all rows."""
+        return self.mean(errors**2)
+
+    def mean(self, variances: FloatArray) -> float:
+        """Root of the mean variance of a hold or rotation, from the variances of all rows."""
+        return float(np.sqrt(variances[self.rows].sum() / (self.item.max(initial=0) + 1)))
+
+
+def _items(found: Minimum[Experiment]) -> _Items:
+    sources = found.experiment.sources
+    judged = np.concatenate([np.full(len(s.labels), s.judged) for s in sources])
+    index = numbered([source.labels.index for source in sources])
+    rows = np.flatnonzero(judged)
+    return _Items(rows, np.unique(index[rows], return_inverse=True)[1])
+
+
+def _before(found: Minimum[Experiment]) -> FloatArray:
+    """Errors with the nominal conversion only."""
+    experiment = found.experiment
+    nominal = experiment.before()
+    count = len(found.calibration.shared)
+    nominal = Calibration(nominal.matrix, nominal.bias, np.zeros(0), np.zeros(count))
+    none = Terms(experiment.sensor, ())
+    rows = [source.at(nominal, none) for source in experiment.sources]
+    return np.concatenate([one.residual for one in rows])
+
+
+def _shared_names(found: Minimum[Experiment]) -> list[str]:
+    return list(dict.fromkeys(n for source in found.experiment.sources for n in source.shared))
+
+
+def _size_parameters(terms: Terms, sizes: FloatArray, errors: FloatArray) -> tuple[Parameter, ...]:
+    return tuple(
+        Parameter(name, float(size), float(error) if np.isfinite(error) else None, one.unit)
+        for name, size, error, one in zip(terms.names, sizes, errors, terms.parameters, strict=True)
+    )
+
+
+def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[float, float] | None]:
+    """Errors of each group of rows under the fit of all others; what noise would make of them.
+
+    The step from the fit of all, ``N⁻¹ J_gᵀ (1 − H_gg)⁻¹ r_g``, is exact where the rows are linear
+    in it, and it is small. The expected errors follow from the same linear maps, applied to the
+    measured noise and to the reference's own errors.
+
+    Returns:
+        The errors, shape (n,), and the expected rms (fitted, held out); None and None where the
+        other rows do not determine the model.
+    """
+    system, balance, reported = found.system, found.balance, found.reported
+    sigma = np.sqrt(balance.variance)
+    white = system.columns / sigma[:, None]
+    lever = white @ balance.covariance
+    base = np.ones(white.shape[1], bool)
+    base[found.sizes] = False
+    base_lever = white[:, base] @ inverted(
+        white[:, base].T @ white[:, base] + np.diag(balance.precision[base])
+    )
+    errors, groups, items = found.errors, found.groups, _items(found)
+    out = errors.copy()
+    noise = _noise_root(found)
+    fitted = noise - system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
+    left = (noise / sigma[:, None]) - white @ (lever.T @ (noise / sigma[:, None]))
+    expected = fitted.copy()
+    for group in np.unique(groups[groups >= 0]):
+        rows = np.flatnonzero(groups == group)
+        gate = np.eye(len(rows)) - base_lever[rows] @ white[rows][:, base].T
+        inner = np.eye(len(rows)) - lever[rows] @ white[rows].T
+        if np.linalg.eigvalsh(gate)[0] < HOLE or np.linalg.eigvalsh(inner)[0] < BLIND_TO_GROUP:
+            return None, None
+        both = np.column_stack([system.residual[rows] / sigma[rows], left[rows]])
+        step = lever[rows].T @ np.linalg.solve(inner, both)
+        moved = system.columns[np.ix_(rows, reported)] @ step[reported]
+        out[rows] += moved[:, 0]
+        expected[rows] += moved[:, 1:]
+    floors = items.mean((fitted**2).sum(axis=1)), items.mean((expected**2).sum(axis=1))
+    return out, floors
+
+
+def _noise_root(found: Minimum[Experiment]) -> FloatArray:
+    """A root of the covariance of the rows by measured noise and by errors of the reference."""
+    doubts = ~found.reported
+    return np.column_stack([np.diag(np.sqrt(found.system.own)), found.system.columns[:, doubts]])
+
+
+def _floor_fitted(found: Minimum[Experiment]) -> float:
+    """Expected rms of the fitted rows by noise alone, where none can be left out."""
+    system, reported = found.system, found.reported
+    noise, pull = _noise_root(found), found.pull()
+    fitted = noise + system.columns[:, reported] @ (pull[reported] @ noise)
+    return _items(found).mean((fitted**2).sum(axis=1))
+
+
+def _why_none(found: Minimum[Experiment]) -> str:
+    words = {source.group_word for source in found.experiment.sources if source.judged}
+    one = " or ".join(sorted(words))
+    return (
+        f"without one of the {one}s the others do not determine this model, so none could be left "
+        "out to check it: add some"
+    )
+
+
+def _repeats(found: Minimum[Experiment]) -> tuple[float | None, int]:
+    """Variance of the rows about the mean of their direction, over that found; and its freedom."""
+    system, variance = found.system, found.balance.variance
+    sources = found.experiment.sources
+    noise = np.concatenate(
+        [np.full(len(s.labels), s.judged and s.repeats_are_noise) for s in sources]
+    )
+    single = np.concatenate([s.labels.axis < 0 for s in sources])
+    rows = np.flatnonzero(noise & single & (found.groups >= 0))
+    if not len(rows):
+        return None, 0
+    label = np.unique(found.groups[rows], return_inverse=True)[1]
+    weight = 1.0 / variance[rows]
+    mean = np.bincount(label, weight * system.residual[rows]) / np.bincount(label, weight)
+    freedom = int((np.bincount(label) - 1).sum())
+    scatter = float((weight * (system.residual[rows] - mean[label]) ** 2).sum())
+    return (scatter / freedom, freedom) if freedom else (None, 0)
+
+
+def _repeat_rms(found: Minimum[Experiment], repeats: float | None) -> float | None:
+    """Scatter of repeated holds about the mean of their direction, in the row's unit."""
+    if not repeats:
+        return None
+    items = _items(found)
+    return float(np.sqrt(repeats)) * items.mean(found.balance.variance)
+
+
+def _rms_later(found: Minimum[Experiment]) -> float | None:
+    """Rms error of the later holds or rotations under the fit of the early part of the session.
+
+    What nothing slow moves (the base's directions without a part in a bias) is kept from all data,
+    so that rotations about one axis after another leave something to predict. None where the early
+    rows do not determine the rest, or too few are later.
+    """
+    time = np.concatenate([source.labels.time for source in found.experiment.sources])
+    early = time < float(np.quantile(found.experiment.circumstances.time, EARLY))
+    items = _items(found)
+    late = ~early[items.rows]
+    count = len(np.unique(items.item[late]))
+    moving = np.ones(len(found.system.precision), bool)
+    moving[: len(found.directions)] = found.directions.slow
+    refit = _refitted(found, early, moving) if count >= MIN_LATER else None
+    if refit is None:
+        return None
+    known = moving & found.reported
+    errors = found.errors + found.system.columns[:, known] @ refit.sizes[known[moving]]
+    return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
+
+
+def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> Witness | None:
+    """Change of some parameters when some rows alone speak; None where these do not know them."""
+    system, balance = found.system, found.balance
+    columns = system.columns[np.ix_(rows, moving)]
+    weighted = columns / balance.variance[rows, None]
+    normal = columns.T @ weighted + np.diag(balance.precision[moving])
+    if not determined(normal):
+        return None
+    covariance = inverted(normal)
+    pull = weighted.T @ system.residual[rows] + (balance.precision * system.value)[moving]
+    return Witness(-covariance @ pull, covariance)
+
+
+def _witnesses(found: Minimum[Experiment]) -> tuple[Witness, ...]:
+    """What each kind of rows alone says of the sizes, where there are several kinds.
+
+    Rows whose errors are not reported (means at rest) do not know the gains, which are kept.
+    """
+    sources = found.experiment.sources
+    if not len(found.terms) or len(sources) < 2:
+        return ()
+    number = np.repeat(np.arange(len(sources)), [len(source.labels) for source in sources])
+    out = []
+    for place, source in enumerate(sources):
+        moving = np.ones(len(found.system.precision), bool)
+        if not source.judged:
+            moving[: len(found.directions)] = found.directions.slow
+        told = _refitted(found, number == place, moving)
+        if told is None:
+            return ()
+        own = np.zeros(len(moving), bool)
+        own[found.sizes] = True
+        own = own[moving]
+        sizes = found.calibration.sizes + told.sizes[own]
+        out.append(Witness(sizes, told.covariance[np.ix_(own, own)]))
+    return tuple(out)
+
+
+def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
+    """The hold or rotation that does not fit with all others, if one stands out."""
+    system, items = found.system, _items(found)
+    sigma = np.sqrt(found.balance.variance)
+    residual, white = system.residual / sigma, system.columns / sigma[:, None]
+    lever = white @ found.balance.covariance
+    drops = np.zeros(items.item.max(initial=-1) + 1)
+    for item in range(len(drops)):
+        rows = items.rows[items.item == item]
+        inner = np.eye(len(rows)) - lever[rows] @ white[rows].T
+        alone = np.linalg.pinv(inner, rcond=1e-6, hermitian=True)
+        drops[item] = residual[rows] @ alone @ residual[rows]
+    own = residual[items.rows]
+    judged = np.unique(system.kinds[items.rows])
+    freedom = float(found.balance.freedom[judged].sum())
+    size = len(own) // max(len(drops), 1)
+    return outlier(drops, float(own @ own), size, freedom)

@@ -1,0 +1,144 @@
+"""The magnetometer of a recording, beside whatever the accelerometer and gyroscope gave."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import BoolArray, Series
+from imucal_wizard.estimate.fitting.inertial import FitOptions
+from imucal_wizard.estimate.magnetometer.classify_unfitted import classify_unfitted
+from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit, fit_magnetometer
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.field_quality import (
+    check_readings,
+    check_saturation,
+    measured_once,
+    stuck_samples,
+)
+
+Fit = Callable[[], MagnetometerFit]
+"""Fits the magnetometer, or raises a ``DataError`` that says why it cannot."""
+
+
+def with_magnetometer(
+    inertial: Callable[[], FitReport],
+    magnetic: Fit,
+    series: Series,
+    gravity: float,
+    warnings: tuple[str, ...],
+) -> FitReport:
+    """The report of the other sensors with the magnetometer's fit in it.
+
+    A recording in which the device only tumbles carries no accelerometer; its magnetometer is
+    calibrated all the same, and the other way round.
+
+    Args:
+        inertial: makes the report of the other sensors.
+        magnetic: fits the magnetometer.
+        series: all its readings, in the order of time.
+        gravity: of a report without an accelerometer, m/s².
+        warnings: what the reader noticed, for such a report.
+
+    Raises:
+        DataError: neither can be calibrated.
+    """
+    found, why = _tried(magnetic)
+    try:
+        report = inertial()
+    except DataError as error:
+        if found is None:
+            raise DataError(f"{error}. {why[:1].upper()}{why[1:]}") from error
+        notes = (*warnings, f"the accelerometer is not calibrated: {error}")
+        report = FitReport(gravity, {}, (), (), {}, warnings=notes)
+    return added(report, series, found, why)
+
+
+def fit_during(
+    spans: Sequence[tuple[float, float]], series: Series, field: float | None, method: str
+) -> MagnetometerFit:
+    """The magnetometer by the samples of its own step.
+
+    There the device is turned in one place, away from iron; what comes before may have been
+    measured beside a computer. The samples at rest serve the second stage, and are judged by this
+    calibration.
+
+    Args:
+        spans: sample times at which the step began and ended, s.
+        series: all readings, in the order of time.
+        field: magnitude of the local field, µT, or None.
+        method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+
+    Raises:
+        DataError: the step was left out, or what was measured does not carry a calibration.
+    """
+    if not spans:
+        check_readings(series.values)
+        raise DataError("its step was left out")
+    found = fit_magnetometer(samples_during(spans, series), field, method)
+    _check_saturation(found, samples_during(((spans[0][0], spans[-1][1]),), series))
+    return classify_unfitted(found, series, _within(spans, series))
+
+
+def _check_saturation(found: MagnetometerFit, step: Series) -> None:
+    """An axis at its end is off the others, and so may have been left out as a disturbance.
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    stuck = stuck_samples(step.values)
+    if stuck:
+        length = np.linalg.norm((step.values - found.fit.bias) @ found.fit.matrix.T, axis=1)
+        check_saturation(stuck, length - found.magnitude)
+
+
+def samples_during(spans: Sequence[tuple[float, float]], series: Series) -> Series:
+    """The samples within spans of time, ends included."""
+    rows = _within(spans, series)
+    return Series(series.time[rows], series.values[rows], series.unit)
+
+
+def _within(spans: Sequence[tuple[float, float]], series: Series) -> BoolArray:
+    rows = np.zeros(len(series), bool)
+    for start, end in spans:
+        rows |= (series.time >= start) & (series.time <= end)
+    return rows
+
+
+def _tried(magnetic: Fit) -> tuple[MagnetometerFit | None, str]:
+    try:
+        return magnetic(), ""
+    except DataError as error:
+        return None, f"the magnetometer is not calibrated: {error}"
+
+
+def _rate(series: Series) -> float:
+    """Mean rate: a slow sensor in the lines of a faster one has steps of two lengths."""
+    length = float(series.time[-1] - series.time[0]) if len(series) > 1 else 0.0
+    return (len(series) - 1) / length if length > 0.0 else 0.0
+
+
+def added(
+    report: FitReport, series: Series, found: MagnetometerFit | None, why: str = ""
+) -> FitReport:
+    """A report with the magnetometer's fit, or with the reason why there is none."""
+    rates = {**report.rates, "magnetometer": _rate(series)}
+    if found is None:
+        return replace(report, rates=rates, warnings=(*report.warnings, why))
+    return replace(
+        report,
+        rates=rates,
+        sensors={**report.sensors, "magnetometer": found.fit},
+        magnetic=found,
+        warnings=tuple(dict.fromkeys((*report.warnings, *found.fit.warnings))),
+    )
+
+
+def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
+    """A report of the other sensors with the magnetometer fitted to all its samples."""
+    series = measured_once(series)
+    found, why = _tried(
+        lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
+    )
+    return added(report, series, found, why)

@@ -1,0 +1,173 @@
+"""Every method of every sensor on one recording, side by side: both papers' and our own."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import Series
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
+from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.measurement.field_quality import measured_once
+
+AS_GOOD = 1.02
+"""Errors whose ratio is less than this are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class MethodRow:
+    """One method's result.
+
+    Attributes:
+        sensor: which sensor.
+        method: its name.
+        paper: ``Q``, ``N``, or "" for our own.
+        fit: the result, or None.
+        relative_error: rms of the relative error of the magnitude (N's figure of merit), or None.
+        relative_error_held_out: the same on directions left out.
+        why: why there is no result.
+    """
+
+    sensor: str
+    method: str
+    paper: str
+    fit: SensorFit | None
+    relative_error: float | None = None
+    relative_error_held_out: float | None = None
+    why: str = ""
+
+
+def method_rows(
+    report: FitReport, gyroscope: str | None, series: Series | None, field: float | None
+) -> tuple[MethodRow, ...]:
+    """A row for each method of each sensor, on the holds and rotations of a report.
+
+    Args:
+        report: the default fit.
+        gyroscope: unit of the gyroscope's readings, or None without one.
+        series: the magnetometer's readings that its calibration is made of, or None.
+        field: magnitude of the local field, µT, or None.
+    """
+    rows: list[MethodRow] = []
+    if "accelerometer" in report.sensors:
+        unit = report.sensors["accelerometer"].bias_unit
+        rows += [
+            _row("accelerometer", name, _accelerometer(report, unit, name), report.gravity)
+            for name in MethodNames("accelerometer")
+        ]
+        if gyroscope is not None:
+            rows += _gyroscopes(report, _default_accelerometer(report, unit), gyroscope)
+    if series is not None:
+        series = measured_once(series)
+        rows += [_magnetometer(series, field, name) for name in MethodNames("magnetometer")]
+    return tuple(rows)
+
+
+def _gyroscopes(report: FitReport, reference: SensorFit, unit: str) -> list[MethodRow]:
+    rows = [
+        _row("gyroscope", name, _gyroscope(report, reference, unit, name))
+        for name in MethodNames("gyroscope")
+    ]
+    both = report.sensors.get("gyroscope")
+    if both is not None and both.method not in MethodNames("gyroscope"):
+        rows.append(MethodRow("gyroscope", both.method, "N", both))
+    return rows
+
+
+def _default_accelerometer(report: FitReport, unit: str) -> SensorFit:
+    """The default fit, which the report has unless another method was asked for."""
+    fit = report.sensors["accelerometer"]
+    if fit.method == DEFAULTS["accelerometer"]:
+        return fit
+    return fit_accelerometer(report.holds, report.gravity, unit)
+
+
+Fit = Callable[[], SensorFit]
+
+
+def _paper(sensor: str, name: str) -> str:
+    found = methods_of(sensor).get(name)
+    return "" if found is None else found.paper
+
+
+def _row(sensor: str, name: str, make: Fit, size: float | None = None) -> MethodRow:
+    paper = _paper(sensor, name)
+    try:
+        fit = make()
+    except DataError as error:
+        return MethodRow(sensor, name, paper, None, why=str(error))
+    if size is None:
+        return MethodRow(sensor, name, paper, fit)
+    out = None if fit.rms_held_out is None else fit.rms_held_out / size
+    return MethodRow(sensor, name, paper, fit, fit.rms_fitted / size, out)
+
+
+def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
+    return lambda: fit_accelerometer(report.holds, report.gravity, unit, name)
+
+
+def _gyroscope(report: FitReport, reference: SensorFit, unit: str, name: str) -> Fit:
+    def make() -> SensorFit:
+        found = fit_gyroscope(report.holds, report.rotations, reference, unit, name)
+        if found.fit is None:
+            raise DataError("; ".join(found.warnings))
+        return found.fit
+
+    return make
+
+
+def _magnetometer(series: Series, field: float | None, name: str) -> MethodRow:
+    paper = _paper("magnetometer", name)
+    try:
+        found = fit_magnetometer(series, field, name)
+    except DataError as error:
+        return MethodRow("magnetometer", name, paper, None, why=str(error))
+    return MethodRow(
+        "magnetometer",
+        name,
+        paper,
+        found.fit,
+        found.relative_error,
+        found.relative_error_held_out,
+    )
+
+
+def difference(row: MethodRow, first: MethodRow) -> float | None:
+    """By how much a method's matrix differs from the first one's, as a share (largest entry).
+
+    Methods whose matrices are in different gauges or scales do not occur: within a sensor all
+    share both.
+    """
+    if row.fit is None or first.fit is None:
+        return None
+    size = float(np.abs(first.fit.matrix).max())
+    return float(np.abs(row.fit.matrix - first.fit.matrix).max()) / size
+
+
+def offset_difference(row: MethodRow, first: MethodRow) -> float | None:
+    """The largest corrected reading that is left where the first method would give zero.
+
+    In the unit of corrected readings, so that sensors in counts are told in the same one.
+    """
+    if row.fit is None or first.fit is None:
+        return None
+    return float(np.abs(first.fit.matrix @ (row.fit.bias - first.fit.bias)).max())
+
+
+def least_held_out(rows: Sequence[MethodRow]) -> tuple[MethodRow, ...]:
+    """The methods of a sensor with the least error held out, and those as good as them.
+
+    Methods whose error is another one (the gyroscope's offset: a rate) do not compete.
+    """
+    unit = next((row.fit.unit for row in rows if row.fit is not None), "")
+    known = [
+        (row.fit.rms_held_out, row)
+        for row in rows
+        if row.fit is not None and row.fit.unit == unit and row.fit.rms_held_out is not None
+    ]
+    least = min((error for error, _ in known), default=0.0)
+    return tuple(row for error, row in known if error <= AS_GOOD * least)

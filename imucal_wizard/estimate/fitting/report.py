@@ -1,0 +1,143 @@
+"""The whole fit: holds and rotations in, a report out."""
+
+from dataclasses import replace
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.estimate.fitting.inertial import FitOptions, fit_holds
+from imucal_wizard.estimate.fitting.magnetometer import fit_during, with_magnetometer
+from imucal_wizard.estimate.fitting.second_stage import with_second_stage
+from imucal_wizard.estimate.gravity_and_field import segments, segments_of
+from imucal_wizard.estimate.hold_search import find_holds
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
+from imucal_wizard.measurement.data_quality import axes_without_noise
+from imucal_wizard.measurement.field_quality import measured_once, repeats_note
+from imucal_wizard.measurement.holds import Collected, Rotation
+from imucal_wizard.measurement.segmentation import rotations_between
+
+
+def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
+    """Find the holds and rotations of a recording and fit every sensor.
+
+    Raises:
+        DataError: the recording does not carry a calibration.
+    """
+    options = options or FitOptions()
+    if readings.magnetometer is None:
+        return _inertial(readings, options)
+    series, gyroscope = measured_once(readings.magnetometer), readings.gyroscope
+    report = with_magnetometer(
+        lambda: _inertial(readings, options),
+        lambda: fit_magnetometer(series, options.field, options.magnetometer_method, readings),
+        series,
+        options.gravity,
+        readings.warnings,
+    )
+    turns = [] if gyroscope is None else segments(report.holds, gyroscope)
+    report = with_second_stage(report, series, turns)
+    notes = repeats_note(readings.magnetometer, series)
+    return replace(report, warnings=(*report.warnings, *notes))
+
+
+def _inertial(readings: Readings, options: FitOptions) -> FitReport:
+    """Accelerometer and gyroscope.
+
+    Raises:
+        DataError: the recording does not carry an accelerometer's calibration.
+    """
+    if not len(readings):
+        raise DataError("the recording has no accelerometer")
+    holds, steps = find_holds(readings, options.gravity)
+    rotations: list[Rotation] = []
+    if readings.gyroscope is not None and len(readings.gyroscope):
+        rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
+    rates = {"accelerometer": readings.accelerometer.rate}
+    if readings.gyroscope is not None:
+        rates["gyroscope"] = readings.gyroscope.rate
+    units = _units(readings)
+    warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
+    return fit_holds(
+        with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+    )
+
+
+def fit_collected(
+    collected: Collected,
+    units: dict[str, str],
+    rate: float,
+    options: FitOptions | None = None,
+    warnings: tuple[str, ...] = (),
+) -> FitReport:
+    """Fit what the wizard has collected.
+
+    Args:
+        collected: holds and rotations; the magnetometer with the times of its step.
+        units: unit of accelerometer and gyroscope; a sensor that is not there is left out.
+        rate: samples per second of these two.
+        options: gravity and methods.
+        warnings: what the stream's reader noticed.
+
+    Raises:
+        DataError: neither the holds nor the magnetometer's samples carry a calibration.
+    """
+    options = options or FitOptions()
+    warnings = (*warnings, *_left_out(collected))
+    if collected.magnetometer is None or not len(collected.magnetometer):
+        return _held(collected, units, rate, options, warnings)
+    series = measured_once(collected.magnetometer)
+    warnings = (*warnings, *repeats_note(collected.magnetometer, series))
+    report = with_magnetometer(
+        lambda: _held(collected, units, rate, options, warnings),
+        lambda: fit_during(
+            collected.field_spans, series, options.field, options.magnetometer_method
+        ),
+        series,
+        options.gravity,
+        warnings,
+    )
+    return with_second_stage(report, series, segments_of(report.rotations, report.holds))
+
+
+def _left_out(collected: Collected) -> list[str]:
+    """What the wizard has left out of the magnetometer's step, and why."""
+    return [
+        f"from {start:.1f} to {end:.1f} s {reason}: these samples are left out"
+        for start, end, reason in collected.field_left_out
+    ]
+
+
+def _held(
+    collected: Collected,
+    units: dict[str, str],
+    rate: float,
+    options: FitOptions,
+    warnings: tuple[str, ...],
+) -> FitReport:
+    """Accelerometer and gyroscope by the holds and rotations that the wizard has collected.
+
+    Raises:
+        DataError: the holds do not carry a calibration.
+    """
+    steps = steps_in(collected)
+    return fit_holds(
+        with_rounding(collected.holds, steps),
+        collected.rotations,
+        dict.fromkeys(units, rate),
+        units,
+        options,
+        collected.validation,
+        (
+            *warnings,
+            *axes_without_noise(collected.holds, steps[0]),
+            *rounding_warnings(collected.holds, steps, units),
+        ),
+    )
+
+
+def _units(readings: Readings) -> dict[str, str]:
+    units = {"accelerometer": readings.accelerometer.unit}
+    if readings.gyroscope is not None:
+        units["gyroscope"] = readings.gyroscope.unit
+    return units

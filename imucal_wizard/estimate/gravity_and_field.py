@@ -1,0 +1,318 @@
+"""The gyroscope by gravity and field, once the magnetometer is aligned; and the clocks.
+
+Rotations about the vertical, which the fit by gravity leaves out, count here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.core.attitude import advancing, attitudes, lay_samples
+from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
+from imucal_wizard.core.quaternions import matrices, quaternions
+from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
+from imucal_wizard.estimate.accelerometer import BASE
+from imucal_wizard.estimate.fit import fit, minimum
+from imucal_wizard.estimate.gyroscope import (
+    MIN_CLOSING_NOISE,
+    GyroscopeExperiment,
+    RotationSet,
+    determined_entries,
+    gyroscope_experiment,
+    motion_of,
+)
+from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION
+from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
+from imucal_wizard.estimate.methods import DEFAULTS
+from imucal_wizard.estimate.noise import rest_of
+from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.rms import root_mean_square
+from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
+from imucal_wizard.estimate.second_stage.found import Added, SecondStage
+from imucal_wizard.estimate.second_stage.heading import up_in
+from imucal_wizard.estimate.surroundings import circumstances_of, first_time
+from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.rows.field_closure import FieldClosure
+from imucal_wizard.model.rows.gravity_closure import GravityClosure
+from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.terms import Terms
+
+MIN_SEGMENTS = 6
+"""Rotations with the field known at both ends, from which headings are fitted."""
+WORSE = 1.1
+"""A closure that is larger by less than this says nothing: thirty rotations know it to 13 %."""
+MAX_SEGMENT_SECONDS = 30.0
+"""Seconds; longer ones gather too much noise of the gyroscope."""
+END_SHARE = 0.25
+"""Share of a hold left out at either end while the clocks are not yet compared."""
+MIN_SAMPLES = 3
+MAX_SCATTER = 3.0
+"""Scatter of the field in a hold over its noise, from which the device turned."""
+ALLOWED_SCATTER = 0.003
+"""Scatter as a share of the field that is always allowed: 0.2°."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """The gyroscope between two holds that follow one another.
+
+    Attributes:
+        before: index of the hold before.
+        after: index of the hold after.
+        time: sample times, s, shape (n,).
+        rate: readings, shape (n, 3).
+    """
+
+    before: int
+    after: int
+    time: FloatArray
+    rate: FloatArray
+
+
+def undisturbed(series: Series, found: MagnetometerFit) -> Series:
+    """The readings without those that the calibration has found disturbed."""
+    return Series(series.time[found.undisturbed], series.values[found.undisturbed], series.unit)
+
+
+def field_at(
+    holds: Sequence[Hold], calm: Series, found: MagnetometerFit, clock: float | None = None
+) -> tuple[list[int], FloatArray]:
+    """Mean reading of the magnetometer in each hold in which the field stood still.
+
+    Args:
+        holds: still periods.
+        calm: the magnetometer's undisturbed readings.
+        found: its calibration.
+        clock: the magnetometer's clock minus the other's, s; None when not known, and then the
+            ends of each hold are left out.
+
+    Returns:
+        Indices of the holds, and the means, shape (k, 3).
+    """
+    chosen, means = [], []
+    for index, hold in enumerate(holds):
+        trim = END_SHARE * (hold.end - hold.start) if clock is None else 0.0
+        offset = clock or 0.0
+        values = calm.between(hold.start + trim + offset, hold.end - trim + offset).values
+        if len(values) < MIN_SAMPLES or _turns(values, found):
+            continue
+        chosen.append(index)
+        means.append(values.mean(axis=0))
+    return chosen, np.array(means, float).reshape(-1, 3)
+
+
+def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
+    """Whether the field turned during a hold: about the vertical only the magnetometer sees it."""
+    corrected = (values - found.fit.bias) @ found.fit.matrix.T
+    floor = max(found.noise, ALLOWED_SCATTER * found.magnitude)
+    return bool((corrected.std(axis=0) > MAX_SCATTER * floor).any())
+
+
+def segments(holds: Sequence[Hold], gyroscope: Series) -> list[Segment]:
+    """The gyroscope between each hold and the next, where it is whole."""
+    interval = float(np.median(np.diff(gyroscope.time))) if len(gyroscope) > 1 else 0.0
+    found = (
+        _segment(
+            index,
+            index + 1,
+            gyroscope.between(
+                holds[index].end - ROTATION_OVERLAP_SECONDS,
+                holds[index + 1].start + ROTATION_OVERLAP_SECONDS,
+            ),
+            interval,
+        )
+        for index in range(len(holds) - 1)
+    )
+    return [one for one in found if one is not None]
+
+
+def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Segment]:
+    """The same of motions that were gathered live; those without a problem, between kept holds."""
+    places = {id(hold): index for index, hold in enumerate(holds)}
+    out = []
+    for rotation in rotations:
+        before, after = places.get(id(rotation.before)), places.get(id(rotation.after))
+        if rotation.problem is not None or before is None or after is None:
+            continue
+        interval = float(np.median(np.diff(rotation.time)))
+        one = _segment(before, after, Series(rotation.time, rotation.rate, ""), interval)
+        out += [] if one is None else [one]
+    return out
+
+
+def _segment(before: int, after: int, part: Series, interval: float) -> Segment | None:
+    """A motion whose samples are all there and that does not last too long."""
+    later = advancing(part.time)
+    time, rate = part.time[later], part.values[later]
+    whole = len(time) > MIN_SAMPLES and bool(
+        (np.diff(time) <= MAX_SAMPLE_INTERVALS * interval).all()
+    )
+    if not whole or time[-1] - time[0] > MAX_SEGMENT_SECONDS or not np.isfinite(rate).all():
+        return None
+    return Segment(before, after, time, rate)
+
+
+def passages(
+    turns: Sequence[Segment], gyroscope: SensorFit, series: Series, magnetometer: SensorFit
+) -> list[Passage]:
+    """The turns with attitude and field, for the comparison of the clocks."""
+    out = []
+    for turn in turns:
+        samples = lay_samples([turn.time], [turn.rate])
+        rate = (samples.reading - gyroscope.bias) @ gyroscope.matrix.T
+        phi = samples.turned(rate)
+        whole = samples.at_samples(*attitudes(quaternions(phi), samples.step_offsets))
+        if np.abs(phi).sum() < SMALLEST_ROTATION:
+            continue
+        # with some of the holds on either side, so that no offset of the clocks runs out of it
+        near = series.between(float(turn.time[0]) - 1.0, float(turn.time[-1]) + 1.0)
+        field = (near.values - magnetometer.bias) @ magnetometer.matrix.T
+        if len(near) < MIN_SAMPLES:
+            continue
+        field /= np.linalg.norm(field, axis=1)[:, None]
+        attitude = np.moveaxis(matrices(whole), -1, 0)
+        out.append(Passage(turn.time, attitude, rate, near.time, field))
+    return out
+
+
+def up_of(fit: SensorFit, holds: list[Hold]) -> FloatArray:
+    """Unit up in the body frame in each hold, shape (n, 3)."""
+    force = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    return up_in(fit, force)
+
+
+def with_gyroscope(
+    report: FitReport,
+    stage: SecondStage,
+    turns: Sequence[Segment],
+    calm: Series,
+    found: MagnetometerFit,
+    aligned: SensorFit,
+) -> tuple[SecondStage, SensorFit]:
+    """Clock offset, and the gyroscope by both references.
+
+    Args:
+        report: of each sensor by itself.
+        stage: what is known so far.
+        turns: the gyroscope between the holds of the report.
+        calm: all the magnetometer's undisturbed readings.
+        found: its calibration in its own frame.
+        aligned: the magnetometer in the accelerometer's frame.
+
+    Returns:
+        The stage with clock and gain, and the better of both fits; a method that was asked for is
+        kept.
+    """
+    fit_before = report.sensors["gyroscope"]
+    clock = clock_offset(passages(turns, fit_before, calm, aligned))
+    stage = replace(stage, clock=clock)
+    offset = 0.0 if clock is None else clock.seconds
+    places, readings = field_at(report.holds, calm, found, offset)
+    field = (readings - aligned.bias) @ aligned.matrix.T
+    known = dict(zip(places, unit_vectors(field), strict=True))
+    turns = [turn for turn in turns if turn.before in known and turn.after in known]
+    if len(turns) < MIN_SEGMENTS:
+        note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
+        return replace(stage, notes=(*stage.notes, note)), fit_before
+    known_fit = fit_before.experiment
+    try:
+        if not isinstance(known_fit, GyroscopeExperiment):
+            accelerometer = report.sensors["accelerometer"]
+            known_fit = gyroscope_experiment(
+                report.holds, report.rotations, accelerometer, fit_before.bias_unit
+            )
+        source = _heading_rows(known_fit, turns, known)
+        both = known_fit.with_rows([source], tuple(range(12)))
+        free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
+        better = fit(known_fit.with_rows([source], free))
+    except DataError as error:
+        return replace(stage, notes=(*stage.notes, str(error))), fit_before
+    added = _added(source, fit_before, better)
+    stage = replace(stage, added=added)
+    if added.heading_after > WORSE * added.heading_before:
+        note = "the gyroscope's fit to gravity alone foretells rotations better and is kept"
+        return replace(stage, notes=(*stage.notes, note)), fit_before
+    if fit_before.method != DEFAULTS["gyroscope"]:
+        note = f"the gyroscope stays with the method that was asked for: {fit_before.method}"
+        return replace(stage, notes=(*stage.notes, note)), fit_before
+    return stage, better
+
+
+def _heading_rows(
+    known: GyroscopeExperiment, turns: Sequence[Segment], field: dict[int, FloatArray]
+) -> FieldClosure:
+    """Rows for all rotations at whose ends the field is known."""
+    before, after = (
+        np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
+    )
+    samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
+    count, reference, readings = len(turns), known.of, known.readings
+    around = circumstances_of(
+        known.holds, reference.up, reference.gravity, reference.gain, readings
+    )
+    start = known.begin(BASE)
+    rest = rest_of(known.holds, start.matrix)
+    turned = RotationSet(samples, np.arange(count), before, after, None, np.zeros(3))
+    origin = first_time(known.holds, readings)
+    span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
+    walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
+    noise = np.maximum(rest.end[before] + rest.end[after] + walk, MIN_CLOSING_NOISE**2)
+    # a rotation that is closed against gravity, too, is left out as a whole
+    pairs = zip(known.rotations.before, known.rotations.after, strict=True)
+    places = {pair: place for place, pair in enumerate(pairs)}
+    own = len(places) + np.arange(count)
+    ends = zip(before, after, strict=True)
+    group = np.array([places.get(pair, new) for pair, new in zip(ends, own, strict=True)])
+    labels = RowLabels(
+        index=np.arange(count),
+        axis=np.full(count, -1),
+        group=group,
+        visit=np.full(count, -1),
+        time=span.mean(axis=1) - origin,
+        span=span,
+        component=np.zeros(count, np.int64),
+    )
+    by_gravity = GravityClosure(
+        samples=samples,
+        before=reference.up[before],
+        after=reference.up[after],
+        before_doubt=np.zeros((count, 3, 0)),
+        after_doubt=np.zeros((count, 3, 0)),
+        noise=noise,
+        motion=motion_of(around, turned, start, origin, readings),
+        gravity=reference.gravity,
+        labels=labels,
+    )
+    by_field = replace(
+        by_gravity,
+        before=np.array([field[hold] for hold in before]),
+        after=np.array([field[hold] for hold in after]),
+    )
+    return FieldClosure(by_gravity, by_field, noise, labels)
+
+
+def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
+    """What the headings add, each rotation left out."""
+    none = Terms("gyroscope", ())
+    at_first = source.at(Calibration(fit.matrix, fit.bias), none)
+    tilt = fit.rms_held_out if fit.unit == "rad" else None  # an offset's error is a rate
+    ratio = None
+    if fit.covariance is not None and better.covariance is not None:
+        before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
+        seen = before > 0.0
+        ratio = float(np.sqrt(after[seen] / before[seen]).mean()) if seen.any() else None
+    table = better.rows
+    assert table is not None  # noqa: S101 (narrows the type)
+    out = table.reported if table.held_out is None else table.held_out
+    first = np.linalg.norm(at_first.by_gravity.closure, axis=1)
+    return Added(
+        len(at_first.residual),
+        tilt or root_mean_square(first),
+        better.rms_held_out or better.rms_fitted,
+        root_mean_square(at_first.residual),
+        root_mean_square(out[table.kind == "heading"]),
+        ratio,
+    )

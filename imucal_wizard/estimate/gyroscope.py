@@ -1,0 +1,422 @@
+"""The gyroscope by gravity: rates at rest and closures of rotations, in the accelerometer's frame.
+
+Means at rest tell the biases, rotations the nine gains and a little of the biases; both are rows of
+one fit, each weighed by its own scatter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from imucal_wizard.core.attitude import Samples, advancing, lay_samples
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.accelerometer import BASE
+from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.fit import Minimum, minimum
+from imucal_wizard.estimate.gyroscope_start import start_matrix
+from imucal_wizard.estimate.noise import Rest, has_rate, rest_of
+from imucal_wizard.estimate.parameters import full_parameters, unit_of
+from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.rounded import rate_shift
+from imucal_wizard.estimate.slow_noise import slow_rate, spans_of
+from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
+from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.nominal_gains import (
+    CROSS_PRIOR,
+    SCALE_PRIOR,
+    Nominal,
+    least_identifiable,
+    nominal_of,
+)
+from imucal_wizard.model.rows.gravity_closure import GravityClosure
+from imucal_wizard.model.rows.rate_at_rest import RateAtRest
+from imucal_wizard.model.rows.source import BIAS, ENTRIES, MATRIX, Calibration, RowLabels, RowSource
+
+AXES = "xyz"
+MIN_ROTATION_SAMPLES = 3
+"""Of a rotation."""
+MIN_CLOSING_NOISE = 1e-7
+"""No closure is better known, rad; data without any noise keep a weight."""
+MIN_REST_NOISE = 1e-9
+"""The same of a mean at rest, rad/s."""
+BLIND = 1e-10
+"""Share of a combination of gains in what the rotations show, below which they do not show it."""
+UNSTEADY = 9.0
+"""Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class RotationSet:
+    """The usable rotations between holds, ready to be integrated.
+
+    Attributes:
+        samples: of the m usable rotations.
+        usable: which of all rotations they are, shape (m,).
+        before: the hold that each starts from, shape (m,).
+        after: the hold that it ends in, shape (m,).
+        up: direction of the calibrated specific force at each sample, shape (n, 3); None where
+            the accelerometer in the rotations was not kept.
+        rounding: variance by which the steps of the readings shift the mean rate of all holds
+            alike, reading units², shape (3,).
+    """
+
+    samples: Samples
+    usable: IntArray
+    before: IntArray
+    after: IntArray
+    up: FloatArray | None
+    rounding: FloatArray
+
+
+def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
+    """The rotations, with the problem named of those that cannot be integrated."""
+    return [replace(one, problem=one.problem or _problem(one)) for one in rotations]
+
+
+def _problem(rotation: Rotation) -> str | None:
+    if (
+        len(rotation.time) < MIN_ROTATION_SAMPLES
+        or advancing(rotation.time).sum() < MIN_ROTATION_SAMPLES
+    ):
+        return "no gyroscope samples in it"
+    if not (np.abs(rotation.rate) < MAX_READING).all() or not np.isfinite(rotation.time).all():
+        return "its gyroscope samples are not all numbers"
+    force = rotation.accelerometer
+    if force is not None and not (np.abs(force) < MAX_READING).all():
+        return "its accelerometer samples are not all numbers"
+    return None
+
+
+def rotation_set(
+    holds: Sequence[Hold], rotations: Sequence[Rotation], accelerometer: SensorFit
+) -> RotationSet:
+    """The usable ones of examined rotations.
+
+    Raises:
+        DataError: there is none, or no mean of the gyroscope at rest.
+    """
+    places = {(hold.start, hold.end): index for index, hold in enumerate(holds)}
+    found = []
+    for index, one in enumerate(rotations):
+        before = places.get((one.before.start, one.before.end))
+        after = places.get((one.after.start, one.after.end))
+        if one.problem is None and before is not None and after is not None:
+            found.append((index, before, after))
+    if not found or not any(has_rate(hold) for hold in holds):
+        raise DataError("no usable rotation between two holds")
+    table = np.array(found, np.int64)
+    turned = [rotations[i] for i in table[:, 0]]
+    samples = lay_samples([one.time for one in turned], [one.rate for one in turned])
+    forces = [
+        one.accelerometer[advancing(one.time)] for one in turned if one.accelerometer is not None
+    ]
+    up = None
+    if len(forces) == len(turned):
+        force = (np.concatenate(forces) - accelerometer.bias) @ accelerometer.matrix.T
+        length = np.linalg.norm(force, axis=1)[:, None]
+        up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
+    return RotationSet(
+        samples, table[:, 0], table[:, 1], table[:, 2], up, rate_shift(holds, turned)
+    )
+
+
+class GyroscopeExperiment(Experiment):
+    """Rates at rest and closures against gravity.
+
+    Args:
+        holds: those that the accelerometer was fitted to.
+        rotations: between them.
+        reference: up in each hold.
+        unit: of the readings, ``rad/s`` or ``count``.
+        start: matrix and bias to begin from.
+        nominal: what a gain is that is not fitted.
+        free: which of the twelve entries the rotations determine.
+        readings: what the holds were found in: beginning of the session, temperature.
+        more: rows of other kinds.
+    """
+
+    sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
+    base_terms = BASE
+
+    def __init__(
+        self,
+        holds: Sequence[Hold],
+        rotations: RotationSet,
+        reference: GravityReference,
+        unit: str,
+        start: Calibration,
+        nominal: Nominal,
+        free: Sequence[int] = tuple(range(ENTRIES)),
+        readings: Readings | None = None,
+        more: Sequence[RowSource] = (),
+    ) -> None:
+        self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
+        self.unit, self.nominal, self.free = unit, nominal, tuple(free)
+        self._start, self.of, self.readings = start, reference, readings
+        known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
+        rest = rest_of(holds, start.matrix)
+        rows = np.array([i for i, hold in enumerate(holds) if has_rate(hold)], np.int64)
+        self.resting = [holds[i] for i in rows]
+        self.circumstances = known.select(rows)
+        self.closure = self._closures(known, rest)
+        self.rest = RateAtRest(
+            reading=np.array([hold.gyroscope for hold in self.resting]),
+            noise=np.maximum(rest.mean[rows], MIN_REST_NOISE**2),
+            circumstances=self.circumstances,
+            labels=RowLabels(
+                index=np.repeat(rows, 3),
+                axis=np.tile([0, 1, 2], len(rows)),
+                group=np.repeat(reference.labels[rows], 3),
+                visit=np.repeat(visits(holds, reference.up)[rows], 3),
+                time=np.repeat(self.circumstances.time, 3),
+                span=np.repeat(spans_of(self.resting), 3, axis=0),
+                component=np.tile([0, 1, 2], len(rows)),
+            ),
+        )
+        self.sources = (self.rest, self.closure, *more)
+        if more:
+            self.method = "vector + field"
+
+    def _closures(self, known: Circumstances, rest: Rest) -> GravityClosure:
+        one, reference = self.rotations, self.of
+        samples, count = one.samples, len(one.usable)
+        span = np.column_stack(
+            [samples.time[samples.offsets[:-1]], samples.time[samples.offsets[1:] - 1]]
+        )
+        origin = first_time(self.holds, self.readings)
+        ends = reference.variance + rest.end
+        walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
+        noise = ends[one.before] + ends[one.after] + walk
+        return GravityClosure(
+            samples=samples,
+            before=reference.up[one.before],
+            after=reference.up[one.after],
+            before_doubt=reference.doubt[one.before],
+            after_doubt=reference.doubt[one.after],
+            noise=np.maximum(noise, MIN_CLOSING_NOISE**2),
+            motion=motion_of(known, one, self._start, origin, self.readings),
+            gravity=self.gravity,
+            labels=RowLabels(
+                index=np.repeat(one.usable, 2),
+                axis=np.tile([0, 1], count),
+                group=np.repeat(np.arange(count), 2),
+                visit=np.full(2 * count, -1),
+                time=np.repeat(span.mean(axis=1) - origin, 2),
+                span=np.repeat(span, 2, axis=0),
+                component=np.zeros(2 * count, np.int64),
+            ),
+        )
+
+    def moved(self, start: Calibration, free: Sequence[int]) -> "GyroscopeExperiment":
+        """The same experiment from another start, with other entries determined."""
+        args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
+        return GyroscopeExperiment(*args, self.readings, self.sources[2:])
+
+    def with_rows(self, more: Sequence[RowSource], free: Sequence[int]) -> "GyroscopeExperiment":
+        """The same experiment with rows of other kinds, too, and what they determine together."""
+        args = self.holds, self.rotations, self.of, self.unit, self._start, self.nominal, free
+        return GyroscopeExperiment(*args, self.readings, more)
+
+    def under(
+        self, reference: GravityReference, readings: Readings | None
+    ) -> "GyroscopeExperiment":
+        """The same rotations with gravity as another fit of the accelerometer sees it."""
+        args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
+        return GyroscopeExperiment(*args, self.free, readings, self.sources[2:])
+
+    def directions(self, base: Sequence[str]) -> Directions:
+        """See ``Experiment``."""
+        scales = set(self.nominal.scales)
+        wanted = set(range(BIAS.start, ENTRIES)) if "bias" in base else set()
+        wanted |= scales if "scale" in base else set()
+        wanted |= set(range(9)) - scales if "non-orthogonality" in base else set()
+        free = [entry for entry in self.free if entry in wanted]
+        columns = np.zeros((ENTRIES, len(free)))
+        columns[free, range(len(free))] = 1.0
+        dropped = tuple(self.name(entry) for entry in range(ENTRIES) if entry not in free)
+        missing = [self.name(entry) for entry in range(9) if entry not in self.free]
+        reason = ""
+        if missing and set(base) == set(BASE):
+            reason = (
+                f"the rotations do not determine {', '.join(missing)}: left at the nominal value. "
+                "Turn about each axis in both senses, with that axis level"
+            )
+        names = tuple(self.name(entry) for entry in free)
+        return Directions(columns, names, tuple(base), dropped, reason)
+
+    def name(self, entry: int) -> str:
+        """Name of the parameter that one of the twelve entries is."""
+        return self.nominal.parameter(entry) if entry < 9 else f"bias_{AXES[entry - 9]}"
+
+    def begin(self, base: Sequence[str]) -> Calibration:
+        """See ``Experiment``."""
+        free = np.flatnonzero(self.directions(base).columns.any(axis=1)).tolist()
+        matrix = self.nominal.filled(self._start.matrix, free)
+        if self.unit == COUNT:
+            common, scales = self._common(), list(self.nominal.scales)
+            fixed = [entry for entry in scales if entry not in free]
+            matrix.flat[fixed] = common.flat[fixed]
+        bias = self._start.bias if "bias" in base else self.before().bias
+        return Calibration(matrix, bias)
+
+    def before(self) -> Calibration:
+        """See ``Experiment``: of counts, one common scale and the mean at rest."""
+        if self.unit != COUNT:
+            return Calibration(np.eye(3), np.zeros(3))
+        return Calibration(self._common(), self.rest.reading.mean(axis=0))
+
+    def _common(self) -> FloatArray:
+        """One scale for all axes, with the axes in their places."""
+        out, scales = np.zeros((3, 3)), list(self.nominal.scales)
+        size = np.abs(self._start.matrix.ravel()[scales]).mean()
+        out.flat[scales] = size * np.array(self.nominal.signs)
+        return out
+
+    def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+        """See ``Experiment``."""
+        return full_parameters(self.nominal.ordered(matrix), bias)
+
+    def unit_of(self, name: str) -> str:
+        """See ``Experiment``."""
+        return unit_of(name, self.unit, "rad/s")
+
+    def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
+        """See ``Experiment``: what slow noise and rounding do to all means at rest alike."""
+        out = np.zeros((ENTRIES, ENTRIES))
+        free = np.flatnonzero(found.directions.columns[BIAS].any(axis=1))
+        out[free + BIAS.start, free + BIAS.start] = self.shift[free]
+        return out
+
+    @cached_property
+    def shift(self) -> FloatArray:
+        """Variance by which all means at rest are shifted alike, reading units², shape (3,)."""
+        return slow_rate(self.resting) + self.rotations.rounding
+
+    def everything(self) -> Circumstances:
+        """See ``Experiment``."""
+        return self.circumstances.joined(self.closure.motion)
+
+    @property
+    def unsteady(self) -> int:
+        """How many rotations begin or end where the device was far from being at rest."""
+        noise = self.closure.noise
+        return int((noise > UNSTEADY * np.median(noise)).sum())
+
+
+def gyroscope_experiment(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    accelerometer: SensorFit,
+    unit: str,
+    readings: Readings | None = None,
+) -> GyroscopeExperiment:
+    """The experiment of these rotations, with a first calibration of what they determine.
+
+    Args:
+        holds: those that the accelerometer was fitted to.
+        rotations: between them; those with a problem are left out.
+        accelerometer: its fit, with the effects it has.
+        unit: of the readings.
+        readings: what the holds were found in, for the session's beginning and the temperature.
+
+    Raises:
+        DataError: no usable rotation, no mean at rest, or the rotations do not determine a scale
+            that has no nominal value.
+    """
+    if accelerometer.reference is None:
+        raise DataError("there is no fitted accelerometer to go on from")
+    turned, known = rotation_set(holds, rotations, accelerometer), unit != COUNT
+    reference = accelerometer.reference
+    rest = np.array([hold.gyroscope for hold in holds if has_rate(hold)], float).mean(axis=0)
+    ends = reference.up[turned.before], reference.up[turned.after]
+    matrix = start_matrix(turned.samples, *ends, turned.up, rest, known)
+    nominal = nominal_of(matrix, known)
+    start = Calibration(matrix, rest)
+    rough = GyroscopeExperiment(holds, turned, reference, unit, start, nominal, readings=readings)
+    # datasheets hold what the rotations do not show, so that the first fit can tell what they do
+    prior = np.zeros(ENTRIES)
+    prior[MATRIX] = (CROSS_PRIOR * np.linalg.norm(matrix, 2)) ** -2.0
+    prior[list(nominal.scales)] = (SCALE_PRIOR * np.linalg.norm(matrix, 2)) ** -2.0
+    whole = replace(rough.directions(BASE), precision=prior)
+    found = minimum(rough, directions=whole)
+    free = determined_entries(found, nominal, tuple(range(ENTRIES)))
+    while True:
+        rough = rough.moved(found.calibration, free)
+        found = minimum(rough)
+        again = determined_entries(found, nominal, free)
+        if again == free:
+            return rough.moved(found.calibration, free)
+        free = again
+
+
+def determined_entries(
+    found: Minimum[Experiment], nominal: Nominal, free: tuple[int, ...]
+) -> tuple[int, ...]:
+    """Which of the entries fitted the rows determine; the worst known gain goes first.
+
+    Raises:
+        DataError: a scale is not determined and has no nominal value.
+    """
+    gain = float(np.linalg.norm(found.calibration.matrix, 2))
+    count, entries = len(found.directions), list(free)
+    columns = found.system.columns[:, :count]
+    whole = columns.T @ (columns / found.balance.variance[:, None])
+    while True:
+        rows = [free.index(entry) for entry in entries]
+        inverse, blind = _inverse(whole[np.ix_(rows, rows)])
+        covariance, share = np.zeros((9, 9)), np.zeros(9)
+        gains = [place for place, entry in enumerate(entries) if entry < 9]
+        at = [entries[place] for place in gains]
+        covariance[np.ix_(at, at)] = inverse[np.ix_(gains, gains)] / gain**2
+        share[at] = blind[gains]
+        drop = least_identifiable(covariance, share, entries, nominal)
+        if drop is None:
+            return tuple(entries)
+        nominal.check(drop)
+        entries.remove(drop)
+        if not set(nominal.scales) & set(entries):
+            raise DataError(
+                "the rotations determine none of the gyroscope's scales: turn the device about "
+                "each axis in both senses between still positions, with that axis level"
+            )
+
+
+def _inverse(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse over what is determined, and each parameter's share in what is not."""
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    seen = values > BLIND
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    return inverse / np.outer(scale, scale), (vectors[:, ~seen] ** 2).sum(axis=1)
+
+
+def motion_of(
+    known: Circumstances,
+    rotations: RotationSet,
+    start: Calibration,
+    origin: float,
+    readings: Readings | None,
+) -> Circumstances:
+    """Circumstances of the samples; time and temperature have the references of the holds."""
+    samples = rotations.samples
+    hold = rotations.before[samples.rotation]
+    time = samples.time - origin
+    temperature, told = np.full(len(time), np.nan), np.isfinite(known.temperature)
+    if readings is not None and readings.temperature is not None and len(readings.temperature):
+        series = readings.temperature
+        temperature = np.interp(time, series.time - origin, series.values[:, 0])
+    elif told.any():
+        temperature = np.interp(time, known.time[told], known.temperature[told])
+    return replace(
+        known.select(hold),
+        rate=(samples.reading - start.bias) @ start.matrix.T,
+        temperature=temperature,
+        time=time,
+        previous=known.force[hold],
+    )

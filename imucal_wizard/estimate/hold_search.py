@@ -1,0 +1,129 @@
+"""Which of the limits of rest suits a recording: the one whose holds calibrate best."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.directions import middles
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
+from imucal_wizard.estimate.fit import Minimum, outlier_of
+from imucal_wizard.estimate.rounded import Steps
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.segmentation import candidates, loose_candidates, rests
+from imucal_wizard.measurement.stillness import reduce
+from imucal_wizard.model.identifiability import expected_error
+
+AS_GOOD = 1.1
+"""Expected errors that differ by less say nothing: each comes from about thirty residuals, which
+know a spread to 13 % at best."""
+GOOD_ENOUGH = 1e-3
+"""An expected error, in units of gravity, below which no looser limit needs to be tried."""
+
+
+def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
+    """The holds under the limit from which the best calibration follows; steps of the readings."""
+    stream = reduce(readings)
+    if stream is None:
+        raise DataError(
+            "the recording is too short: at least two seconds of rest and six still positions are "
+            "needed"
+        )
+    steps = stream.step_a, stream.step_g
+    found = [holds for _, holds in candidates(stream)]
+    errors = [judge(holds, gravity, rests(holds)) for holds in found]
+    if min(errors) > GOOD_ENOUGH * gravity:
+        looser = [holds for _, holds in loose_candidates(stream)]
+        found += looser
+        errors += [judge(holds, gravity, rests(holds)) for holds in looser]
+    best = _best(found, errors)
+    odd = disturbed(best, gravity)
+    if odd is None:
+        return best, steps
+    # a hold that was disturbed is so under every limit and must not decide between them
+    others = [_without(holds, best[odd]) for holds in found]
+    return _best(found, [judge(holds, gravity, rests(holds)) for holds in others]), steps
+
+
+def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
+    """Of those that are about as good as the best, the one with the longest holds.
+
+    A limit that is too strict breaks holds to pieces, one too loose adds slow moments of turns. The
+    pieces of one rest are judged as one, or a calm rest would count the more the more it is broken.
+    """
+    least = min(errors)
+    if not np.isfinite(least):
+        return max(found, key=_directions)
+    equal = [one for one, error in zip(found, errors, strict=True) if error <= AS_GOOD * least]
+    return max(equal, key=lambda holds: sum(one.end - one.start for one in holds) / len(holds))
+
+
+def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) -> float:
+    """Expected rms error of a calibration from these holds on other orientations, m/s².
+
+    The error of each direction left out stands for the noise of a hold; what becomes of it anywhere
+    follows from the directions there are and the parameters that they identify.
+
+    Args:
+        holds: still periods.
+        gravity: local gravity, m/s².
+        rests: number of the rest of which each hold is a piece, shape (n,); all pieces of a rest
+            together count as one hold. None where each hold is a rest of its own.
+
+    Returns:
+        The error; infinite when the holds determine no calibration, or no direction can be left
+        out.
+    """
+    shares = np.ones(len(holds)) if rests is None else 1.0 / np.bincount(rests)[rests]
+    found = _fitted(holds, gravity, shares)
+    if found is None:
+        return np.inf
+    experiment, groups = found.experiment, found.groups
+    up = middles(found.rows[0].direction, groups)
+    if len(up) <= len(found.directions):
+        return np.inf
+    white = found.system.columns * np.sqrt(shares)[:, None]
+    errors = found.system.residual * np.sqrt(shares)
+    hat = white @ found.balance.covariance @ white.T / found.balance.variance[0] / shares[0]
+    squares = 0.0
+    for group in range(len(up)):
+        rows = np.flatnonzero(groups == group)
+        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
+        left_out = np.linalg.lstsq(inner, errors[rows], rcond=1e-6)[0]
+        squares += float(left_out @ left_out)
+    noise = float(np.sqrt(squares / shares.sum())) / gravity
+    return expected_error(up, experiment.identified.basis, noise) * gravity
+
+
+def disturbed(holds: Sequence[Hold], gravity: float) -> int | None:
+    """The hold that does not fit with all others, if one stands out."""
+    found = _fitted(holds, gravity, np.ones(len(holds)))
+    odd = None if found is None else outlier_of(found)
+    return None if odd is None else odd.index
+
+
+def _fitted(
+    holds: Sequence[Hold], gravity: float, shares: FloatArray
+) -> Minimum[AccelerometerExperiment] | None:
+    try:
+        return first_fit(holds, gravity, COUNT, shares)
+    except DataError:
+        return None
+
+
+def _without(holds: Sequence[Hold], odd: Hold) -> list[Hold]:
+    """The holds at other times."""
+    return [hold for hold in holds if hold.end <= odd.start or hold.start >= odd.end]
+
+
+def _directions(holds: Sequence[Hold]) -> tuple[int, float]:
+    """How many clearly different readings there are, and for how long in all."""
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    leaders: list[FloatArray] = []
+    reach = 0.2 * float(np.ptp(means, axis=0).max()) if len(means) else 0.0
+    for mean in means:
+        if all(np.linalg.norm(mean - leader) > reach for leader in leaders):
+            leaders.append(mean)
+    return len(leaders), sum(hold.end - hold.start for hold in holds)

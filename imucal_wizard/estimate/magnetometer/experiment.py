@@ -1,0 +1,180 @@
+"""The magnetometer: mean magnitudes of the field, and its dip in still poses, with M symmetric."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
+from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.magnetometer.field_data import FIELD_BASE, FieldData
+from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.model.rows.dip import Dip
+from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels
+
+if TYPE_CHECKING:
+    from imucal_wizard.estimate.fit import Minimum
+
+BIASES = tuple(f"bias_{axis}" for axis in AXES)
+SOFT_IRON = tuple(f"soft_iron_{AXES[i]}{AXES[j]}" for i, j in TRIANGLE)
+OFF_DIAGONAL = ("soft_iron_xy", "soft_iron_xz", "soft_iron_yz")
+DIAGONAL = (0, 4, 8)
+
+
+SOFT_IRON_SIZE = 0.05
+"""Standard deviation of the soft iron's entries on boards; N's figure 7 has 0.06, 0.04 and 0.03."""
+
+
+class MagnetometerExperiment(Experiment):
+    """Magnitudes by time and direction, and dips where the accelerometer is known.
+
+    Args:
+        data: what was measured.
+    """
+
+    sensor, frame, method = MAGNETOMETER, "own", "orthogonal"
+    base_terms = FIELD_BASE
+    covariance_entries = (9, 10, 11, 0, 1, 2, 4, 5, 8)
+
+    def __init__(self, data: FieldData) -> None:
+        self.data, self.unit, self.gravity = data, data.unit, data.gravity
+        self.circumstances, self.error_unit = data.circumstances, data.error_unit
+        self.readings = data.readings
+        if data.assumed:
+            self.assumption = (
+                "The field's magnitude is not known: all sizes rest on a usual "
+                f"{data.field:.0f} µT."
+            )
+        time = data.circumstances.time
+        starts = data.pieces.time[data.pieces.offsets[:-1]]
+        ends = data.pieces.time[data.pieces.offsets[1:] - 1]
+        count = len(data)
+        self.magnitude = FieldMagnitude(
+            reading=data.pieces.reading,
+            count=data.pieces.count,
+            extra=data.pieces.extra,
+            offsets=data.pieces.offsets,
+            noise=data.noise,
+            circumstances=data.samples,
+            magnitude=data.field,
+            unit=data.error_unit,
+            labels=RowLabels(
+                index=np.arange(count),
+                axis=np.full(count, -1),
+                group=np.unique(data.pieces.cell, return_inverse=True)[1],
+                visit=data.visits,
+                time=time[:count],
+                span=np.column_stack([starts, ends]),
+                component=np.zeros(count, np.int64),
+            ),
+        )
+        self.sources = (self.magnitude, *([self._dip()] if len(data.dips) else []))
+
+    def _dip(self) -> Dip:
+        data, dips = self.data, self.data.dips
+        still, count = data.still, len(dips)
+        matrix, bias = data.start
+        field = (dips.reading - bias) @ matrix.T
+        sine = (dips.up * field).sum(axis=1) / np.linalg.norm(field, axis=1)
+        return Dip(
+            reading=dips.reading,
+            up=dips.up,
+            doubt=dips.doubt,
+            noise=dips.noise,
+            circumstances=still,
+            magnitude=data.field,
+            sine=float(sine.mean()),
+            labels=RowLabels(
+                index=len(data) + np.arange(count),
+                axis=np.full(count, -1),
+                group=dips.labels,
+                visit=dips.hold,
+                time=still.time,
+                span=np.repeat(still.time[:, None], 2, axis=1),
+                component=np.zeros(count, np.int64),
+            ),
+        )
+
+    def directions(self, base: Sequence[str]) -> Directions:
+        """See ``Experiment``; one scale is always fitted."""
+        model = self.data.model
+        own = "soft-iron" in base and model.scales
+        cross = own and model.cross
+        columns, names = self._directions(bias="bias" in base, scales=own, cross=cross)
+        dropped = [*(BIASES if "bias" not in base else ()), *(OFF_DIAGONAL if not cross else ())]
+        terms = model.terms if tuple(base) == self.base_terms else tuple(base)
+        reason = model.reason if "soft-iron" in base else ""
+        return Directions(columns, tuple(names), terms, tuple(dropped), reason)
+
+    def _directions(self, *, bias: bool, scales: bool, cross: bool) -> tuple[FloatArray, list[str]]:
+        """Directions of the twelve entries, shape (12, p), and their names."""
+        columns, names = [], []
+        for axis in range(3 if bias else 0):
+            columns.append(np.eye(ENTRIES)[9 + axis])
+            names.append(BIASES[axis])
+        for name, (i, j) in zip(SOFT_IRON, TRIANGLE, strict=True):
+            if cross if i != j else scales:
+                column = np.zeros(ENTRIES)
+                column[[3 * i + j, 3 * j + i]] = 1.0
+                columns.append(column)
+                names.append(name)
+        if not scales:
+            column = np.zeros(ENTRIES)
+            column[list(DIAGONAL)] = 1.0 / np.sqrt(3.0)
+            columns.append(column)
+            names.append("scale")
+        return np.array(columns).T, names
+
+    def begin(self, base: Sequence[str]) -> Calibration:
+        """See ``Experiment``."""
+        matrix, bias = self.data.begin(base)
+        return Calibration(matrix, bias)
+
+    def before(self) -> Calibration:
+        """See ``Experiment``."""
+        data = self.data
+        bias = np.zeros(3) if self.unit != COUNT else data.start[1]
+        gain = data.gain
+        if not data.known:  # only the size's constancy counts where nobody knows it
+            sizes = np.linalg.norm(data.pieces.reading - bias, axis=1) + data.pieces.extra / gain
+            gain = data.field / float(sizes.mean())
+        elif self.unit == data.error_unit:
+            gain = 1.0
+        return Calibration(gain * np.eye(3), bias)
+
+    def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
+        """See ``Experiment``; of an unknown field its size follows from ``det M = 1``."""
+        size = 1.0 if self.data.known else float(np.cbrt(np.linalg.det(matrix)))
+        values = dict(zip(BIASES, map(float, bias), strict=True))
+        for name, (i, j) in zip(SOFT_IRON, TRIANGLE, strict=True):
+            values[name] = float(matrix[i, j]) / size
+        return values if self.data.known else values | {"field": self.data.field / size}
+
+    def unit_of(self, name: str) -> str:
+        """See ``Experiment``."""
+        if not name.startswith("soft_iron"):
+            return self.unit
+        return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
+
+    def slow_noise(self, found: "Minimum[Experiment]") -> FloatArray:
+        """Soft iron that is left at none counts with its usual size, see ``Experiment``.
+
+        No sensor has none. With rows J, weights W, free directions B and the others C, an error δ
+        along C moves what is fitted by ``−B (Bᵀ Jᵀ W J B)⁻¹ Bᵀ Jᵀ W J C δ``.
+        """
+        free = found.directions.columns
+        whole = self._directions(bias=True, scales=True, cross=True)[0]
+        chosen = np.linalg.lstsq(whole, free, rcond=None)[0]
+        left = whole @ np.linalg.svd(chosen)[0][:, free.shape[1] :]
+        if not left.shape[1] or found.base != self.base_terms:
+            return np.zeros((ENTRIES, ENTRIES))
+        columns = np.concatenate([rows.base_columns() for rows in found.rows])
+        weighted = columns / found.balance.variance[:, None]
+        normal = columns.T @ weighted
+        pulled = np.linalg.solve(free.T @ normal @ free, free.T @ normal @ left)
+        moved = SOFT_IRON_SIZE * self.data.gain * (left - free @ pulled)
+        return np.asarray(moved @ moved.T)

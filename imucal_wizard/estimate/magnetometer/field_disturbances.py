@@ -1,0 +1,157 @@
+"""Field disturbances: samples taken while something else than the Earth's field was there.
+
+Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
+Means over short blocks of time show it far below the noise of a sample, and the scatter within a
+block shows a field that swings. The misfit of the model, which is the same whenever a direction
+comes again, is measured beside it, so that a poor model is not taken for a disturbance.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.estimate.ellipsoid.coverage import BINS
+
+BLOCK_SECONDS = (0.4, 2.0)
+"""Seconds of a block: no hand passes with steel in less than the first; the second is for what is
+weak and slow."""
+DISTURBED_SIGMAS = 6.0
+"""Standard deviations beyond which a block, or a single sample, is disturbed."""
+DOUBTFUL_SIGMAS = 3.0
+"""The same for the blocks beside one."""
+MEDIAN_ERROR = 0.787
+"""Standard deviation of the median of n absolute values of normal noise, times the root of n."""
+FEWEST_IN_BLOCK = 5
+"""Samples of a block, and of an area whose mean counts."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Samples that were not used.
+
+    Attributes:
+        start: first of them, s.
+        end: last of them, s.
+        samples: how many.
+        size: largest distance from the ellipsoid, in the distances' unit.
+        single: scattered single samples rather than a stretch of time.
+    """
+
+    start: float
+    end: float
+    samples: int
+    size: float
+    single: bool = False
+
+    def scaled(self, factor: float) -> "LeftOut":
+        """The same with its size in another unit."""
+        return replace(self, size=self.size * factor)
+
+
+def find_disturbances(
+    distance: FloatArray,
+    time: FloatArray,
+    areas: NDArray[np.intp],
+    sigma: float,
+    rounding: float,
+) -> tuple[BoolArray, tuple[LeftOut, ...]]:
+    """Which samples to keep, and the stretches left out.
+
+    Args:
+        distance: of each sample from a robust ellipsoid, in the order of time, shape (n,).
+        time: s, shape (n,).
+        areas: direction of each sample, shape (n,).
+        sigma: robust standard deviation of the distances.
+        rounding: by how much the steps of the readings may shift the mean of a rest.
+    """
+    sigma = max(sigma, rounding)
+    far = np.abs(distance) > DISTURBED_SIGMAS * sigma
+    clipped = np.clip(distance, -DISTURBED_SIGMAS * sigma, DISTURBED_SIGMAS * sigma)
+    misfit = float(np.hypot(_misfit(clipped, areas), rounding))
+    during = np.zeros(len(distance), bool)
+    for seconds in BLOCK_SECONDS:
+        block = np.arange(len(distance)) // _size(time, seconds)
+        during |= _disturbed(clipped, block, misfit, sigma)[block]
+        during |= _swinging(np.abs(distance), block, np.hypot(sigma, misfit))[block]
+    kept = ~far & ~during
+    runs = _stretches(during, distance, time)
+    single = far & ~during
+    if single.any():
+        rows = np.flatnonzero(single)
+        worst = float(np.abs(distance[single]).max())
+        runs.append(LeftOut(float(time[rows[0]]), float(time[rows[-1]]), len(rows), worst, True))
+    return kept, tuple(runs)
+
+
+def _size(time: FloatArray, seconds: float) -> int:
+    """Samples of a block."""
+    length = float(time[-1] - time[0])
+    rate = (len(time) - 1) / length if length > 0.0 else 0.0
+    return max(FEWEST_IN_BLOCK, round(seconds * rate))
+
+
+def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
+    """How far the means of directions differ: what the model lacks, and no disturbance."""
+    count = np.bincount(areas, minlength=BINS)
+    filled = count >= FEWEST_IN_BLOCK
+    if not filled.any():
+        return 0.0
+    means = np.bincount(areas, distance, BINS)[filled] / count[filled]
+    return robust_deviation(means)
+
+
+def _disturbed(
+    distance: FloatArray, block: NDArray[np.intp], misfit: float, sigma: float
+) -> BoolArray:
+    """Blocks whose mean is far off, and their neighbours that are off as well."""
+    count = np.bincount(block)
+    mean = np.abs(np.bincount(block, distance) / count)
+    limit = np.sqrt(sigma**2 / count + misfit**2)
+    return spread_to_neighbours(mean > DISTURBED_SIGMAS * limit, mean > DOUBTFUL_SIGMAS * limit)
+
+
+def spread_to_neighbours(
+    disturbed: BoolArray, doubtful: BoolArray, most: int | None = None
+) -> BoolArray:
+    """The disturbed blocks, and the doubtful ones that follow one another from them on.
+
+    Args:
+        disturbed: in the order of time, shape (n,).
+        doubtful: which blocks may belong to a disturbance beside them, shape (n,).
+        most: how many of them to either side at most; None for any number.
+    """
+    found = disturbed.copy()
+    for _ in range(len(found) if most is None else most):
+        beside = np.zeros(len(found), bool)
+        beside[1:] |= found[:-1]
+        beside[:-1] |= found[1:]
+        more = beside & doubtful & ~found
+        if not more.any():
+            break
+        found |= more
+    return found
+
+
+def _swinging(off: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArray:
+    """Blocks that scatter three times as far as the rest, by more than chance.
+
+    Half of such a block's samples lie so far off, which single spikes do not cause.
+    """
+    count = np.bincount(block)
+    chance = DISTURBED_SIGMAS * MEDIAN_ERROR / np.sqrt(count)
+    limit = (DOUBTFUL_SIGMAS / SIGMA_PER_MEDIAN + chance) * sigma
+    beyond = np.bincount(block, off > limit[block])
+    return np.asarray(beyond >= count - count // 2)
+
+
+def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:
+    """Disturbed samples that follow one another, as one stretch each."""
+    edges = np.diff(np.concatenate([[0], during.astype(int), [0]]))
+    out = []
+    for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        worst = float(np.abs(distance[first:end]).max())
+        out.append(LeftOut(float(time[first]), float(time[end - 1]), int(end - first), worst))
+    return out

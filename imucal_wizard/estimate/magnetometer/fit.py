@@ -1,0 +1,348 @@
+"""The magnetometer's calibration: the one fit of its rows, or a published method judged by them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import quantity, unit_sign
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
+from imucal_wizard.estimate.ellipsoid.surface import (
+    COLUMNS,
+    ROWS,
+    locate,
+    radius_of,
+    symmetric_matrix,
+)
+from imucal_wizard.estimate.fit import fit, minimum
+from imucal_wizard.estimate.gauge import symmetric
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.magnetometer.field_data import (
+    FieldData,
+    field_data,
+    with_still_poses,
+)
+from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
+from imucal_wizard.estimate.magnetometer.start import NO_ELLIPSOID, FieldStart, field_start
+from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
+from imucal_wizard.estimate.methods import DEFAULTS, method_of
+from imucal_wizard.estimate.parameters import with_errors
+from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.rms import root_mean_square
+from imucal_wizard.estimate.second_stage.found import SecondStage
+from imucal_wizard.measurement.field_quality import check_field, measured_once, no_shell
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.terms import Terms
+
+OFF_CENTRE = 0.3
+"""How far from the middle the covered directions have their centre of gravity where one side is
+empty: half a sphere has it at 0.5, three quarters at 0.25."""
+ENOUGH_COVERED = 70
+"""Areas of a hundred beyond which no gap needs a word."""
+NOISY_FIELD = 0.03
+"""Noise of a sample, as a share of the field, from which on something beside the sensor makes it:
+of the Earth's field the noisiest chips in use have 0.02."""
+
+
+@dataclass(frozen=True, eq=False)
+class MagnetometerFit:
+    """The fit and what belongs to a magnetometer alone.
+
+    Attributes:
+        fit: the result, in the sensor's own frame.
+        start: the samples, and which of them are undisturbed.
+        data: the rows of the fit.
+        calm: which samples of a longer stream, of which only some were fitted, were undisturbed,
+            shape (m,); None where all were fitted.
+    """
+
+    fit: SensorFit
+    start: FieldStart
+    data: FieldData
+    calm: BoolArray | None = field(default=None, repr=False)
+
+    @property
+    def magnitude(self) -> float:
+        """That corrected readings have: µT, or the reading's unit where det M = 1."""
+        named = {one.name: one.value for one in self.fit.parameters}
+        return named.get("field", self.data.field)
+
+    @property
+    def relative_error(self) -> float:
+        """Rms of ``(|corrected| − B)/B`` over directions (N's figure of merit)."""
+        return self.fit.rms_fitted / self.magnitude
+
+    @property
+    def relative_error_held_out(self) -> float | None:
+        """The same on directions left out, or None."""
+        out = self.fit.rms_held_out
+        return None if out is None else out / self.magnitude
+
+    @property
+    def kept(self) -> BoolArray:
+        """Which samples were fitted, shape (n,)."""
+        return self.data.used
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Those that were not, and when; sizes in the unit of corrected readings."""
+        return self.data.left_out
+
+    @property
+    def filled(self) -> FloatArray:
+        """Samples in each of the hundred areas of the sphere, shape (100,)."""
+        return np.bincount(self.start.areas[self.kept], minlength=BINS).astype(float)
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of one sample, from neighbours in time; unit of ``magnitude``."""
+        distance = locate(self.start.theta, self.start.cloud.points)[0]
+        both = self.start.kept[1:] & self.start.kept[:-1]
+        steps = np.diff(distance)[both]
+        share = float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 0.0
+        return share / radius_of(self.start.theta) * self.magnitude
+
+    def experiment(
+        self,
+        readings: Readings,
+        holds: Sequence[Hold],
+        reference: GravityReference | None,
+        second_stage: SecondStage | None,
+    ) -> MagnetometerExperiment:
+        """The rows for a fit with effects: those of this fit, and the dip in still poses.
+
+        Args:
+            readings: the recording.
+            holds: those that the accelerometer was fitted to.
+            reference: up in these holds; without it the dip is not looked at.
+            second_stage: what it found, of the clocks and of the rotation between the sensors.
+        """
+        data = self.data
+        if readings is not data.readings or data.error_unit == COUNT:
+            field = data.field if data.known else None
+            data = field_data(self.start, field, readings, holds, data.gravity, assume=True)
+            data = of_unit_determinant(data)
+        elif reference is None and isinstance(self.fit.experiment, MagnetometerExperiment):
+            return self.fit.experiment
+        if reference is not None and readings.magnetometer is not None:
+            series = measured_once(readings.magnetometer)
+            data = with_still_poses(data, series, holds, reference, second_stage)
+        return MagnetometerExperiment(data)
+
+    @property
+    def undisturbed(self) -> BoolArray:
+        """Which samples of the whole stream were not disturbed."""
+        return self.start.kept if self.calm is None else self.calm
+
+
+def fit_magnetometer(
+    series: Series,
+    field: float | None = None,
+    method: str = DEFAULTS["magnetometer"],
+    readings: Readings | None = None,
+) -> MagnetometerFit:
+    """Fit ``|M (y − b)| = B``, M symmetric, to the samples of a turned device.
+
+    Args:
+        series: readings in the order of time, ``uT`` or ``count``, each once.
+        field: magnitude of the local field, µT; without it ``det M = 1``.
+        method: ``orthogonal``, or one of ``estimate.methods``.
+        readings: the recording, for temperature, current and the session's beginning.
+
+    Raises:
+        DataError: the readings do not determine a calibration; the message says why.
+        UsageError: no method of that name.
+    """
+    published = None if method == DEFAULTS["magnetometer"] else method_of("magnetometer", method)
+    start = field_start(series)
+    warning = check_field(start.radius, series.unit, field)
+    try:
+        with np.errstate(all="ignore"):
+            data = of_unit_determinant(field_data(start, field, readings))
+            if published is None:
+                found = fit(MagnetometerExperiment(data))
+                if not data.known:
+                    found = replace(found, covariance=_covariance_at_unit_determinant(found))
+            else:
+                found = published.run(FieldMagnitudes(start, MagnetometerExperiment(data)))
+    except np.linalg.LinAlgError:
+        raise no_shell(series.values) or DataError(NO_ELLIPSOID) from None
+    if not np.isfinite([*found.matrix.flat, *found.bias, *found.residuals]).all():
+        raise DataError(NO_ELLIPSOID)
+    if not np.linalg.eigvalsh(found.matrix)[0] > 0.0:
+        raise DataError(NO_ELLIPSOID)
+    result = MagnetometerFit(found, start, data)
+    notes = (warning, start.model.reason, *_warnings(result))
+    return replace(result, fit=replace(found, warnings=tuple(note for note in notes if note)))
+
+
+def of_unit_determinant(data: FieldData) -> FieldData:
+    """The data of an unknown field with the magnitude by which the fit has ``det M = 1``."""
+    if data.known:
+        return data
+    found = minimum(MagnetometerExperiment(data)).calibration
+    size = _size(data, found.matrix)
+    return replace(
+        data,
+        field=data.field / size,
+        noise=data.noise / size**2,
+        pieces=replace(data.pieces, extra=data.pieces.extra / size),
+        start=(found.matrix / size, found.bias),
+        left_out=tuple(run.scaled(1.0 / size) for run in data.left_out),
+    )
+
+
+def _covariance_at_unit_determinant(found: SensorFit) -> FloatArray | None:
+    """Covariance of b and M's six entries where ``det M = 1``, shape (9, 9).
+
+    M then moves by ``δM − M tr(M⁻¹δM)/3`` where it would move by δM at a fixed magnitude.
+    """
+    if found.covariance is None:
+        return None
+    change = np.eye(9)
+    inverse = np.linalg.inv(found.matrix)[ROWS, COLUMNS]
+    twice = np.where(np.equal(ROWS, COLUMNS), 1.0, 2.0)
+    change[3:, 3:] -= np.outer(found.matrix[ROWS, COLUMNS], inverse * twice) / 3.0
+    return np.asarray(change @ found.covariance @ change.T)
+
+
+def _size(data: FieldData, matrix: FloatArray) -> float:
+    """By what M is divided: of an unknown field the determinant is 1."""
+    return 1.0 if data.known else float(np.cbrt(np.linalg.det(matrix)))
+
+
+@dataclass(frozen=True, eq=False)
+class FieldMagnitudes:
+    """Samples of the field, as a published method takes them (see ``method_data.Magnitudes``).
+
+    A method uses all samples alike, as printed; its errors are those of the rows of the fit.
+
+    Attributes:
+        field_start: the samples, and what is known of them.
+        experiment: the rows.
+    """
+
+    field_start: FieldStart
+    experiment: MagnetometerExperiment
+
+    @property
+    def points(self) -> FloatArray:
+        """Dimensionless samples, shape (n, 3)."""
+        return np.ascontiguousarray(self.field_start.cloud.points.T)
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Parameters that these directions determine."""
+        return self.field_start.model.places
+
+    @property
+    def cross(self) -> bool:
+        """Whether the off-diagonal soft iron is among them."""
+        return self.field_start.model.cross
+
+    @property
+    def start(self) -> FloatArray:
+        """The robust ellipsoid."""
+        return self.field_start.theta
+
+    def judged(self, method: str, estimate: Estimator, biased: bool = False) -> SensorFit:
+        """The result of a method, with each direction of the rows left out in turn.
+
+        Its standard errors are those of the delete-a-group jackknife over the directions, in which
+        the errors of a biased method show too.
+        """
+        del biased
+        experiment, cloud, points = self.experiment, self.field_start.cloud, self.points
+        data, source = experiment.data, experiment.magnitude
+        label = source.labels.group
+        of_sample = np.where(data.group_of < 0, -1, label[data.group_of])
+
+        def calibration(rows: IntArray) -> tuple[Calibration, MethodEstimate]:
+            one = estimate(points, rows)
+            matrix = symmetric(one.matrix)[1] * (data.field / cloud.span)
+            return Calibration(matrix, cloud.centre + cloud.span * one.bias), one
+
+        def errors(one: Calibration) -> FloatArray:
+            return source.at(one, Terms(experiment.sensor, ())).residual / _size(data, one.matrix)
+
+        whole, found = calibration(np.arange(len(points)))
+        residual, out = errors(whole), np.empty(len(label))
+        moved = []
+        for group in np.unique(label):
+            other = calibration(np.flatnonzero(of_sample != group))[0]
+            out[label == group] = errors(other)[label == group]
+            moved.append(_entries(other) - _entries(whole))
+        deviations, count = np.array(moved), len(moved)
+        covariance = (count - 1.0) / count * deviations.T @ deviations
+        theta = _entries(whole)
+        return SensorFit(
+            sensor=experiment.sensor,
+            model=data.model.terms,
+            method=method,
+            frame="own",
+            matrix=whole.matrix / _size(data, whole.matrix),
+            bias=whole.bias,
+            bias_unit=data.unit,
+            parameters=with_errors(
+                lambda t: experiment.named(symmetric_matrix(t), t[:3]),
+                theta,
+                covariance,
+                experiment.unit_of,
+                data.model.dropped,
+            ),
+            unit=data.error_unit,
+            rms_before=root_mean_square(errors(experiment.before())),
+            rms_fitted=root_mean_square(residual),
+            rms_held_out=root_mean_square(out),
+            floor=root_mean_square(np.sqrt(data.noise)),
+            residuals=residual,
+            held_out=out,
+            covariance=covariance,
+            iterations=found.iterations,
+            degrees_of_freedom=count - 1,
+        )
+
+
+def _entries(one: Calibration) -> FloatArray:
+    """B and M's six entries, shape (9,)."""
+    return np.concatenate([one.bias, one.matrix[ROWS, COLUMNS]])
+
+
+def _warnings(found: MagnetometerFit) -> list[str]:
+    """What the user must know of the samples."""
+    unit, notes = found.fit.unit, []
+    verb = "left out"
+    if found.fit.method != DEFAULTS["magnetometer"]:
+        verb = "not judged, but used as the method says"
+    for run in found.left_out:
+        size = f"{run.size:.3g} {unit_sign(unit)}"
+        if run.single:
+            notes.append(
+                f"{run.samples} single samples of the magnetometer lie up to {size} off the "
+                f"others: {verb}"
+            )
+        else:
+            notes.append(
+                f"the field was disturbed from {run.start:.1f} to {run.end:.1f} s by up to {size} "
+                f"(iron, a magnet or a loudspeaker passed): {run.samples} samples {verb}"
+            )
+    covered = found.filled > 0
+    off = float(np.linalg.norm(centres()[covered].mean(axis=0)))
+    seen = int(covered.sum())
+    if not found.start.model.reason and seen < ENOUGH_COVERED and off > OFF_CENTRE:
+        notes.append(
+            f"{seen} of {BINS} directions are covered and one side is empty: the error there is "
+            "extrapolated. Turn the device to the faces that are missing"
+        )
+    noise, size_of_field = found.noise, found.magnitude
+    if noise > NOISY_FIELD * size_of_field:
+        notes.append(
+            f"the field jumps by {quantity(noise, unit)} ({100.0 * noise / size_of_field:.0f} % of "
+            "it) from one sample to the next: is there a loudspeaker, a motor or the mains beside "
+            "it? Measure elsewhere once"
+        )
+    return notes

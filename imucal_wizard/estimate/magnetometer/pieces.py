@@ -1,0 +1,202 @@
+"""Thousands of samples of a turning magnetometer as some seventy means, one after the other.
+
+Samples that follow one another are averaged to pieces of a fifth of a second. A mean of vectors
+along an arc is shorter than the vectors; ``extra`` keeps the difference, so that the magnitude of
+the mean is the mean magnitude. Neighbouring pieces whose direction, current and time differ least
+form a group, which is a row of the fit.
+"""
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.poses import CORNERS, FACES
+from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray
+from imucal_wizard.core.robust import MEDIAN_CHI_SQUARE
+
+MOST_GROUPS = 120
+"""Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects
+as quickly as for a hundred holds."""
+FIELD_PIECE_SECONDS = 0.2
+"""Seconds of a piece."""
+MAX_FIELD_PIECES = 3000
+"""Pieces at most; those of an hour are longer."""
+SESSION_RADIANS = 3.0
+"""What the whole session counts for, against a radian of direction: a rest of a tenth of it is cut
+as readily as an arc of 17°."""
+REVISIT_SECONDS = 3.0
+"""Seconds after which a direction is visited anew."""
+DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
+"""Directions that are told apart: what is nearest to one of them is left out together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Means of samples that follow one another.
+
+    Attributes:
+        reading: shape (p, 3).
+        count: samples in each, shape (p,).
+        time: mean, s, shape (p,).
+        beside: means of what was recorded beside, shape (p, b).
+        extra: by how much the mean magnitude is more than the magnitude of the mean, in the unit of
+            the corrected field, shape (p,).
+        offsets: first piece of each group and the end, shape (k + 1,).
+        cell: number of each group's direction, shape (k,).
+        apart: whether samples are missing before each piece, shape (p,).
+    """
+
+    reading: FloatArray
+    count: FloatArray
+    time: FloatArray
+    beside: FloatArray
+    extra: FloatArray
+    offsets: IntArray
+    cell: IntArray
+    apart: np.ndarray
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Means over the groups of values of the pieces, shape (p, …) to (k, …)."""
+        weight = self.count.reshape(-1, *[1] * (values.ndim - 1))
+        sums = np.add.reduceat(values * weight, self.offsets[:-1], axis=0)
+        return np.asarray(sums / self.samples.reshape(-1, *[1] * (values.ndim - 1)))
+
+    @property
+    def samples(self) -> FloatArray:
+        """Samples of each group, shape (k,)."""
+        return np.asarray(np.add.reduceat(self.count, self.offsets[:-1]))
+
+
+def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatArray) -> Pieces:
+    """The pieces and groups of a recording.
+
+    Args:
+        time: s, in order, shape (n,).
+        reading: shape (n, 3).
+        field: the same corrected about right, shape (n, 3).
+        beside: temperature and current, NaN where unknown, shape (n, 2).
+    """
+    steps = np.diff(time, prepend=time[0])
+    step = max(float(np.median(steps[1:])), 1e-6) if len(time) > 1 else 1.0
+    begins = steps > MAX_SAMPLE_INTERVALS * step
+    begins[0] = True
+    length = max(FIELD_PIECE_SECONDS, float(time[-1] - time[0]) / MAX_FIELD_PIECES)
+    starts = _piece_starts(begins, max(round(length / step), 1))
+    count = np.diff(np.append(starts, len(time))).astype(float)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray((np.add.reduceat(values, starts, axis=0).T / count).T)
+
+    means, when, extras = mean(field), mean(time), mean(beside)
+    size = np.linalg.norm(means, axis=1)
+    unit = means / np.maximum(size, 1e-12)[:, None]
+    offsets = slices(_features(unit, when, extras[:, 1]), count, MOST_GROUPS)
+    total = np.add.reduceat(unit * count[:, None], offsets[:-1], axis=0)
+    return Pieces(
+        mean(reading),
+        count,
+        when,
+        extras,
+        mean(np.linalg.norm(field, axis=1)) - size,
+        offsets,
+        np.argmax(total @ DIRECTION_CELLS.T, axis=1).astype(np.int64),
+        begins[starts],
+    )
+
+
+def _features(unit: FloatArray, time: FloatArray, current: FloatArray) -> FloatArray:
+    """What should not differ within a group: direction, time, current."""
+    share = SESSION_RADIANS * (time - time[0]) / max(float(time[-1] - time[0]), 1e-9)
+    span = float(np.ptp(current)) if np.isfinite(current).all() else 0.0
+    flowing = (current / span)[:, None] if span > 0.0 else np.zeros((len(time), 0))
+    return np.column_stack([unit, share, flowing])
+
+
+def _piece_starts(begins: np.ndarray, length: int) -> IntArray:
+    """First sample of each piece: stretches without a gap cut into about equal lengths."""
+    first = np.flatnonzero(begins)
+    sizes = np.diff(np.append(first, len(begins)))
+    parts = np.maximum(np.round(sizes / length).astype(np.int64), 1)
+    starts = [f + (np.arange(n) * s) // n for f, s, n in zip(first, sizes, parts, strict=True)]
+    return np.concatenate(starts).astype(np.int64)
+
+
+def slices(features: FloatArray, weight: FloatArray, most: int) -> IntArray:
+    """First row of each slice and the end, shape (k + 1,), k at most ``most``.
+
+    Neighbours are joined whose joining adds least to the scatter of the features within the slices
+    (Ward's criterion), until few enough are left: a rest stays one slice, a circle becomes arcs.
+
+    Args:
+        features: of what follows one another, shape (n, f).
+        weight: of each row, shape (n,).
+        most: slices.
+    """
+    count = len(weight)
+    means = [np.asarray(row) for row in features]
+    weights: list[float] = weight.tolist()
+    after, before = list(range(1, count + 1)), list(range(-1, count - 1))
+    version, alive = [0] * count, [True] * count
+
+    def costs(row: int) -> float:
+        other = after[row]
+        apart = means[row] - means[other]
+        square = float(apart @ apart)
+        return square * weights[row] * weights[other] / (weights[row] + weights[other])
+
+    waiting = [(costs(row), row, 0, 0) for row in range(count - 1)]
+    heapq.heapify(waiting)
+    left = count
+    while left > most and waiting:
+        _, row, mine, theirs = heapq.heappop(waiting)
+        if not alive[row] or after[row] >= count:
+            continue
+        other = after[row]
+        if version[row] != mine or version[other] != theirs:
+            continue
+        total = weights[row] + weights[other]
+        means[row] = (weights[row] * means[row] + weights[other] * means[other]) / total
+        weights[row], alive[other], after[row] = total, False, after[other]
+        version[row] += 1
+        left -= 1
+        if after[row] < count:
+            before[after[row]] = row
+            heapq.heappush(waiting, (costs(row), row, version[row], version[after[row]]))
+        if before[row] >= 0:
+            first = before[row]
+            heapq.heappush(waiting, (costs(first), first, version[first], version[row]))
+    return np.append(np.flatnonzero(alive), count).astype(np.int64)
+
+
+def piece_noise(pieces: Pieces, magnitude: FloatArray) -> float:
+    """Variance times samples of a mean, from pieces that follow one another.
+
+    Half the mean square of their differences, by its median, so that a step does not count.
+
+    Args:
+        pieces: of the recording.
+        magnitude: of each piece's corrected field, shape (p,).
+    """
+    both = 1.0 / pieces.count[1:] + 1.0 / pieces.count[:-1]
+    squares = (np.diff(magnitude + pieces.extra) ** 2 / both)[~pieces.apart[1:]]
+    if not len(squares):
+        return 0.0
+    return float(np.median(squares)) / MEDIAN_CHI_SQUARE
+
+
+def visits_of(pieces: Pieces) -> IntArray:
+    """Number of the visit to a direction that each group is, shape (k,).
+
+    Groups of one direction between which there is hardly time to turn away are one visit.
+    """
+    first, last = pieces.time[pieces.offsets[:-1]], pieces.time[pieces.offsets[1:] - 1]
+    number = np.zeros(len(first), np.int64)
+    known: dict[int, tuple[float, int]] = {}
+    for group, cell in enumerate(pieces.cell.tolist()):
+        end, visit = known.get(cell, (-np.inf, -1))
+        if first[group] - end > REVISIT_SECONDS:
+            visit = group
+        number[group] = visit
+        known[cell] = (float(last[group]), visit)
+    return number

@@ -1,0 +1,95 @@
+"""Calibration from a known magnitude: ``|M (y − b)| = g`` with M upper triangular.
+
+The nine numbers are kept in a form free of units and offsets, ``z = (y − centre) / span``, so that
+raw counts around 32768 and m/s² are solved with the same accuracy.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
+
+SIZE = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Means of holds made dimensionless, and how to get back.
+
+    Attributes:
+        points: dimensionless readings ``z``, shape (n, 3).
+        centre: reading that maps to zero, shape (3,).
+        span: reading units per unit of ``z``.
+        magnitude: the magnitude the corrected vectors have, SI.
+    """
+
+    points: FloatArray
+    centre: FloatArray
+    span: float
+    magnitude: float
+
+    def matrix_and_bias(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``M`` (SI per reading, shape (3, 3)) and ``b`` (reading, shape (3,))."""
+        matrix = triangle(theta) * self.magnitude / self.span
+        return matrix, self.centre + self.span * theta[:3]
+
+    def theta(self, matrix: FloatArray, bias: FloatArray) -> FloatArray:
+        """The dimensionless parameters of ``M``, upper triangular, and ``b``, shape (9,)."""
+        scaled = matrix * self.span / self.magnitude
+        return np.concatenate([(bias - self.centre) / self.span, in_triangle(scaled)])
+
+
+def make_problem(means: FloatArray, magnitude: float) -> Problem:
+    """The problem of finding M and b from mean readings, shape (n, 3)."""
+    low, high = means.min(axis=0), means.max(axis=0)
+    span = float((high - low).max()) / 2.0
+    return Problem((means - (low + high) / 2.0) / span, (low + high) / 2.0, span, magnitude)
+
+
+def triangle(theta: FloatArray) -> FloatArray:
+    """The dimensionless upper-triangular matrix, shape (3, 3)."""
+    matrix = np.zeros((3, 3))
+    matrix[tuple(zip(*TRIANGLE, strict=True))] = theta[3:]
+    return matrix
+
+
+def in_triangle(matrix: FloatArray) -> FloatArray:
+    """The six entries of an upper-triangular matrix, in the order of θ."""
+    return np.array([matrix[i, j] for i, j in TRIANGLE])
+
+
+def corrected(theta: FloatArray, points: FloatArray) -> FloatArray:
+    """Corrected vectors in units of the magnitude, shape (n, 3)."""
+    return (points - theta[:3]) @ triangle(theta).T
+
+
+def residuals(theta: FloatArray, points: FloatArray) -> FloatArray:
+    """``|x| − 1`` of each point, in units of the magnitude, shape (n,)."""
+    return np.asarray(np.linalg.norm(corrected(theta, points), axis=1)) - 1.0
+
+
+def sphere(problem: Problem) -> FloatArray:
+    """Parameters of the sphere nearest to the points, by linear least squares, shape (9,).
+
+    ``|z|² = 2 z·b + (r² − |b|²)`` is linear in b and the last bracket.
+
+    Raises:
+        DataError: the points lie in a plane or do not bend like a sphere.
+    """
+    points = problem.points
+    columns = np.column_stack([2.0 * points, np.ones(len(points))])
+    solution, _, rank, _ = np.linalg.lstsq(columns, (points**2).sum(axis=1), rcond=1e-6)
+    centre = solution[:3]
+    square = float(solution[3] + centre @ centre)
+    if rank < 4 or square <= 0.0:
+        raise DataError(
+            "the still positions do not surround the sensor: their readings lie in one plane. "
+            "Hold the device still with each of its six faces up"
+        )
+    theta = np.zeros(9)
+    theta[:3] = centre
+    theta[[3, 6, 8]] = 1.0 / np.sqrt(square)
+    return theta

@@ -1,0 +1,119 @@
+"""Two-step analytic estimate: a sphere, then the matrix about its centre (N, V-A, figure 2).
+
+N's model is ``S = W⁻¹ (S_p − V₀)`` (eq. 4) with ``W⁻¹`` symmetric (eq. 7) and ``|S|`` the same for
+all samples. Both steps are linear least squares. Step 1 takes the ellipsoid for a sphere,
+
+    |S_p|² = 2 S_p·V₀ + (S² − |V₀|²)
+
+and step 2 fits ``W⁻²`` to the samples about its centre,
+
+    d·W⁻² d = S²,    d = S_p − V₀
+
+(eq. 8 writes B where S² is meant). What step 1 errs where the ellipsoid is no sphere, step 2 cannot
+repair.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.estimate.ellipsoid.surface import PLACES, positive_root
+from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
+from imucal_wizard.estimate.methods import Method
+from imucal_wizard.estimate.result import SensorFit
+
+SMALLEST_EIGENVALUE = 1e-12
+"""Of ``x'x`` with columns of length 1, below which it has no inverse."""
+
+
+@dataclass(frozen=True, eq=False)
+class TwoStep:
+    """N's figure 6.
+
+    Attributes:
+        magnitude: ``S``, in the samples' unit.
+        offset: ``V₀``, shape (3,).
+        matrix: ``W⁻¹``, symmetric, shape (3, 3).
+    """
+
+    magnitude: float
+    offset: FloatArray
+    matrix: FloatArray
+
+
+def run(data: Magnitudes) -> SensorFit:
+    """The two steps on all samples alike."""
+
+    def estimate(points: FloatArray, rows: IntArray) -> MethodEstimate:
+        found = two_step(points[rows], data.cross)
+        return MethodEstimate(found.matrix / found.magnitude, found.offset, 2)
+
+    return data.judged("two-step", estimate, biased=True)
+
+
+def two_step(samples: FloatArray, cross: bool = True) -> TwoStep:
+    """Figure 2.
+
+    Args:
+        samples: in any unit, shape (n, 3).
+        cross: whether the products, and so ``w₄`` to ``w₆``, are fitted; N leaves them at zero
+            where few orientations were taken (VII-A).
+
+    Raises:
+        DataError: the samples lie in a plane, or on no ellipsoid.
+    """
+    offset, magnitude = fit_sphere(samples)
+    centred = samples - offset
+    places = PLACES if cross else PLACES[:3]
+    products = np.column_stack([centred[:, i] * centred[:, j] for i, j in places])
+    beta = _solve(products, np.full(len(samples), magnitude**2))
+    square = np.zeros((3, 3))
+    for value, (i, j) in zip(beta, places, strict=False):
+        square[i, j] = square[j, i] = value if i == j else value / 2.0
+    return TwoStep(magnitude, offset, positive_root(square))
+
+
+def fit_sphere(samples: FloatArray) -> tuple[FloatArray, float]:
+    """Step 1: centre, shape (3,), and radius of the sphere through samples, shape (n, 3).
+
+    Raises:
+        DataError: the samples lie in a plane.
+    """
+    beta = _solve(
+        np.column_stack([samples, np.ones(len(samples))]), np.einsum("ni,ni->n", samples, samples)
+    )
+    centre = beta[:3] / 2.0
+    square = float(beta[3] + centre @ centre)
+    if not square > 0.0:
+        raise DataError(_NO_SPHERE)
+    return centre, float(np.sqrt(square))
+
+
+def _solve(x: FloatArray, y: FloatArray) -> FloatArray:
+    """N's ``(x'x)⁻¹ x'y``, refused where ``x'x`` has no inverse."""
+    normal = x.T @ x
+    scale = np.sqrt(np.diag(normal))
+    if (scale == 0.0).any():
+        raise DataError(_NO_SPHERE)
+    even = normal / np.outer(scale, scale)
+    if np.linalg.eigvalsh(even)[0] < SMALLEST_EIGENVALUE:
+        raise DataError(_NO_SPHERE)
+    return np.asarray(np.linalg.solve(even, x.T @ y / scale) / scale)
+
+
+_NO_SPHERE = (
+    "the readings do not surround a centre: they lie in a plane or near one point. Turn the device "
+    "about all of its axes"
+)
+
+METHODS = (
+    Method(
+        "two-step",
+        ("accelerometer", "magnetometer"),
+        "a sphere, then the symmetric matrix (figure 2)",
+        "N",
+        run,
+    ),
+)

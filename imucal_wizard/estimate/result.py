@@ -1,0 +1,237 @@
+"""What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.terms import Term, Terms, corrected
+
+if TYPE_CHECKING:
+    from imucal_wizard.estimate.experiment import Experiment
+    from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
+    from imucal_wizard.estimate.outliers import Outlier
+    from imucal_wizard.estimate.second_stage.found import SecondStage
+    from imucal_wizard.model.rows.table import ResidualTable
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model.
+
+    Attributes:
+        name: as in the JSON: ``bias_x``, ``sensitivity_x`` and, of the accelerometer, the angles
+            ``theta_yz``, ``theta_zy``, ``theta_zx``; of the gyroscope ``cross_xy`` and so on.
+        value: in ``unit``.
+        standard_error: one standard deviation from the residual of the fit, with the fit's
+            ``degrees_of_freedom``; None where the data leave nothing to judge by.
+        unit: unit word.
+        carried: False when the data do not carry it, so that it stays at its nominal value.
+        standard_error_repeats: the same from the repeats alone, with the fit's
+            ``repeat_degrees_of_freedom``; None where there are none.
+    """
+
+    name: str
+    value: float
+    standard_error: float | None
+    unit: str
+    carried: bool = True
+    standard_error_repeats: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """What one kind of rows alone says of the sizes of effects.
+
+    Attributes:
+        sizes: of all effects one after the other, shown units, shape (p,).
+        covariance: of the sizes, shape (p, p).
+    """
+
+    sizes: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class GravityReference:
+    """Up in each hold, as a calibrated accelerometer sees it.
+
+    Attributes:
+        up: unit vectors, shape (n, 3).
+        labels: number of each hold's direction, shape (n,).
+        variance: of each component of ``up`` across gravity, rad², shape (n,).
+        doubt: change of ``up`` for one standard deviation along each of the k ways in which the
+            calibration may be wrong, shape (n, 3, k).
+        gain: m/s² per reading unit of the accelerometer, at its largest.
+        gravity: m/s².
+    """
+
+    up: FloatArray
+    labels: IntArray
+    variance: FloatArray
+    doubt: FloatArray
+    gain: float
+    gravity: float
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFit:
+    """The calibration of one sensor: ``corrected = matrix · (reading − bias)``.
+
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        model: terms of the model (``bias``, ``scale``, ``non-orthogonality`` …).
+        method: name of the method.
+        frame: ``own`` or ``accelerometer``.
+        matrix: ``M``, SI per reading unit, shape (3, 3).
+        bias: ``b``, reading unit, shape (3,).
+        bias_unit: the reading's unit.
+        parameters: all parameters, carried or not.
+        unit: unit of the errors below: ``m/s^2`` or ``rad``; of the magnetometer ``uT``, or its
+            reading's unit where the field's size is not known.
+        rms_before: error with the nominal conversion only; None where there is none.
+        rms_fitted: error on the data fitted.
+        rms_held_out: error on directions or rotations left out one at a time; None where none can
+            be left out.
+        floor: rms held out that measured noise alone would make of a complete model; None where
+            none can be left out or the noise is not known.
+        floor_fitted: the same of the fitted rms.
+        residuals: error of each hold or rotation, in ``unit``; of the magnetometer the mean error
+            of each direction.
+        held_out: error of each when it is left out, or None.
+        covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
+            yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
+            (gyroscope).
+        iterations: how many the method took.
+        validation_rms: error on holds the fit has not seen, or None.
+        validation: the error of each of them, in ``unit``; empty without any.
+        warnings: what the user must know about this sensor.
+        degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
+            the truth 95 times in 100 reaches ``student.quantile(0.95, degrees_of_freedom)`` times
+            the standard error to either side; 1.96 only where there are many.
+        repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
+            what no model can explain; None without repeats.
+        repeat_degrees_of_freedom: of ``repeat_rms``.
+        suspects: which of the residuals stand out from all others: to be measured again.
+        unused: which of the residuals are of holds that the method does not look at, so that they
+            are held out as they are.
+        not_held_out: why there is no ``rms_held_out``, in words; "" where there is.
+        base: terms of the base model that were asked for.
+        terms: the effects.
+        sizes: of each effect, shown units.
+        size_errors: standard errors of the sizes; NaN where nothing is left over to judge by.
+        size_covariance: of all sizes one after the other, shape (p, p), or None.
+        rows: the residual table; None of a method of the papers.
+        rms_late: error of the later part of the session under the fit of the earlier part; None
+            where the earlier part does not determine the model.
+        witnesses: what each kind of rows alone says of all sizes; empty without effects, or with
+            one kind only.
+        reference: of an accelerometer, up in each hold.
+        experiment: the rows that were fitted, for a fit of the same data with other terms.
+        outlier: the hold or rotation that does not fit with all others, if one stands out.
+    """
+
+    sensor: str
+    model: tuple[str, ...]
+    method: str
+    frame: str
+    matrix: FloatArray
+    bias: FloatArray
+    bias_unit: str
+    parameters: tuple[Parameter, ...]
+    unit: str
+    rms_before: float | None
+    rms_fitted: float
+    rms_held_out: float | None
+    floor: float | None
+    residuals: FloatArray
+    held_out: FloatArray | None = None
+    covariance: FloatArray | None = None
+    iterations: int = 0
+    validation_rms: float | None = None
+    warnings: tuple[str, ...] = ()
+    degrees_of_freedom: int = 0
+    repeat_rms: float | None = None
+    repeat_degrees_of_freedom: int = 0
+    suspects: tuple[int, ...] = ()
+    unused: tuple[int, ...] = ()
+    not_held_out: str = ""
+    validation: tuple[float, ...] = ()
+    floor_fitted: float | None = None
+    base: tuple[str, ...] = ()
+    terms: tuple[Term, ...] = ()
+    sizes: tuple[FloatArray, ...] = ()
+    size_errors: tuple[FloatArray, ...] = ()
+    size_covariance: FloatArray | None = None
+    rows: "ResidualTable | None" = None
+    rms_late: float | None = None
+    witnesses: tuple[Witness, ...] = ()
+    reference: GravityReference | None = None
+    experiment: "Experiment | None" = None
+    outlier: "Outlier | None" = None
+
+    @property
+    def not_determined(self) -> tuple[str, ...]:
+        """Names of the parameters that the data do not determine."""
+        return tuple(one.name for one in self.parameters if not one.carried)
+
+    def correct(self, readings: FloatArray, circumstances: Circumstances) -> FloatArray:
+        """Readings corrected, SI, shape (n, 3); see ``corrected``."""
+        terms = Terms(self.sensor, self.terms)
+        sizes = np.concatenate([np.zeros(0), *self.sizes])
+        return corrected((self.matrix, self.bias), terms, sizes, readings, circumstances)
+
+
+@dataclass(frozen=True)
+class AxisComparison:
+    """One line of Q's table III: one axis by the three gyroscope methods.
+
+    Scales are corrections ``k`` (SI per reading); sensitivities are their reciprocals. None where a
+    method could not be used.
+    """
+
+    axis: str
+    rotations: int
+    static_bias: float | None = None
+    static_scale: float | None = None
+    static_scale_error: float | None = None
+    dynamic_bias: float | None = None
+    dynamic_bias_error: float | None = None
+    dynamic_scale: float | None = None
+    dynamic_scale_error: float | None = None
+    vector_bias: float | None = None
+    vector_scale: float | None = None
+    vector_scale_error: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FitReport:
+    """Everything a fit found; the result screen, ``fit --json`` and the saved file all show this.
+
+    Attributes:
+        gravity: local gravity used, m/s².
+        rates: samples per second of each sensor.
+        holds: the holds found, in time order.
+        rotations: the rotations found, in time order; those with a ``problem`` were not fitted.
+        angles: angle turned in each rotation, rad, signed about its axis where it has one; None
+            where nothing tells it.
+        sensors: the fit of each sensor by name.
+        comparison: the gyroscope's three methods side by side.
+        warnings: what the user must know.
+        magnetic: what a magnetometer's fit says beyond the others, or None without one.
+        second_stage: what the sensors say of each other, or None.
+    """
+
+    gravity: float
+    rates: dict[str, float]
+    holds: tuple[Hold, ...]
+    rotations: tuple[Rotation, ...]
+    sensors: dict[str, SensorFit]
+    comparison: tuple[AxisComparison, ...] = ()
+    angles: tuple[float | None, ...] = ()
+    warnings: tuple[str, ...] = field(default=())
+    magnetic: "MagnetometerFit | None" = None
+    second_stage: "SecondStage | None" = None

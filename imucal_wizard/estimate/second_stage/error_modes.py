@@ -1,0 +1,135 @@
+"""Error modes: the principal directions in which two calibrations may be wrong.
+
+A calibration with covariance C is its estimate plus ``Σ d_k ξ_k``, the ξ_k independent and of
+variance one, with ``C = Σ d_k d_kᵀ``; each d_k is an error mode of one standard deviation. A result
+that rests on two calibrations (the alignment of two sensors, a heading) moves with all their modes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, TRIANGLE, symmetric_matrix
+from imucal_wizard.estimate.magnitude import triangle
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.identifiability import ANGLES, TYPICAL_SIZE, basis_of, design
+
+SMALLEST_MODE_SHARE = 1e-9
+"""Share of the largest eigenvalue below which a covariance has none in that direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorModes:
+    """Of the two calibrations that the second stage rests on.
+
+    Attributes:
+        magnetometer: see ``of_magnetometer``, shape (9, k).
+        accelerometer: see ``of_accelerometer``, shape (9, l).
+    """
+
+    magnetometer: FloatArray
+    accelerometer: FloatArray
+
+    def of_field(self, fit: SensorFit, field: FloatArray) -> FloatArray:
+        """Change of the unit field with each, shape (n, 3, k), from the corrected one, (n, 3)."""
+        at, out = unit_vectors(field), np.zeros((*field.shape, self.magnetometer.shape[1]))
+        for place, mode in enumerate(self.magnetometer.T):
+            out[:, :, place] = unit_vectors(field_moved(fit, field, mode)) - at
+        return out
+
+    def of_up(self, up: FloatArray) -> FloatArray:
+        """Change of unit up with each, shape (n, 3, l), from up, (n, 3)."""
+        out = np.zeros((*up.shape, self.accelerometer.shape[1]))
+        for place, mode in enumerate(self.accelerometer.T):
+            out[:, :, place] = unit_vectors(up_moved(up, mode)) - up
+        return out
+
+
+def principal(covariance: FloatArray) -> FloatArray:
+    """Error modes of a covariance, the same for parameters in any units.
+
+    Args:
+        covariance: shape (p, p); zero for what is not fitted.
+
+    Returns:
+        Columns d, shape (p, k), with ``d dᵀ`` the covariance.
+    """
+    error = np.sqrt(np.diag(covariance))
+    known = np.where(error > 0.0, error, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(known, known))
+    seen = values > SMALLEST_MODE_SHARE * max(float(values[-1]), 0.0)
+    return np.asarray(error[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
+
+
+def of_magnetometer(fit: SensorFit) -> FloatArray:
+    """Error modes of hard and soft iron, b and M's six entries, shape (9, k)."""
+    return np.zeros((ELLIPSOID_SIZE, 0)) if fit.covariance is None else principal(fit.covariance)
+
+
+def field_moved(fit: SensorFit, field: FloatArray, mode: FloatArray) -> FloatArray:
+    """Corrected field with a calibration that is wrong so, both of shape (n, 3).
+
+    Args:
+        fit: the magnetometer in its own frame.
+        field: corrected by it, shape (n, 3).
+        mode: change of b and M's six entries, shape (9,).
+    """
+    matrix = fit.matrix + symmetric_matrix(mode)
+    offsets = field @ np.linalg.inv(fit.matrix).T - mode[:3]
+    return np.asarray(offsets @ matrix.T)
+
+
+def of_accelerometer(fit: SensorFit, up: FloatArray, gravity: float) -> FloatArray:
+    """Error modes of up, in units of gravity and rad, shape (9, k).
+
+    They are three biases and six entries of a triangular matrix that changes what is corrected.
+    A parameter that the fit leaves at its nominal value counts with its usual size, together with
+    the shift that it causes in the fitted parameters at these still positions.
+
+    Args:
+        fit: the accelerometer's.
+        up: unit up in each still position that it was fitted to, shape (n, 3).
+        gravity: m/s².
+    """
+    basis = basis_of(_free(fit))
+    noise = np.zeros((ELLIPSOID_SIZE, 0))
+    if fit.covariance is not None:
+        change = _of_corrected(fit, gravity)
+        noise = principal(change @ fit.covariance @ change.T)
+        if noise.shape[1]:
+            basis = noise
+    columns = design(up)
+    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
+    nominal = (np.eye(ELLIPSOID_SIZE) - taken) * TYPICAL_SIZE
+    kept = np.linalg.norm(nominal, axis=0) > SMALLEST_MODE_SHARE
+    return np.concatenate([noise, nominal[:, kept]], axis=1)
+
+
+def up_moved(up: FloatArray, mode: FloatArray) -> FloatArray:
+    """Up with an accelerometer that is wrong so: not of length one, both of shape (n, 3).
+
+    Args:
+        up: unit up, shape (n, 3).
+        mode: see ``of_accelerometer``, shape (9,).
+    """
+    return np.asarray(up + mode[:3] + up @ triangle(mode).T)
+
+
+def _free(fit: SensorFit) -> tuple[int, ...]:
+    """Places of the nine parameters that are fitted, by the names of those that are not."""
+    left = {one.name for one in fit.parameters if not one.carried}
+    return tuple(place for place in range(ELLIPSOID_SIZE) if ANGLES.get(place) not in left)
+
+
+def _of_corrected(fit: SensorFit, gravity: float) -> FloatArray:
+    """From changes of b and M to those of what is corrected: ``−M δb/g``, ``δM M⁻¹``, (9, 9)."""
+    inverse = np.linalg.inv(fit.matrix)
+    out = np.zeros((ELLIPSOID_SIZE, ELLIPSOID_SIZE))
+    out[:3, :3] = -fit.matrix / gravity
+    for place, (i, j) in enumerate(TRIANGLE, 3):
+        change = np.zeros((3, 3))
+        change[i] = inverse[j]
+        out[3:, place] = [change[k, m] for k, m in TRIANGLE]
+    return out

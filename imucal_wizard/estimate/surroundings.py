@@ -1,0 +1,92 @@
+"""The circumstances of holds: what the effects may depend on, as far as it was recorded."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.directions import group_directions
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.effect import Circumstances
+
+AWAY_AND_BACK = 3.0
+"""Seconds that it takes at least to take a pose anew."""
+UNMOVED = np.radians(0.1)
+"""No hand takes a pose again so exactly."""
+
+
+def circumstances_of(
+    holds: Sequence[Hold], up: FloatArray, gravity: float, gain: float, readings: Readings | None
+) -> Circumstances:
+    """One row per hold.
+
+    Args:
+        holds: in the order of time.
+        up: unit up vector of each, shape (n, 3).
+        gravity: m/s².
+        gain: m/s² per reading unit, for the vibration.
+        readings: what the holds were found in; without them the session begins with the first
+            hold, and vibration is guessed from how much the averages scatter.
+    """
+    force = gravity * up
+    middle = np.array([0.5 * (hold.start + hold.end) for hold in holds])
+    return Circumstances(
+        force=force,
+        rate=np.zeros_like(force),
+        temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
+        time=middle - first_time(holds, readings),
+        previous=_previous(force, group_directions(up)),
+        vibration=gain**2 * np.array([_vibration(hold, readings) for hold in holds]),
+        gravity=gravity,
+    )
+
+
+def _previous(force: FloatArray, labels: IntArray) -> FloatArray:
+    """Force in the pose before, shape (n, 3); NaN in the first.
+
+    A rest that a disturbance has cut in two holds is one pose.
+    """
+    before = np.full_like(force, np.nan)
+    for row in range(1, len(force)):
+        same = labels[row] == labels[row - 1]
+        before[row] = before[row - 1] if same else force[row - 1]
+    return before
+
+
+def visits(holds: Sequence[Hold], up: FloatArray) -> IntArray:
+    """Which holds are pieces of one rest, shape (n,); only different visits repeat a pose.
+
+    A disturbance cuts a rest in pieces: the next hold in the same direction begins before the
+    device could have been turned away and back, or lies exactly as before.
+
+    Args:
+        holds: in the order of time.
+        up: unit up vector of each.
+    """
+    labels = group_directions(up)
+    number = np.zeros(len(holds), np.int64)
+    for row in range(1, len(holds)):
+        pause = holds[row].start - holds[row - 1].end
+        moved = float(np.linalg.norm(up[row] - up[row - 1]))
+        same = labels[row] == labels[row - 1] and (pause < AWAY_AND_BACK or moved < UNMOVED)
+        number[row] = number[row - 1] + (not same)
+    return number
+
+
+def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:
+    """Time of the session's first sample, s."""
+    if readings is None or not len(readings):
+        return holds[0].start
+    return float(readings.accelerometer.time[0])
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _vibration(hold: Hold, readings: Readings | None) -> float:
+    """Mean square of the accelerometer about its mean, sum over the axes, reading units²."""
+    if readings is None:
+        return float(np.trace(hold.accelerometer_covariance)) * hold.samples
+    values = readings.accelerometer.between(hold.start, hold.end).values
+    return float(values.var(axis=0).sum()) if len(values) else np.nan

@@ -1,0 +1,159 @@
+"""A linear MAP fit of rows of several kinds; the variance of each kind is estimated along with it.
+
+Holds and closures scatter by more than their measured noise (bias instability, placement, what the
+model lacks), by an amount that only the data tell. With ``variance = own + excess`` for each kind,
+
+    excess = Σ r² / (n − tr H) − mean own
+
+over its own rows, H being the leverage: the residual of a kind that is fitted closely counts for
+fewer degrees of freedom. Iterated along with the fit, this is the moment form of restricted maximum
+likelihood (the Helmert–Förstner estimate of variance components); no kind drowns another. All rows
+of a kind count alike in it, since the noise known of each is an estimate itself.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.model.terms import WIDE, widened
+
+MAX_ROUNDS = 50
+MIN_FREEDOM_FOR_WIDE_PRIOR = 3.0
+"""Degrees of freedom of each kind below which a wide prior would fit whatever there is."""
+SETTLED = 1e-3
+"""Relative change of a variance that no longer matters."""
+BLIND = 1e-12
+"""Share of a combination of parameters in what the rows show, below which they do not show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Rows made linear at some point.
+
+    Attributes:
+        residual: shape (n,), in the unit of the row.
+        columns: derivative by the parameters, shape (n, p).
+        own: variance of each row by noise alone, shape (n,).
+        kinds: number of each row's variance component, shape (n,).
+        precision: of the priors of the parameters, shape (p,).
+        value: present value of the parameters, from the middle of their priors, shape (p,).
+        groups: parameters whose priors are widened together (see ``terms.widened``).
+    """
+
+    residual: FloatArray
+    columns: FloatArray
+    own: FloatArray
+    kinds: IntArray
+    precision: FloatArray
+    value: FloatArray
+    groups: tuple[slice, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """The fit of a system.
+
+    Attributes:
+        step: change of the parameters, shape (p,).
+        variance: of each row, shape (n,).
+        precision: of the priors of the parameters, shape (p,).
+        normal: normal matrix with the priors, shape (p, p).
+        covariance: its inverse over what is determined, shape (p, p).
+        freedom: degrees of freedom left of each kind, shape (kinds,).
+    """
+
+    step: FloatArray
+    variance: FloatArray
+    precision: FloatArray
+    normal: FloatArray
+    covariance: FloatArray
+    freedom: FloatArray
+
+    @property
+    def step_length(self) -> float:
+        """Length of the step in standard deviations, over all parameters together."""
+        return float(np.sqrt(max(float(self.step @ self.normal @ self.step), 0.0)))
+
+
+def balanced(system: System) -> Balance:
+    """Fit the parameters, the variance of each kind of row, and the width of the priors.
+
+    The iteration begins with no excess and wide priors, if then something is left over to judge by.
+    Begun with what the model leaves so far, an effect many times larger than its prior expects
+    would itself pass for scatter and never be fitted.
+    """
+    count = np.bincount(system.kinds)
+    precision = system.precision.copy()
+    for group in system.groups:
+        precision[group] /= WIDE
+    excess, found = np.zeros(len(count)), solved(system, system.own, precision)
+    if found.freedom.min(initial=MIN_FREEDOM_FOR_WIDE_PRIOR) < MIN_FREEDOM_FOR_WIDE_PRIOR:
+        precision = system.precision
+        excess = np.bincount(system.kinds, system.residual**2) / count
+        found = solved(system, system.own + excess[system.kinds], precision)
+    mean_own = np.bincount(system.kinds, system.own) / count
+    for _ in range(MAX_ROUNDS):
+        left = system.residual + system.columns @ found.step
+        squares = np.bincount(system.kinds, left**2) / np.maximum(found.freedom, 1.0)
+        before, excess = excess, np.maximum(squares - mean_own, 0.0)
+        precision = widened(system.precision, system.value + found.step, system.groups)
+        settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
+        settled &= (np.abs(excess - before)[system.kinds] <= SETTLED * found.variance).all()
+        found = solved(system, system.own + excess[system.kinds], precision)
+        if settled:
+            break
+    return found
+
+
+def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:
+    """Fit the parameters under given variances of the rows and given priors."""
+    weighted = system.columns / variance[:, None]
+    normal = system.columns.T @ weighted + np.diag(precision)
+    covariance = inverted(normal)
+    pull = weighted.T @ system.residual + precision * system.value
+    leverage = (weighted @ covariance * system.columns).sum(axis=1)
+    return Balance(
+        step=-covariance @ pull,
+        variance=variance,
+        precision=precision,
+        normal=normal,
+        covariance=covariance,
+        freedom=np.asarray(np.bincount(system.kinds, 1.0 - leverage), np.float64),
+    )
+
+
+def inverted(normal: FloatArray) -> FloatArray:
+    """Inverse of a symmetric matrix, shape (p, p), over what is determined.
+
+    By Cholesky where all is, which it is with a prior on every size, else by eigenvalues at many
+    times the cost.
+    """
+    if not len(normal):
+        return normal
+    outer = np.outer(*2 * (_scale(normal),))
+    lower = _cholesky(normal / outer)
+    if lower is None or np.diag(lower).min() ** 2 < BLIND:
+        return np.asarray(np.linalg.pinv(normal / outer, rcond=BLIND, hermitian=True) / outer)
+    root = np.linalg.inv(lower)
+    return np.asarray(root.T @ root / outer)
+
+
+def determined(normal: FloatArray) -> bool:
+    """Whether a symmetric matrix, shape (p, p), determines every parameter."""
+    if not (np.diag(normal) > 0.0).all():
+        return False
+    lower = _cholesky(normal / np.outer(*2 * (_scale(normal),)))
+    return lower is not None and bool(np.diag(lower).min(initial=1.0) ** 2 > BLIND)
+
+
+def _scale(normal: FloatArray) -> FloatArray:
+    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    return np.where(scale > 0.0, scale, 1.0)
+
+
+def _cholesky(matrix: FloatArray) -> FloatArray | None:
+    try:
+        return np.asarray(np.linalg.cholesky(matrix), np.float64)
+    except np.linalg.LinAlgError:
+        return None

@@ -1,0 +1,246 @@
+"""The operator's commands; each is safe in each step."""
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
+from imucal_wizard.guide.plan import AFTERWARDS, MEASURING
+from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.steps.directions import DirectionsStage
+from imucal_wizard.guide.wording import TITLES, label, plural
+from imucal_wizard.measurement.requests import from_text
+
+if TYPE_CHECKING:
+    from imucal_wizard.guide.state_machine import StateMachine
+
+_NOUNS = {StepKind.ROTATIONS: "rotation", StepKind.FIELD: "circle"}
+"""What is taken in a step, where it is no hold."""
+
+
+class Commands:
+    """Carries out commands by name.
+
+    Args:
+        machine: what they are about.
+    """
+
+    def __init__(self, machine: "StateMachine") -> None:
+        self._machine = machine
+        self._context = machine.context
+        self._table: dict[str, Callable[[], None]] = {
+            "start": self._start,
+            "skip": self._skip,
+            "undo": self._undo,
+            "repeat": self._repeat,
+            "back": self._back,
+            "loosen": self._loosen,
+            "take": self._take,
+            "remeasure": self._remeasure,
+            "count-faces": self._count_faces,
+            "enough": self._enough,
+            "validate": self._validate,
+            "save": self._save,
+        }
+
+    def obey(self, name: str, argument: str = "") -> None:
+        """Carry out one command.
+
+        Raises:
+            UsageError: there is no such command or step.
+        """
+        if name == "goto":
+            self._goto(argument)
+        elif name == "measure":
+            self._measure(argument)
+        elif name in self._table:
+            self._table[name]()
+        else:
+            known = ", ".join([*self._table, "goto STEP", "measure WHAT"])
+            raise UsageError(f"there is no command {name!r}; give one of {known}")
+
+    def _say(self, text: str) -> None:
+        self._context.emit(EventKind.WARNING, text)
+
+    def _start(self) -> None:
+        if self._machine.step is StepKind.SOURCE:
+            self._machine.go_on()
+
+    def _goto(self, argument: str) -> None:
+        """Enter a step; steps that are jumped over are skipped, with their consequence."""
+        machine, plan = self._machine, self._context.procedure
+        if argument not in list(plan.kinds):
+            known = ", ".join(plan.kinds)
+            raise UsageError(f"there is no step {argument!r}; give one of {known}")
+        step, kinds = StepKind(argument), machine.kinds
+        if step not in kinds:
+            self._say(f"There is no step {TITLES[step]}: no magnetometer.")
+            return
+        machine.return_to = None
+        if machine.step is not StepKind.MORE:
+            for kind in kinds[kinds.index(machine.step) : kinds.index(step)]:
+                if kind in MEASURING and not machine.stages[kind].finished:
+                    machine.skipped[kind] = plan.step(kind).skipped
+        machine.enter(step)
+
+    def _validate(self) -> None:
+        self._machine.enter(StepKind.VALIDATE)
+        self._context.last_event = None  # what happened before the result is no news here
+
+    def _save(self) -> None:
+        """Save now; an incomplete validation is skipped."""
+        machine, kind = self._machine, StepKind.VALIDATE
+        if not machine.stages[kind].finished:
+            machine.skipped[kind] = self._context.procedure.step(kind).skipped
+        machine.enter(StepKind.SAVE)
+
+    def _measure(self, argument: str) -> None:
+        """Enter the step of requested measurements; it returns to the result."""
+        requests = from_text(argument)
+        machine = self._machine
+        if machine.step not in AFTERWARDS:
+            self._say("There is a result first; then the bench can ask for more.")
+            return
+        machine.return_to = None
+        machine.requests.ask(requests)
+        if machine.requests.finished:
+            self._say("Rotations were requested, but the stream has no gyroscope.")
+            return
+        machine.enter(StepKind.MORE)
+
+    def _back(self) -> None:
+        step, skipped = self._machine.step, self._machine.skipped
+        if step is StepKind.MORE or (step is StepKind.SAVE and StepKind.VALIDATE in skipped):
+            self._machine.enter(StepKind.RESULT)
+            return
+        kinds = self._machine.kinds
+        self._machine.return_to = None
+        self._machine.enter(kinds[max(kinds.index(self._machine.step) - 1, 0)])
+
+    def _skip(self) -> None:
+        machine, kind = self._machine, self._machine.step
+        if kind is StepKind.SAVE:
+            return
+        measured = kind in (*MEASURING, StepKind.VALIDATE) and machine.return_to is None
+        if kind is StepKind.MORE and machine.return_to is None:
+            self._context.emit(EventKind.STEP_SKIPPED, "What was not taken is left out.")
+        if measured and not machine.stage.finished:
+            consequence = self._context.procedure.step(kind).skipped
+            machine.skipped[kind] = consequence
+            self._context.emit(EventKind.STEP_SKIPPED, f"{TITLES[kind]} skipped: {consequence}.")
+        if kind is StepKind.SETTLE:
+            machine.settle.do_without()
+        machine.go_on()
+
+    def _enough(self) -> None:
+        """Finish the magnetometer's step with the present coverage."""
+        if self._machine.step is not StepKind.FIELD:
+            self._say("Only the magnetometer's step can do with less.")
+            return
+        self._machine.field.accept()
+        self._machine.advance()
+
+    def _undo(self) -> None:
+        machine, context = self._machine, self._context
+        last = self._to_undo()
+        if last is None:
+            self._say("There is nothing to undo.")
+            return
+        step, run = last.step, context.run
+        ticks = dict(last.ticks) if isinstance(last, KeptHold) else {}
+        if isinstance(last, KeptHold) and last.step is StepKind.SETTLE:
+            step = next(iter(ticks))
+            last.ticks.clear()
+        else:
+            context.measurements.remove(last)
+        if machine.step is not step:
+            machine.enter(step)
+        if run.kept is last:
+            run.used = True
+        machine.stage.enter()
+        if step in ticks and isinstance(machine.stage, DirectionsStage):
+            machine.stage.ask_again(ticks[step])
+        context.emit(EventKind.UNDONE, f"{_named(last)} is taken back.")
+
+    def _to_undo(self) -> Kept | None:
+        """The measurement that undo removes; circles that have hardly begun go with it.
+
+        One begins by itself wherever the device lies, as soon as the last is taken back.
+        """
+        own = self._context.measurements
+        last = own.last()
+        while isinstance(last, KeptCircle) and self._machine.field.hardly_begun(last):
+            own.remove(last)
+            last = own.last()
+        return last
+
+    def _repeat(self) -> None:
+        machine, kind = self._machine, self._machine.step
+        if kind not in (*MEASURING, StepKind.VALIDATE, StepKind.MORE):
+            return
+        since = machine.requests.since if kind is StepKind.MORE else -math.inf
+        dropped = 0 if kind is StepKind.SETTLE else self._context.measurements.clear(kind, since)
+        noun = _NOUNS.get(kind, "hold")
+        self._machine.capture.restart()
+        machine.enter(kind)
+        lost = f": {plural(dropped, noun)} taken back" if dropped else ""
+        self._context.emit(EventKind.UNDONE, f"{TITLES[kind]} begins again{lost}.")
+
+    def _loosen(self) -> None:
+        watch = self._context.watch
+        if watch.loosen():
+            watch.rest()
+            self._say(f"The limits are {watch.loosened:.0f} times wider now.")
+        else:
+            self._say("The limits are as wide as they may be: take it hand-held instead.")
+
+    def _take(self) -> None:
+        """Keep the newest seconds as a hold, marked hand-held."""
+        machine = self._machine
+        if not machine.asking:
+            self._say("Not taken: nothing is asked for in this step.")
+            return
+        hold = machine.capture.newest(machine.stage.seconds)
+        if hold is None:
+            self._say("Not taken: too little has arrived since the last hold.")
+        elif not np.isfinite(hold.accelerometer).all():
+            self._say("Not taken: the newest readings are not numbers.")
+        else:
+            machine.take_hand_held(hold)
+
+    def _remeasure(self) -> None:
+        machine = self._machine
+        if machine.step in (StepKind.SETTLE, StepKind.SOURCE):
+            return
+        machine.return_to = machine.step
+        machine.enter(StepKind.SETTLE)
+        self._say("The noise is measured again: put it down and leave it.")
+
+    def _count_faces(self) -> None:
+        machine, context = self._machine, self._context
+        poses = set(context.procedure.step(StepKind.POSES).poses)
+        counted = 0
+        for kept in context.measurements.holds:
+            pose = kept.ticks.get(StepKind.UP_DOWN)
+            if pose in poses and StepKind.POSES not in kept.ticks:
+                kept.ticks[StepKind.POSES] = pose
+                counted += 1
+        kind = EventKind.HOLD_TAKEN if counted else EventKind.WARNING
+        context.emit(
+            kind, f"{plural(counted, 'face')} of the up/down step counted among the poses."
+        )
+        if machine.step is StepKind.POSES:
+            machine.stage.enter()
+            if machine.stage.finished:
+                machine.advance()
+
+
+def _named(last: Kept) -> str:
+    if isinstance(last, KeptHold):
+        return label(last.hold.pose) if last.hold.pose else "The last hold"
+    if isinstance(last, KeptCircle):
+        return f"What was turned on {label(last.face)}" if last.face else "What was turned"
+    return "The last rotation"

@@ -1,0 +1,119 @@
+"""The state that all steps share: the present block, the measurements, the events."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.measurements import KeptHold, KeptRotation, Measurements
+from imucal_wizard.guide.plan import Procedure
+from imucal_wizard.guide.scales import Scales
+from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.stillness_watch import StillnessWatch
+from imucal_wizard.guide.up_direction import UpEstimate
+from imucal_wizard.measurement.rounding import Resolution
+from imucal_wizard.measurement.stillness import Block
+
+
+@dataclass(eq=False)
+class StillRun:
+    """The present still run.
+
+    Attributes:
+        kept: the hold it has become, once it was long enough.
+        told: the steps that have been told of it; each is told once.
+        used: it counts no more: it was taken back, or is another step's; move the device first.
+        complete: the kept hold grows no more.
+    """
+
+    kept: KeptHold | None = None
+    told: set[StepKind] = field(default_factory=set)
+    used: bool = False
+    complete: bool = False
+
+
+class Context:
+    """The state that the state machine shares with its steps.
+
+    Attributes:
+        procedure: the plan.
+        units: of the readings.
+        gyroscope_range: full scale of the gyroscope in its unit, or None.
+        measurements: what is kept.
+        watch: limits of rest.
+        up_estimate: bias and size of gravity so far.
+        resolution: smallest step of each axis.
+        run: the present still run.
+        start: the kept hold that the present motion starts from, or None.
+        start_lost: why there is none, or "".
+        motion: the motion that ended in the newest hold, or None.
+        time: end of the newest block, s.
+        held: seconds of the present hold that count.
+        still: the device is at rest.
+        up: up direction in the body frame, or None.
+        has_gyroscope: the stream has one.
+        has_magnetometer: the stream has had samples of one.
+        last_event: the newest event, or None.
+    """
+
+    def __init__(self, procedure: Procedure, units: Scales, gyroscope_range: float | None) -> None:
+        self.procedure = procedure
+        self.units = units
+        self.gyroscope_range = gyroscope_range
+        self.measurements = Measurements()
+        self.watch = StillnessWatch(units)
+        self.up_estimate = UpEstimate(counts=not units.accelerometer_known)
+        self.resolution = Resolution()
+        self.run = StillRun()
+        self.start: KeptHold | None = None
+        self.start_lost = ""
+        self.motion: KeptRotation | None = None
+        self.time = 0.0
+        self.held = 0.0
+        self.still = False
+        self.up: FloatArray | None = None
+        self.has_gyroscope = True
+        self.has_magnetometer = False
+        self.last_event: Event | None = None
+        self._events: list[Event] = []
+
+    def emit(self, kind: EventKind, text: str) -> None:
+        """Say that something happened now."""
+        self.last_event = Event(kind, self.time, text)
+        self._events.append(self.last_event)
+
+    def drain(self) -> tuple[Event, ...]:
+        """The events since the last call."""
+        events, self._events = tuple(self._events), []
+        return events
+
+    def direction(self, kept: KeptHold) -> FloatArray | None:
+        """Up direction during a hold, by the present estimate."""
+        return self.up_estimate.up(kept.hold.accelerometer)
+
+
+class Stage(Protocol):
+    """One step at work."""
+
+    @property
+    def seconds(self) -> float:
+        """How long a hold must last, s; 0 when none is asked for."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether the step has all it needs."""
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """How much is done and how much is wanted, in the step's own unit."""
+
+    def enter(self) -> None:
+        """The step begins, or is come back to."""
+
+    def follow(self, block: Block) -> None:
+        """Another block has passed."""
+
+    def completed(self, kept: KeptHold) -> None:
+        """A hold has become long enough, or was when the step began."""
+
+    def view(self) -> Status:
+        """The part of the status that belongs to this step."""

@@ -1,0 +1,164 @@
+"""Problems of the magnetometer's step in words: disturbances, faults, silence."""
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.procedure import (
+    DISTURBANCE_QUIET_SECONDS,
+    LASTING_SECONDS,
+    MAX_JUDGED_DOUBT,
+    MAX_SHOWN_DOUBT,
+    RESTING_SECONDS,
+    SILENT_SECONDS,
+)
+from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.field.survey import Survey
+from imucal_wizard.guide.state import EventKind
+from imucal_wizard.measurement.field_quality import (
+    check_field,
+    check_readings,
+    check_saturation,
+    check_scatter,
+    no_shell,
+    stuck_samples,
+)
+
+
+def how_far(off: float, magnitude: float | None, unit: str) -> str:
+    """By how much the field is off: "12 µT too much", "8 % too little"."""
+    sense = "much" if off > 0.0 else "little"
+    if magnitude is None or unit == COUNT:
+        return f"{100.0 * abs(off):.0f} % too {sense}"
+    return f"{abs(off) * magnitude:.0f} µT too {sense}"
+
+
+def disturbance_text(off: float, magnitude: float | None, unit: str) -> str:
+    """Message while the field is disturbed."""
+    far = how_far(off, magnitude, unit)
+    return f"the field is disturbed: {far}; these samples are left out"
+
+
+def left_out_spans(survey: Survey, unit: str) -> tuple[tuple[float, float, str], ...]:
+    """The disturbed spans: from, to, s, and how far the field was off."""
+    magnitude = None if survey.fit is None else survey.fit.magnitude
+    return tuple(
+        (start, end, f"the field was {how_far(off, magnitude, unit)}")
+        for start, end, off in survey.left()
+    )
+
+
+def silence(seconds: float) -> str:
+    """Message about a sensor that has sent nothing for so long."""
+    if seconds < SILENT_SECONDS:
+        return ""
+    return f"the magnetometer has sent nothing for {seconds:.0f} s: look at its wiring"
+
+
+def constant(seconds: float) -> str:
+    """Message about a sensor that has sent one value for so long while it was turned."""
+    if seconds < SILENT_SECONDS:
+        return ""
+    return (
+        "the magnetometer sends one and the same value: it is not there, or asleep. Look at its "
+        "wiring, address and sketch"
+    )
+
+
+def resting(seconds: float) -> str:
+    """Message about a device that lies still."""
+    return "it does not turn: turn it once round" if seconds >= RESTING_SECONDS else ""
+
+
+def lasting(seconds: float) -> str:
+    """Message about a disturbance that stays."""
+    if seconds < LASTING_SECONDS:
+        return ""
+    return (
+        "the field has changed and stays so: take away what came near, or begin the step again "
+        "in another place"
+    )
+
+
+def fault(survey: Survey, unit: str, *, flat: bool) -> str:
+    """The reason for which a calibration would be refused, or "".
+
+    Args:
+        survey: the samples.
+        unit: theirs.
+        flat: whether more than one circle has been turned, so that a plane is too little.
+    """
+    try:
+        _check(survey, unit, flat=flat)
+    except DataError as error:
+        return str(error)
+    return ""
+
+
+def _check(survey: Survey, unit: str, *, flat: bool) -> None:
+    """The same as an error.
+
+    Raises:
+        DataError: something is wrong.
+    """
+    readings, fit = survey.samples, survey.fit
+    if flat:
+        check_readings(readings)
+        if fit is None:
+            raise no_shell(readings) or DataError("the magnetometer's readings are of no field")
+    if fit is None or survey.worst > MAX_SHOWN_DOUBT:
+        return
+    distance = fit.look(readings)[0]
+    stuck = stuck_samples(readings)
+    if stuck:
+        check_saturation(stuck, distance)
+    if survey.worst <= MAX_JUDGED_DOUBT:
+        check_scatter(float(distance[survey.clean].std()), 1.0, readings)
+        check_field(fit.magnitude, unit, None)
+
+
+class Disturbance:
+    """Follows a disturbance from its beginning to its end.
+
+    Args:
+        context: where it is said.
+
+    Attributes:
+        now: what disturbs at this block, or "".
+        lasting: for how long it has, s.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the disturbance."""
+        self.now = ""
+        self.lasting = self._quiet = 0.0
+
+    def follow(self, survey: Survey, unit: str, seconds: float) -> None:
+        """Follow the judgement of the newest block.
+
+        Args:
+            survey: the samples.
+            unit: theirs.
+            seconds: since the last look.
+        """
+        if not len(survey.disturbed) or not survey.disturbed[-1]:
+            self._calm_down(seconds)
+            return
+        if not self.now:
+            text = "The field is disturbed: what comes now is left out."
+            self._context.emit(EventKind.WARNING, text)
+        magnitude = None if survey.fit is None else survey.fit.magnitude
+        self.now = disturbance_text(float(survey.off[-1]), magnitude, unit)
+        self.lasting += seconds
+        self._quiet = 0.0
+
+    def _calm_down(self, seconds: float) -> None:
+        self._quiet += seconds
+        if self.now and self._quiet >= DISTURBANCE_QUIET_SECONDS - TIME_TOLERANCE:
+            self.forget()
+            self._context.emit(
+                EventKind.FIELD_BACK, "The field is as before: what comes now counts."
+            )

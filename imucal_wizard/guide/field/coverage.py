@@ -1,0 +1,101 @@
+"""Which motion fills the largest gap.
+
+A device turned once about the vertical carries the field round a circle about the direction that
+points down: its angle from there is what the dip leaves of a right angle. So every pose has its own
+circle on the sphere, and the best pose is the one whose circle crosses most of what is empty.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.limits.procedure import FACE_GAIN_SHARE
+from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, turn_towards
+from imucal_wizard.core.quantities import true_minus
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.ellipsoid.coverage import GAP, bin_of
+from imucal_wizard.guide.field.survey import Survey
+
+STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
+"""Of a circle, rad: some for each area that it crosses."""
+
+
+def down_component(survey: Survey) -> float | None:
+    """Mean share of the field that points down (the sine of the dip); None before it is known."""
+    up = survey.log.up[: len(survey.disturbed)]
+    rows = np.isfinite(up).all(axis=1) & ~survey.disturbed
+    if survey.fit is None or not rows.any():
+        return None
+    seen = survey.fit.look(survey.log.reading[: len(up)][rows])[1]
+    return float(-np.einsum("in,ni->n", seen, up[rows]).mean())
+
+
+def gains(counts: NDArray[np.intp], down: float, poses: Iterable[str]) -> dict[str, float]:
+    """How many empty areas a circle with each face, edge or corner down would fill.
+
+    Args:
+        counts: samples in each area, shape (100,).
+        down: see ``down_component``.
+        poses: what points down, by the names of ``poses.DIRECTIONS``.
+    """
+    empty = np.zeros(len(counts))
+    few = counts < len(GAP)
+    empty[few] = GAP[counts[few]]
+    return {pose: float(empty[crossed(DIRECTIONS[pose], down)].sum()) for pose in poses}
+
+
+def crossed(direction: FloatArray, down: float) -> NDArray[np.intp]:
+    """The areas through which the field runs when the device is turned once round.
+
+    Args:
+        direction: what points down, unit vector in the body frame, shape (3,).
+        down: see ``down_component``.
+    """
+    across = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+    across /= np.linalg.norm(across)
+    level = np.outer(across, np.cos(STEPS)) + np.outer(np.cross(direction, across), np.sin(STEPS))
+    path = np.sqrt(max(1.0 - down * down, 0.0)) * level + down * direction[:, None]
+    return np.unique(bin_of(path))
+
+
+def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> str | None:
+    """The missing face whose circle fills most, a near one before a far one.
+
+    Args:
+        survey: the samples.
+        missing: faces to choose from.
+        up: up direction in the body frame, or None.
+    """
+    if not missing or up is None:
+        return None
+    down = down_component(survey)
+    fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
+    enough = FACE_GAIN_SHARE * max(fills.values())
+    near = [face for face in missing if fills[face] >= enough]
+    return min(near, key=lambda face: round(turn_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+
+
+def next_motion(survey: Survey) -> str | None:
+    """The face, edge or corner to hold down that fills most; None if all areas are full."""
+    down = down_component(survey)
+    fills = {} if down is None else gains(survey.counts, down, DIRECTIONS)
+    best = max(fills, key=fills.__getitem__, default=None)
+    return best if best is not None and fills[best] > 0.0 else None
+
+
+def opposite(pose: str) -> str:
+    """The opposite pose: it is up when this one is down."""
+    return pose.translate(str.maketrans("+-", "-+"))
+
+
+def sentence(pose: str) -> str:
+    """The instruction in plain words."""
+    faces = [true_minus(pose[i : i + 2].upper()) for i in range(0, len(pose), 2)]
+    if len(faces) == 1:
+        return f"put {faces[0]} on the table and turn it once round"
+    if len(faces) == 2:
+        where = f"the edge between {faces[0]} and {faces[1]}"
+    else:
+        where = f"the corner of {faces[0]}, {faces[1]} and {faces[2]}"
+    return f"hold it with {where} down and turn it once round"

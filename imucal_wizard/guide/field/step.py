@@ -1,0 +1,291 @@
+"""The magnetometer's step: circles with each face on the table, or free tumbling."""
+
+from dataclasses import replace
+
+from imucal_wizard.core.limits.procedure import (
+    FIELD_PATIENCE,
+    FIELD_UPDATE_SECONDS,
+    FULL_CIRCLE_DEG,
+    LASTING_SECONDS,
+    MAX_ACCEPTED_DOUBT,
+    MIN_FIELD_SAMPLES,
+    PROGRESS_DEG,
+    SILENT_SECONDS,
+    SLIGHT_DEG,
+    SLIGHT_SECONDS,
+)
+from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.poses import DIRECTIONS, FACES, turn_towards
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.field import checks, coverage
+from imucal_wizard.guide.field.checks import Disturbance
+from imucal_wizard.guide.field.gathering import Gathering
+from imucal_wizard.guide.measurements import KeptCircle, KeptHold
+from imucal_wizard.guide.state import GOOD, EventKind, FieldStatus, Offer, Status
+from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, how_to_turn, label, lay_down
+from imucal_wizard.measurement.stillness import Block
+
+
+class Patience:
+    """Waits for progress, in sample time.
+
+    Attributes:
+        waiting: seconds since the last progress.
+    """
+
+    def __init__(self) -> None:
+        self.waiting = 0.0
+        self._most = 0.0
+
+    @property
+    def over(self) -> bool:
+        """Whether the way on is open."""
+        return self.waiting >= FIELD_PATIENCE - TIME_TOLERANCE
+
+    def wait(self, seconds: float, progress: float) -> bool:
+        """Let some seconds pass; whether that was the last straw.
+
+        Args:
+            seconds: how many.
+            progress: how far it has come by now, in any measure.
+        """
+        was_over = self.over
+        if progress > self._most:
+            self._most, self.waiting = progress, 0.0
+        else:
+            self.waiting += seconds
+        return self.over and not was_over
+
+
+class FieldStage:
+    """Takes circles until coverage and fit suffice.
+
+    Args:
+        context: what all steps see.
+
+    Attributes:
+        gathered: the samples and what they say.
+        wanted: the face to be laid on the table, or None.
+        advice: which motion fills the largest gap.
+        trouble: why no calibration can come of it so far, or "".
+        turned: how much of the circle under way has been turned, degrees.
+    """
+
+    seconds = 0.0
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self.gathered = Gathering(context)
+        self._accepted = self._reopened = False
+        self._begin()
+
+    def _begin(self) -> None:
+        self.wanted: str | None = None
+        self.advice = self.trouble = self._fault = ""
+        self.turned = self._unseen = 0.0
+        self._patience = Patience()
+        self._disturbance = Disturbance(self._context)
+
+    @property
+    def done(self) -> tuple[str, ...]:
+        """Faces with a whole circle."""
+        whole = {circle.face for circle in self._context.measurements.circles if circle.complete}
+        return tuple(face for face in FACES if face in whole)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Faces without."""
+        done = self.done
+        return tuple(face for face in FACES if face not in done)
+
+    @property
+    def good(self) -> bool:
+        """Coverage and fit suffice."""
+        survey = self.gathered.survey
+        if self.trouble or survey.quality is None or survey.worst > MAX_ACCEPTED_DOUBT:
+            return False
+        fits = survey.quality.fit_error < GOOD["fit_error"]
+        return fits and (not self.missing or survey.quality.gaps < GOOD["gaps"])
+
+    @property
+    def finished(self) -> bool:
+        """Coverage and fit suffice, or the operator has accepted them."""
+        return self._accepted or self.good
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Whole circles, and six."""
+        return float(len(self.done)), float(len(FACES))
+
+    def hardly_begun(self, circle: KeptCircle) -> bool:
+        """Whether there is too little in a circle for undo to be about it."""
+        survey = self.gathered.survey
+        if circle.complete:
+            return False
+        if circle.face:
+            return survey.turned(circle.number) < SLIGHT_DEG
+        return survey.seconds(circle.number) < SLIGHT_SECONDS
+
+    def enter(self) -> None:
+        """Continue with the circles that were not taken back; an accepted step is open again."""
+        if not self._context.measurements.circles:
+            self.gathered.clear()
+        self._reopened = (self._reopened or self._accepted) and bool(
+            self._context.measurements.circles
+        )
+        self._accepted = False
+        self._begin()
+        self._look()
+
+    def completed(self, kept: KeptHold) -> None:
+        """No hold is asked for."""
+
+    def accept(self) -> None:
+        """Accept the present coverage."""
+        self._look()
+        self._accepted = True
+
+    def end(self) -> None:
+        """No more samples: those there are have to do, if they are enough to try."""
+        self._look()
+        self._accepted |= self.gathered.survey.kept >= MIN_FIELD_SAMPLES
+
+    def follow(self, block: Block) -> None:
+        """Take the next block; look at everything five times a second."""
+        self.gathered.follow(block)
+        self._unseen += block.seconds
+        if self._unseen >= FIELD_UPDATE_SECONDS - TIME_TOLERANCE:
+            seconds, self._unseen = self._unseen, 0.0
+            self._look()
+            self._complete()
+            if self.gathered.silent >= SILENT_SECONDS:
+                self._disturbance.forget()
+            else:
+                self._disturbance.follow(self.gathered.survey, self.gathered.unit, seconds)
+            self._be_patient(seconds)
+
+    def _look(self) -> None:
+        gathered = self.gathered
+        gathered.look()
+        self.turned = gathered.turned
+        circles = len(self.done)
+        flat = circles > 1 or (circles > 0 and self._patience.waiting >= LASTING_SECONDS)
+        self._fault = checks.fault(gathered.survey, gathered.unit, flat=flat)
+        self.trouble = (
+            checks.silence(gathered.silent)
+            or checks.constant(gathered.constant)
+            or checks.lasting(self._disturbance.lasting)
+            or self._fault
+            or ("" if self._elsewhere else checks.resting(gathered.still))
+        )
+        self._choose()
+
+    @property
+    def _elsewhere(self) -> bool:
+        """Another face than the one asked for is down: it need not turn there."""
+        return self.wanted is not None and self.wanted != self.gathered.faces.face
+
+    def _choose(self) -> None:
+        """The face to go to, or any motion once there is none; the asked-for stays until taken."""
+        survey, missing, faces = self.gathered.survey, self.missing, self.gathered.faces
+        if faces.steady in missing:
+            self.wanted = faces.steady
+        elif self.wanted not in missing:
+            self.wanted = coverage.next_face(survey, missing, self._context.up)
+        motion = self.wanted if missing else coverage.next_motion(survey)
+        self.advice = coverage.sentence(motion) if motion else ""
+
+    def _complete(self) -> None:
+        """A circle that has become a whole one, or one that was done before."""
+        circle = self.gathered.circle
+        if circle is None or not circle.face:
+            return
+        if not circle.complete and self.turned >= FULL_CIRCLE_DEG:
+            again = circle.face in self.done
+            circle.complete = True
+            self._choose()
+            self._say_complete(circle, again=again)
+
+    def _say_complete(self, circle: KeptCircle, *, again: bool) -> None:
+        following = f" Next: {label(self.wanted)} down." if self.wanted else ""
+        if again:
+            kind, text = EventKind.ALREADY_DONE, "was done already; kept as a repeat."
+        else:
+            kind, text = EventKind.ROTATION_TAKEN, f"down: once round, {len(self.done)} of 6."
+        self._context.emit(kind, f"{label(circle.face)} {text}{following}")
+
+    def _be_patient(self, seconds: float) -> None:
+        """Offer the way on when nothing new has come for a while."""
+        progress = (
+            self.gathered.survey.covered + (self.turned + 360.0 * len(self.done)) // PROGRESS_DEG
+        )
+        if self._patience.wait(seconds, progress):
+            why = _sentence(self.trouble or self._disturbance.now or self.advice)
+            self._context.emit(
+                EventKind.STUCK, f"Nothing new for {FIELD_PATIENCE:.0f} s. {why}".rstrip()
+            )
+
+    def offers(self) -> tuple[Offer, ...]:
+        """The way on, once nothing more comes."""
+        if self.finished or not (self._patience.over or self._reopened):
+            return ()
+        survey = self.gathered.survey
+        if survey.kept < MIN_FIELD_SAMPLES:
+            return (Offer("skip", "leave it out: the magnetometer is not calibrated"),)
+        if self._fault or survey.quality is None:
+            return (Offer("enough", "go on: the magnetometer will hardly be calibrated"),)
+        return (Offer("enough", "go on with what there is: it may carry less"),)
+
+    def view(self) -> Status:
+        """The instruction and the progress."""
+        up, face, down = self._context.up, self.wanted, self.gathered.faces.face
+        pose = None if face is None or face == down else coverage.opposite(face)
+        if face is None:
+            instruction = TURN_ABOUT
+            detail = "through directions that it has not seen, away from iron and magnets"
+        else:
+            instruction = TURN_ROUND if face == down else lay_down(face)
+            detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
+        status = Status(
+            instruction=instruction,
+            detail=detail,
+            wanted=pose,
+            progress=self.tally,
+            field=self._field_status(),
+        )
+        if up is None or pose is None:
+            return status
+        off_by = turn_towards(up, DIRECTIONS[pose])[2]
+        return replace(status, guidance=how_to_turn(up, pose), off_by=off_by)
+
+    def _field_status(self) -> FieldStatus:
+        gathered, survey = self.gathered, self.gathered.survey
+        found, fit = survey.quality, survey.fit
+        known = fit is not None and found is not None and gathered.unit != COUNT
+        here = gathered.circle is not None and gathered.circle.face == gathered.faces.face
+        return FieldStatus(
+            face=self.wanted,
+            face_down=gathered.faces.face,
+            turned=self.turned if here else 0.0,
+            done=self.done,
+            missing=self.missing,
+            counts=survey.counts,
+            here=survey.here,
+            gaps=None if found is None else found.gaps,
+            variance=None if found is None else found.variance,
+            wobble=None if found is None else found.wobble,
+            fit_error=None if found is None else found.fit_error,
+            magnitude=fit.magnitude if known and fit is not None else None,
+            advice=self.advice,
+            disturbed=self._disturbance.now,
+            trouble=self.trouble,
+            samples=survey.kept,
+            left_out=survey.left_out,
+            good=self.good,
+        )
+
+
+def _sentence(text: str) -> str:
+    """Words as a sentence of their own; µT and names of axes stay as they are."""
+    return f"{text[:1].upper()}{text[1:]}." if text else ""

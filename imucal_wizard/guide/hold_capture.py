@@ -1,0 +1,213 @@
+"""From blocks to the hold under way, the holds that are kept, and the motions between them."""
+
+import math
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.limits.procedure import (
+    MAX_HOLD_SECONDS,
+    MAX_MOTION_SECONDS,
+    MOTION_REACH_BLOCKS,
+)
+from imucal_wizard.core.limits.stillness import (
+    GUARD_BLOCKS,
+    MAX_TRIMMED_BLOCKS,
+    TIME_TOLERANCE,
+    WINDOW_BLOCKS,
+)
+from imucal_wizard.guide.context import Context, StillRun
+from imucal_wizard.guide.live_checks import fault_of
+from imucal_wizard.guide.measurements import KeptHold, KeptRotation
+from imucal_wizard.guide.state import StepKind
+from imucal_wizard.measurement.blocks import join_blocks
+from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_from
+from imucal_wizard.measurement.stillness import Block
+
+BLOCKS_PER_SECOND = 10.0
+"""At most: blocks last at least a tenth of a second."""
+
+
+class HoldCapture:
+    """Gathers the blocks of the present run; keeps its hold as long as the device is still.
+
+    Args:
+        context: what all steps see.
+        longest: the longest hold that any step asks for, s.
+    """
+
+    def __init__(self, context: Context, longest: float) -> None:
+        self._context = context
+        self._builder = HoldBuilder()
+        self._earlier = 0.0
+        self._motion = MotionBuffer(context)
+        newest = max(round(longest * BLOCKS_PER_SECOND), WINDOW_BLOCKS) + 1
+        self._newest: deque[Block] = deque(maxlen=newest)
+
+    def add(self, block: Block) -> None:
+        """Take the next block, still or not."""
+        self._newest.append(block)
+        self._builder.add(block.summary, self._context.still)
+        self._motion.add(block, still=self._context.still)
+        run = self._context.run
+        if self._builder.seconds >= MAX_HOLD_SECONDS:
+            if run.kept is not None:
+                self.finish()
+                self._earlier += self._builder.seconds
+                run.complete = True
+            self._builder.drop()
+
+    @property
+    def seconds(self) -> float:
+        """How long the run has lasted, guards off."""
+        return self._builder.seconds
+
+    @property
+    def counted(self) -> float:
+        """Seconds of the run that count for the step; 0 if the device must be moved first."""
+        run = self._context.run
+        if run.used:
+            return 0.0
+        return self._builder.seconds + (self._earlier if run.kept is not None else 0.0)
+
+    def hold(self) -> Hold | None:
+        """The hold so far, guards off."""
+        return self._builder.hold()
+
+    def newest(self, seconds: float) -> Hold | None:
+        """The newest seconds that no kept hold has, still or not; None where there are too few."""
+        wanted = (
+            math.ceil(seconds / self._newest[-1].seconds - TIME_TOLERANCE) if self._newest else 0
+        )
+        own = self._context.measurements
+        kept = (*own.holds[-1:], *own.validation[-1:])
+        since = max((entry.hold.end for entry in kept), default=-math.inf)
+        blocks: list[Block] = []
+        for block in reversed(self._newest):
+            if len(blocks) == wanted or float(block.summary.start[0]) < since:
+                break
+            blocks.append(block)
+            if bool(block.summary.gap[0]):
+                break
+        if len(blocks) < WINDOW_BLOCKS:
+            return None
+        return replace(hold_from(join_blocks([b.summary for b in blocks[::-1]])), hand_held=True)
+
+    def keep(self, hold: Hold, step: StepKind) -> KeptHold:
+        """Keep a new hold of a step, and the motion that led to it."""
+        context = self._context
+        kept = KeptHold(hold, step)
+        context.run.kept = kept
+        context.motion = self._motion.to(kept)
+        if not context.measurements.holds:
+            context.up_estimate.begin(hold.accelerometer)
+        context.measurements.add_hold(kept)
+        readings = [entry.hold.accelerometer for entry in context.measurements.holds]
+        context.up_estimate.learn(readings)
+        if context.motion is not None:
+            context.measurements.add_rotation(context.motion)
+        return kept
+
+    def rest_in(self, kept: KeptHold) -> None:
+        """The device rests in a kept hold, from which the next motion starts."""
+        if not kept.dropped:
+            self._motion.rest_in(kept)
+
+    def finish(self) -> None:
+        """Bring the kept hold up to the whole run; the gyroscope rests where it rested."""
+        context = self._context
+        kept = context.run.kept
+        if kept is None or kept.dropped or context.run.complete:
+            return
+        hold = self._builder.hold()
+        if hold is not None:
+            kept.update(hold)
+        if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
+            context.watch.rest_at(kept.hold.gyroscope)
+
+    def fresh(self) -> None:
+        """The device moves: the next run has nothing yet."""
+        self._context.run = StillRun()
+        self._earlier = 0.0
+
+    def restart(self) -> None:
+        """A hold begins now, whatever the device did before."""
+        self.finish()
+        self._builder.drop()
+        self.fresh()
+        self._context.still = False
+        self._context.held = 0.0
+
+    def collected(self) -> Collected:
+        """All measurements; a hold in progress has its present length."""
+        run, own = self._context.run, self._context.measurements
+        kept, grown = run.kept, self._builder.hold()
+        if kept is None or kept.dropped or run.complete or grown is None:
+            return own.collected()
+        before = kept.hold
+        kept.update(grown)
+        try:
+            return own.collected()
+        finally:  # decisions never depend on whether somebody looked
+            kept.hold = before
+
+
+class MotionBuffer:
+    """The samples from inside the last kept hold to now; bounded, so that memory stays flat."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._blocks: deque[Block] = deque()
+        self._seconds = 0.0
+        self._moved = False
+
+    def rest_in(self, kept: KeptHold) -> None:
+        """The device rests in a kept hold: only what may be taken off the hold's end is needed."""
+        self._context.start, self._context.start_lost, self._moved = kept, "", False
+        while len(self._blocks) > GUARD_BLOCKS + MAX_TRIMMED_BLOCKS + 1:
+            self._seconds -= self._blocks.popleft().seconds
+
+    def add(self, block: Block, *, still: bool) -> None:
+        """Take the next block."""
+        self._moved |= not still
+        self._blocks.append(block)
+        self._seconds += block.seconds
+        while self._seconds > MAX_MOTION_SECONDS:
+            self._seconds -= self._blocks.popleft().seconds
+            if self._context.start is not None:
+                self._context.start = None
+                self._context.start_lost = f"it took longer than {MAX_MOTION_SECONDS:.0f} s"
+
+    def to(self, after: KeptHold) -> KeptRotation | None:
+        """The motion from the last kept hold to this one; None where there was none."""
+        before = self._context.start
+        if before is None or before.dropped or not self._moved:
+            return None
+        if StepKind.VALIDATE in (before.step, after.step):
+            return None
+        blocks = self._between(before, after)
+        rates = [block.rate for block in blocks if block.rate is not None]
+        if not rates:
+            return None
+        rate = np.concatenate(rates)
+        time = np.concatenate([block.time for block in blocks])
+        acceleration = np.concatenate([block.acceleration for block in blocks])
+        motion = KeptRotation(before, after, time, rate, acceleration, after.step)
+        # The gap flag of the first block tells of what lies before it.
+        broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
+        missing = broken or not bool(np.isfinite(rate).all())
+        motion.problem = fault_of(motion, self._context.gyroscope_range, missing=missing)
+        return motion
+
+    def _between(self, before: KeptHold, after: KeptHold) -> list[Block]:
+        """The blocks from the last one in ``before`` to some within ``after``.
+
+        The beginning of ``after`` may yet be taken off, so the motion reaches a little into it.
+        """
+        begin = before.hold.end
+        blocks = [block for block in self._blocks if float(block.summary.start[0]) < begin]
+        later = [block for block in self._blocks if float(block.summary.start[0]) >= begin]
+        blocks = blocks[-1:] + later
+        past = sum(float(block.summary.start[0]) <= after.hold.start for block in blocks)
+        return blocks[: past + MOTION_REACH_BLOCKS]

@@ -1,0 +1,204 @@
+"""The measurements so far, the step of each, and the order in which undo removes them."""
+
+import itertools
+import math
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.state import StepKind
+from imucal_wizard.measurement.holds import Collected, Hold, Rotation
+
+
+@dataclass(eq=False)
+class KeptHold:
+    """A hold that may still be growing.
+
+    Attributes:
+        hold: what is known of it so far.
+        step: the step it was taken in.
+        ticks: the pose it stands for in each step that it counts for.
+        dropped: taken back; nothing may start from it.
+        between: held only to begin or end a rotation.
+    """
+
+    hold: Hold
+    step: StepKind
+    ticks: dict[StepKind, str] = field(default_factory=dict)
+    dropped: bool = False
+    between: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts, s."""
+        return self.hold.end - self.hold.start
+
+    def update(self, hold: Hold) -> None:
+        """The same hold, longer."""
+        self.hold = replace(hold, pose=self.hold.pose, hand_held=self.hold.hand_held)
+
+
+@dataclass(eq=False)
+class KeptRotation:
+    """The motion between two kept holds.
+
+    Attributes:
+        before: the hold it starts from.
+        after: the hold it ends in.
+        time: gyroscope sample times, s, shape (n,).
+        rate: gyroscope readings, shape (n, 3).
+        acceleration: accelerometer readings at these times, shape (n, 3).
+        step: the step in which it ended.
+        axis: the body axis it was about, or None.
+        problem: why it cannot be used, or None.
+        angle: signed angle about ``axis``, degrees.
+        fastest: largest rate about ``axis``, °/s or counts.
+        counts: one of the rotations that the step asked for.
+    """
+
+    before: KeptHold
+    after: KeptHold
+    time: FloatArray
+    rate: FloatArray
+    acceleration: FloatArray
+    step: StepKind
+    axis: str | None = None
+    problem: str | None = None
+    angle: float = 0.0
+    fastest: float = 0.0
+    counts: bool = False
+
+    def rotation(self) -> Rotation:
+        """The frozen rotation, with its holds as they are now."""
+        before, after = self.before.hold, self.after.hold
+        return Rotation(
+            before, after, self.time, self.rate, self.axis, self.problem, self.acceleration
+        )
+
+
+@dataclass(eq=False)
+class KeptCircle:
+    """The rotation with one face on the table, and on the way to the next.
+
+    Attributes:
+        number: its own, never used again.
+        face: the face that lay on the table (``-z``), or "" while none did.
+        complete: the circle is a whole one.
+    """
+
+    number: int
+    face: str
+    complete: bool = False
+    step: ClassVar[StepKind] = StepKind.FIELD
+
+
+Kept = KeptHold | KeptRotation | KeptCircle
+
+
+class Measurements:
+    """All holds, rotations and circles in time order."""
+
+    def __init__(self) -> None:
+        self.holds: list[KeptHold] = []
+        self.rotations: list[KeptRotation] = []
+        self.validation: list[KeptHold] = []
+        self.circles: list[KeptCircle] = []
+        self._circle_numbers = itertools.count()
+        self._log: list[Kept] = []
+
+    def add_hold(self, kept: KeptHold) -> None:
+        """Keep a hold; those of the validation apart from the rest."""
+        validating = kept.step is StepKind.VALIDATE
+        (self.validation if validating else self.holds).append(kept)
+        self._log.append(kept)
+
+    def add_rotation(self, kept: KeptRotation) -> None:
+        """Keep the motion between two holds."""
+        self.rotations.append(kept)
+
+    def begin_circle(self, face: str) -> KeptCircle:
+        """A circle with this face on the table, or with none ("")."""
+        kept = KeptCircle(next(self._circle_numbers), face)
+        self.circles.append(kept)
+        self._log.append(kept)
+        return kept
+
+    def count(self, kept: KeptRotation, axis: str) -> None:
+        """One of the rotations asked for; undo can take it back."""
+        kept.axis, kept.counts = axis, True
+        self._log.append(kept)
+
+    def last(self) -> Kept | None:
+        """The measurement that undo removes; a hold that only ends a rotation goes with it."""
+        for kept in reversed(self._log):
+            if not isinstance(kept, KeptHold):
+                return kept
+            if not kept.between and (kept.ticks or kept.step is not StepKind.SETTLE):
+                return kept
+        return None
+
+    def remove(self, kept: Kept) -> None:
+        """Forget a hold and the motions that touch it, a rotation, or a circle."""
+        self._log = [entry for entry in self._log if entry is not kept]
+        if isinstance(kept, KeptCircle):
+            self.circles = [entry for entry in self.circles if entry is not kept]
+            return
+        if isinstance(kept, KeptRotation):
+            self.rotations = [entry for entry in self.rotations if entry is not kept]
+            return
+        kept.dropped = True
+        self.holds = [entry for entry in self.holds if entry is not kept]
+        self.validation = [entry for entry in self.validation if entry is not kept]
+        touching = [r for r in self.rotations if r.before is kept or r.after is kept]
+        for rotation in touching:
+            self.remove(rotation)
+
+    def clear(self, step: StepKind, since: float = -math.inf) -> int:
+        """Remove the measurements of one step; returns the number of holds, rotations or circles.
+
+        Args:
+            step: which.
+            since: only what began at this sample time, s, or later.
+        """
+        if step is StepKind.FIELD:
+            circles = list(self.circles)
+            for circle in circles:
+                self.remove(circle)
+            return sum(circle.complete for circle in circles)
+        every = (*self.holds, *self.validation)
+        held = [kept for kept in every if kept.step is step and kept.hold.start >= since]
+        turned = [
+            kept for kept in self.rotations if kept.step is step and kept.after.hold.start >= since
+        ]
+        asked = sum(kept.counts for kept in turned)
+        for rotation in turned:
+            self.remove(rotation)
+        for hold in held:
+            self.remove(hold)
+        for other in self.holds if since == -math.inf else ():
+            other.ticks.pop(step, None)
+        return asked + sum(not kept.between for kept in held)
+
+    def ticked(self, step: StepKind) -> dict[str, KeptHold]:
+        """The newest hold of each pose taken in a step."""
+        return {kept.ticks[step]: kept for kept in self.holds if step in kept.ticks}
+
+    def counted_rotations(self, axis: str) -> list[KeptRotation]:
+        """The rotations that were asked for, about one axis."""
+        return [kept for kept in self.rotations if kept.counts and kept.axis == axis]
+
+    def collected(self) -> Collected:
+        """Everything, frozen."""
+        kept = self.holds
+
+        def of(step: StepKind) -> tuple[int, ...]:
+            return tuple(index for index, entry in enumerate(kept) if step in entry.ticks)
+
+        return Collected(
+            holds=tuple(entry.hold for entry in kept),
+            rotations=tuple(entry.rotation() for entry in self.rotations),
+            up_down=of(StepKind.UP_DOWN),
+            poses=of(StepKind.POSES),
+            turns=tuple(i for i, entry in enumerate(self.rotations) if entry.counts),
+            validation=tuple(entry.hold for entry in self.validation),
+        )

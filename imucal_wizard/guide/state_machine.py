@@ -1,0 +1,485 @@
+"""The procedure as a state machine that is fed with readings and needs no key.
+
+Block by block it decides whether the device is still and what follows from that: a hold begins,
+is kept, or breaks; the step at work takes what it asked for; the next step comes. All decisions are
+made in sample time, so the same samples and commands give the same holds to the last bit, however
+the samples are cut and however fast they come.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.instruction import Instruction, RotationRequest
+from imucal_wizard.core.limits.procedure import HAND_HELD_EXCESS, MAX_LOOSENED
+from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.poses import FACES
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.commands import Commands
+from imucal_wizard.guide.context import Context, Stage
+from imucal_wizard.guide.field.checks import left_out_spans
+from imucal_wizard.guide.field.samples import FieldRecord
+from imucal_wizard.guide.field.step import FieldStage
+from imucal_wizard.guide.hold_capture import HoldCapture
+from imucal_wizard.guide.live_checks import frozen_axis
+from imucal_wizard.guide.measurements import KeptHold
+from imucal_wizard.guide.plan import MEASURING, Procedure
+from imucal_wizard.guide.scales import Scales, excess
+from imucal_wizard.guide.state import Event, EventKind, Offer, Status, StepKind, StillStatus
+from imucal_wizard.guide.steps.directions import DirectionsStage, RequestsStage, ValidationStage
+from imucal_wizard.guide.steps.rotations import RotationsStage
+from imucal_wizard.guide.steps.settle import SettleStage
+from imucal_wizard.guide.steps.waiting import WaitingStage
+from imucal_wizard.guide.wording import TITLES
+from imucal_wizard.measurement.holds import Collected, Hold
+from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
+
+Listener = Callable[[Instruction, int], None]
+"""Receives the instruction after so many samples."""
+
+_PLACING = (StepKind.UP_DOWN, StepKind.POSES, StepKind.VALIDATE, StepKind.MORE)
+"""Steps that ask for poses."""
+
+
+class StateMachine:
+    """Leads through a procedure.
+
+    Args:
+        procedure: the steps and their needs.
+        rate: samples per second.
+        accelerometer_unit: ``m/s^2`` or ``count``.
+        gyroscope_unit: ``rad/s`` or ``count``.
+        gravity: local gravity, m/s².
+        gyroscope_range: full scale of the gyroscope in its unit, or None when not known.
+        noise: of the device at rest, where it is known already: then nothing is settled first.
+        listener: receives the instruction after each block and each command, however they are cut.
+
+    Attributes:
+        context: what all steps see.
+        capture: what keeps the holds.
+        step: the step at work.
+        stages: the logic of each step.
+        settle: the settle step, whose limits all others use.
+        field: the step of the magnetometer's circles.
+        requests: the step of what is asked for beyond the plan; not one of the procedure's steps.
+        skipped: steps left out, with the consequence.
+        return_to: the step to come back to when the noise has been measured again.
+        elapsed: seconds of samples so far.
+    """
+
+    def __init__(
+        self,
+        procedure: Procedure | None = None,
+        *,
+        rate: float,
+        accelerometer_unit: str = "m/s^2",
+        gyroscope_unit: str = "rad/s",
+        gravity: float = STANDARD_GRAVITY,
+        gyroscope_range: float | None = None,
+        noise: Noise | None = None,
+        listener: Listener | None = None,
+    ) -> None:
+        plan = procedure or Procedure()
+        units = Scales(accelerometer_unit, gyroscope_unit, gravity)
+        self.context = context = Context(plan, units, gyroscope_range)
+        self.settle = SettleStage(context, plan.step(StepKind.SETTLE), noise)
+        self.field = FieldStage(context)
+        poses, rotations = plan.step(StepKind.POSES), plan.step(StepKind.ROTATIONS)
+        self.requests = RequestsStage(context, poses, rotations)
+        self.stages: dict[StepKind, Stage] = {
+            StepKind.SOURCE: WaitingStage(StepKind.SOURCE),
+            StepKind.SETTLE: self.settle,
+            StepKind.UP_DOWN: DirectionsStage(context, plan.step(StepKind.UP_DOWN)),
+            StepKind.POSES: DirectionsStage(context, poses),
+            StepKind.ROTATIONS: RotationsStage(context, rotations),
+            StepKind.FIELD: self.field,
+            StepKind.RESULT: WaitingStage(StepKind.RESULT),
+            StepKind.MORE: self.requests,
+            StepKind.VALIDATE: ValidationStage(context, plan.step(StepKind.VALIDATE)),
+            StepKind.SAVE: WaitingStage(StepKind.SAVE),
+        }
+        self.capture = HoldCapture(context, max(stage.seconds for stage in self.stages.values()))
+        self.step = plan.kinds[0]
+        self.skipped: dict[StepKind, str] = {}
+        self.return_to: StepKind | None = None
+        self.elapsed = 0.0
+        self._commands = Commands(self)
+        self._blocks = BlockStream(rate)
+        self._record = FieldRecord()
+        self._broke = ""
+        self._status: Status | None = None
+        self._listener = listener
+        self._judged = 0
+
+    # What goes in
+
+    def feed(self, readings: Readings) -> tuple[Event, ...]:
+        """Take the next readings; returns the events in them."""
+        for block in self._blocks.feed(readings):
+            self._take(block)
+            self._judged += len(block.time)
+            self._changed()
+        return self.context.drain()
+
+    def command(self, name: str, argument: str = "") -> tuple[Event, ...]:
+        """Carry out a command of the operator; returns the events.
+
+        Args:
+            name: one of the commands of ``guide.commands``.
+            argument: the step's name for ``goto``; for ``measure`` what
+                ``measurement.requests.to_text`` made.
+
+        Raises:
+            UsageError: there is no such command or step.
+        """
+        self._commands.obey(name, argument)
+        self._changed()
+        return self.context.drain()
+
+    def flush(self) -> tuple[Event, ...]:
+        """The data have ended: a hold still running is complete as it is, and so are circles."""
+        self.capture.restart()
+        if self.step is StepKind.FIELD:
+            self.field.end()
+        self._changed()
+        return self.context.drain()
+
+    def _changed(self) -> None:
+        self._status = None
+        if self._listener is not None:
+            self._listener(self.instruction(), self._judged)
+
+    # One block
+
+    def _take(self, block: Block) -> None:
+        context, was_still = self.context, self.context.still
+        context.time = block.end
+        context.has_gyroscope = block.rate is not None
+        if block.field is not None and len(block.field):
+            self._record.add(block.field)
+            context.has_magnetometer = True
+        self.elapsed += block.seconds
+        self._learn(block)
+        context.still = self._judge(block)
+        if was_still and not context.still:
+            self._break(block)
+        elif not context.still:
+            self.capture.fresh()
+        self.capture.add(block)
+        if context.still:
+            self._rest(began=not was_still)
+        context.held = self.capture.counted
+        stage, finished = self.stage, self.stage.finished
+        stage.follow(block)
+        if stage.finished and not finished:
+            self.advance()
+        if context.still:
+            self._take_hold(block)
+        self._be_patient(block)
+
+    def _learn(self, block: Block) -> None:
+        """Which way is up, and how fine the readings are."""
+        context, reading = self.context, block.mean_a
+        if not context.up_estimate.known or not (context.measurements.holds or context.still):
+            # The first samples may come from a device in mid-air; the newest guess is the best.
+            context.up_estimate.begin(reading)
+        self.settle.assume()
+        context.up = context.up_estimate.up(reading) if np.isfinite(reading).all() else None
+        finer = context.resolution.see((block.acceleration, block.rate))
+        if finer and self.step is not StepKind.SETTLE:
+            self.settle.refine()
+
+    def _judge(self, block: Block) -> bool:
+        """Whether the device is still."""
+        watch = self.context.watch
+        if self.step is not StepKind.SETTLE:
+            return watch.judge(block)
+        if watch.limits is None:
+            self.settle.prepare()
+        watch.judge(block)
+        return self.settle.admits(block)
+
+    def _rest(self, *, began: bool) -> None:
+        """The device is at rest, and perhaps in a hold that is kept."""
+        run = self.context.run
+        if began and self.asking and not run.used:
+            self.context.emit(EventKind.STILL, "Still: keep it so.")
+        if run.kept is not None:
+            self.capture.rest_in(run.kept)
+
+    def _break(self, block: Block) -> None:
+        """The still run ends with the block before this one."""
+        context, run = self.context, self.context.run
+        if run.kept is not None:
+            self.capture.finish()
+            if self.asking:
+                context.emit(EventKind.MOVED, "Moving.")
+        elif self.asking and not run.used:
+            what = "Moved" if block.full else "Interrupted"
+            self._broke = self._why_not_still(block)
+            text = f"{what} after {self.capture.seconds:.1f} s: {self._broke}. Hold it again."
+            context.emit(EventKind.HOLD_BROKEN, text)
+        self.capture.fresh()
+
+    def _why_not_still(self, block: Block) -> str:
+        if self.step is StepKind.SETTLE and self.settle.why:
+            return self.settle.why
+        fallback = "it moved" if block.full else "samples are missing"
+        return self.context.watch.reason or fallback
+
+    def _take_hold(self, block: Block) -> None:
+        """Keep the hold once it is long enough, and pass it to the step once."""
+        context, run = self.context, self.context.run
+        if not self.asking or run.used or self.step in run.told:
+            return
+        if self.capture.counted < self.stage.seconds - TIME_TOLERANCE:
+            return
+        if run.kept is not None:
+            self.capture.finish()
+            context.motion = None
+            self._tell(run.kept)
+            return
+        hold = self.capture.hold()
+        if hold is None:
+            return
+        if context.watch.tighten(self.stage.seconds):
+            context.emit(EventKind.WARNING, "It is calm again: so are the limits.")
+        self._tell(self.capture.keep(hold, self.step))
+        frozen = frozen_axis(block.window, self.settle.noise, context.resolution.steps[0])
+        if frozen:
+            context.emit(EventKind.WARNING, frozen)
+
+    def take_hand_held(self, hold: Hold) -> None:
+        """Keep a hand-held hold; the device must be moved before the next one."""
+        self.capture.restart()
+        run = self.context.run
+        kept = self.capture.keep(hold, self.step)
+        run.complete = run.used = True
+        self._tell(kept)
+
+    def _tell(self, kept: KeptHold) -> None:
+        """Pass a hold to the current step."""
+        self.context.run.told.add(self.step)
+        self.stage.completed(kept)
+        self.capture.rest_in(kept)
+        self.context.watch.rest()
+        if self.stage.finished:
+            self.advance()
+
+    def _be_patient(self, block: Block) -> None:
+        """Count how long a hold has been asked for in vain; open the ways out."""
+        context, watch, settling = self.context, self.context.watch, self.step is StepKind.SETTLE
+        content = context.still and (context.run.used or self.step in context.run.told)
+        if not self.asking or content:
+            watch.rest()
+            return
+        if settling and watch.exhausted_in(block.seconds) and self.settle.make_do():
+            self.advance()
+            return
+        outcome = watch.wait(block.seconds)
+        reason = watch.reason or f"again and again {self._broke or 'it moves'}"
+        if outcome == "stuck":
+            text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
+            context.emit(EventKind.STUCK, text)
+        elif outcome == "loosened":
+            text = f"The limits are {watch.loosened:.0f} times wider now: {reason}."
+            context.emit(EventKind.WARNING, text)
+
+    def _way_out(self) -> str:
+        """Advice for a device that does not come to rest."""
+        worst = self.context.watch.worst
+        if self.step is not StepKind.SETTLE:
+            return "Lean it on something."
+        if worst is not None and excess(worst) < HAND_HELD_EXCESS:
+            return "Lay it down where nothing shakes it."
+        return "If it does lie still, its units are wrong: go back to the source."
+
+    # Which step comes when
+
+    @property
+    def stage(self) -> Stage:
+        """The logic of the step at work."""
+        return self.stages[self.step]
+
+    @property
+    def asking(self) -> bool:
+        """Whether a hold is asked for now."""
+        return self.stage.seconds > 0.0
+
+    @property
+    def kinds(self) -> tuple[StepKind, ...]:
+        """The steps there are for this stream, in their order."""
+        every = self.context.procedure.kinds
+        if self.context.has_magnetometer:
+            return every
+        return tuple(kind for kind in every if kind is not StepKind.FIELD)
+
+    def enter(self, kind: StepKind) -> None:
+        """Begin a step, or come back to it."""
+        context = self.context
+        self.step = kind
+        self.skipped.pop(kind, None)
+        kept = context.run.kept
+        if kind is StepKind.SETTLE:
+            self.capture.restart()
+        elif kept is not None and (kind is StepKind.VALIDATE or kept.ticks):
+            # One placement is one measurement: a repeat begins with a move. A rotation may begin
+            # with the hold that the device is in.
+            rotating = kind is StepKind.ROTATIONS
+            rotating |= kind is StepKind.MORE and self.requests.rotating
+            context.run.used = not rotating
+        if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
+            self.skipped[StepKind.VALIDATE] = self._not_validated()
+        if kind is StepKind.RESULT:
+            # What is fitted on the way into the result stays what it is.
+            self.capture.finish()
+            context.run.complete = kept is not None
+        context.watch.rest()
+        self.stage.enter()
+
+    def _not_validated(self) -> str:
+        """Consequence of an incomplete validation."""
+        taken, wanted = self.stages[StepKind.VALIDATE].tally
+        if not taken:
+            return self.context.procedure.step(StepKind.VALIDATE).skipped
+        return f"{taken:.0f} of {wanted:.0f} new orientations were taken"
+
+    def advance(self) -> None:
+        """The step has all it needs: on to the next that does not."""
+        self.context.emit(EventKind.STEP_DONE, f"{TITLES[self.step]} done.")
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Enter the next step that is neither finished nor skipped."""
+        if self.step is StepKind.SETTLE and self.return_to is not None:
+            kind, self.return_to = self.return_to, None
+            self.enter(kind)
+            return
+        kinds = self.kinds
+        later: tuple[StepKind, ...] = (StepKind.RESULT,)
+        if self.step is not StepKind.MORE:
+            later = kinds[kinds.index(self.step) + 1 :]
+        for kind in later:
+            if self._left_out(kind):
+                continue
+            self.enter(kind)
+            if kind is StepKind.RESULT:
+                left = ", ".join(TITLES[one] for one in self.skipped)
+                text = f"Measured, but for {left}." if left else "Everything is measured."
+                self.context.emit(EventKind.FINISHED, text)
+            return
+
+    def _left_out(self, kind: StepKind) -> bool:
+        if kind not in MEASURING:
+            return False
+        if self.stages[kind].finished or kind in self.skipped:
+            return True
+        if kind is StepKind.ROTATIONS and not self.context.has_gyroscope:
+            self.skipped[kind] = "the stream has no gyroscope"
+            self.context.emit(EventKind.STEP_SKIPPED, "No gyroscope: no rotations.")
+            return True
+        return False
+
+    # What comes out
+
+    def status(self) -> Status:
+        """Everything a screen shows, frozen."""
+        if self._status is None:
+            context, own, noise = self.context, self.context.measurements, self.settle.noise
+            up = context.up
+            self._status = replace(
+                self.stage.view(),
+                step=self.step,
+                elapsed=self.elapsed,
+                still=self._still_status(),
+                up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
+                noise="" if noise is None else context.units.noise_text(noise),
+                offers=self._offers(),
+                last_event=context.last_event,
+                holds=len(own.holds) + len(own.validation),
+                rotations=len(own.rotations),
+                skipped=tuple(self.skipped.items()),
+                steps=context.procedure.kinds,
+                poses=len(context.procedure.step(StepKind.POSES).poses),
+            )
+        return self._status
+
+    def _still_status(self) -> StillStatus:
+        context, watch, needed = self.context, self.context.watch, self.stage.seconds
+        reason = watch.reason
+        if self.step is StepKind.SETTLE and not context.still and self.settle.why:
+            reason = self.settle.why
+        return StillStatus(
+            still=context.still,
+            motions=watch.motions,
+            worst=watch.worst,
+            held=min(context.held, needed) if self.asking else context.held,
+            needed=needed,
+            waiting=watch.waiting,
+            loosened=watch.loosened,
+            reason=reason,
+            spent=context.run.used,
+        )
+
+    def _offers(self) -> tuple[Offer, ...]:
+        """The ways out and the choices that are open now."""
+        offers: list[Offer] = []
+        if self.asking and self.context.watch.offered:
+            if self.context.watch.loosened < MAX_LOOSENED:
+                offers.append(Offer("loosen", "loosen the limits twofold"))
+            offers.append(Offer("take", "take it as it is, marked hand-held"))
+            if self.step is not StepKind.SETTLE:
+                offers.append(Offer("remeasure", "measure the noise again"))
+        if self.step in (*MEASURING, StepKind.MORE) and self.stage.finished:
+            offers.append(Offer("skip", "all taken: go on"))
+        if self.step is StepKind.FIELD:
+            offers.extend(self.field.offers())
+        if self.step is StepKind.POSES and self._faces_wait():
+            offers.append(Offer("count-faces", "count the faces of the up/down step"))
+        if self.step is StepKind.RESULT:
+            offers.append(Offer("validate", "check it in new orientations"))
+            offers.append(Offer("save", "save the calibration"))
+        return tuple(offers)
+
+    def _faces_wait(self) -> bool:
+        """Whether faces of the up/down step could still count among the poses."""
+        own = self.context.measurements
+        wanted = set(self.context.procedure.step(StepKind.POSES).poses) & set(FACES)
+        taken = set(own.ticked(StepKind.UP_DOWN)) & wanted
+        return bool(taken - set(own.ticked(StepKind.POSES)))
+
+    def instruction(self) -> Instruction:
+        """The instruction to the person or program that moves the device."""
+        status = self.status()
+        pose: str | tuple[float, float, float] | None = None
+        if status.step in _PLACING:
+            pose = status.wanted or status.wanted_up or next(iter(status.missing), None)
+        asked, field = status.rotation, status.field
+        return Instruction(
+            status.step,
+            pose,
+            None if asked is None else RotationRequest(asked.axis, asked.start_pose, asked.done),
+            field is not None,
+            None if field is None else field.face,
+            status.still.held,
+            status.still.needed,
+            status.holds,
+        )
+
+    @property
+    def makeshift(self) -> Noise | None:
+        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
+        return self.settle.noise if self.settle.makeshift else None
+
+    def collected(self) -> Collected:
+        """All measurements; a hold in progress has its present length."""
+        collected = replace(self.capture.collected(), steps=self.context.resolution.steps)
+        collected = replace(collected, magnetometer=self._record.series())
+        if collected.magnetometer is None or StepKind.FIELD in self.skipped:
+            return collected
+        survey, unit = self.field.gathered.survey, self.field.gathered.unit
+        return replace(
+            collected, field_spans=survey.spans(), field_left_out=left_out_spans(survey, unit)
+        )

@@ -1,0 +1,457 @@
+"""Holds in given directions, in any order, recognised by themselves.
+
+Up/down and poses ask for named poses, the validation for any new orientation, and what the bench
+asks for is a list of single requests, with rotations after them.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from imucal_wizard.core.limits.procedure import MIN_WARMING, REQUEST_TOLERANCE_DEG
+from imucal_wizard.core.poses import (
+    AXES,
+    CORNERS,
+    DIRECTIONS,
+    FACE_TOLERANCE_DEG,
+    NAMED,
+    POSE_TOLERANCE_DEG,
+    TIE_DEG,
+    angle_between,
+    nearest,
+    spoken,
+    spoken_up,
+    turn_towards,
+)
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.measurements import KeptHold
+from imucal_wizard.guide.plan import Step
+from imucal_wizard.guide.state import AxisStart, EventKind, Status, StepKind
+from imucal_wizard.guide.steps.rotations import RotationsStage
+from imucal_wizard.guide.wording import PUT_BACK, how_to_reach, label, lift_and_reach, turn_up
+from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.measurement.stillness import Block
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionTarget:
+    """A direction that is asked for.
+
+    Attributes:
+        key: by which a hold is ticked for it.
+        up: up in the body frame, unit vector, shape (3,).
+        pose: its name, or None.
+        tolerance: how far off a hold may be, degrees.
+        why: what it is good for, or "".
+        warm: with the device warmed up first.
+    """
+
+    key: str
+    up: FloatArray
+    pose: str | None
+    tolerance: float
+    why: str = ""
+    warm: bool = False
+
+    def away(self, up: FloatArray) -> float:
+        """How far it is from an up direction, degrees."""
+        return math.degrees(angle_between(up, self.up))
+
+    @property
+    def label(self) -> str:
+        """Its name in capitals, or "The pose"."""
+        return label(self.pose) if self.pose else "The pose"
+
+
+class DirectionsStage:
+    """Takes one hold in each of the given directions.
+
+    Args:
+        context: what all steps see.
+        step: what the step needs.
+
+    Attributes:
+        targets: the directions, in the order of the list.
+        wanted: the one asked for next, or None.
+        tie: directions whose distances differ by less, degrees, are asked for in the list's order.
+    """
+
+    tie = TIE_DEG
+
+    def __init__(self, context: Context, step: Step) -> None:
+        self._context = context
+        self._step = step
+        edges = any(len(pose) > 2 for pose in step.poses)
+        tolerance = POSE_TOLERANCE_DEG if edges else FACE_TOLERANCE_DEG
+        self.targets = tuple(
+            DirectionTarget(pose, NAMED[pose], pose, tolerance) for pose in step.poses
+        )
+        self.wanted: DirectionTarget | None = None
+
+    @property
+    def seconds(self) -> float:
+        """How long the device must be at rest for one hold, s."""
+        return self._step.seconds
+
+    @property
+    def missing(self) -> tuple[DirectionTarget, ...]:
+        """The directions still to take."""
+        done = self._context.measurements.ticked(self._step.kind)
+        return tuple(target for target in self.targets if target.key not in done)
+
+    @property
+    def finished(self) -> bool:
+        """All directions are taken."""
+        return not self.missing
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Directions taken, directions wanted."""
+        return float(len(self.targets) - len(self.missing)), float(len(self.targets))
+
+    def enter(self) -> None:
+        """Ask for the nearest missing direction."""
+        self.wanted = None
+        self._choose()
+
+    def follow(self, block: Block) -> None:  # noqa: ARG002 -- every stage is told of each block
+        """Ask for a direction as soon as it is known where the device is."""
+        if self.wanted is None:
+            self._choose()
+
+    def ask_again(self, key: str) -> None:
+        """Ask for the direction that was taken back, wherever the device is."""
+        self.wanted = next((one for one in self.missing if one.key == key), self.wanted)
+
+    def completed(self, kept: KeptHold) -> None:
+        """Tick the direction of this hold, or explain why it is none of the wanted ones."""
+        context, kind = self._context, self._step.kind
+        up = context.direction(kept)
+        found = None if up is None else self._recognised(up)
+        if kind is StepKind.UP_DOWN and up is not None and not context.procedure.led:
+            self._count_onwards(kept, up)
+        if found is None:
+            if StepKind.POSES not in kept.ticks:
+                self._refuse(up)
+            return
+        again = found not in self.missing
+        kept.ticks[kind] = found.key
+        if kind is StepKind.UP_DOWN and context.procedure.count_faces:
+            kept.ticks[StepKind.POSES] = found.key
+        kept.hold = replace(kept.hold, pose=found.pose)
+        if not again:
+            self.wanted = None
+        self._choose()
+        upcoming = self.wanted
+        following = f" Next: {upcoming.label} up." if upcoming and upcoming.pose else ""
+        if again:
+            text = f"{found.label} is done already; kept as a repeat.{following}"
+            context.emit(EventKind.ALREADY_DONE, text)
+            return
+        done, wanted = self.tally
+        text = f"{found.label} taken, {done:.0f} of {wanted:.0f}.{following}"
+        context.emit(EventKind.HOLD_TAKEN, text)
+        if found.warm and self._cold(kept):
+            text = (
+                f"It is hardly warmer than before ({kept.hold.temperature:.0f} °C): take it back "
+                "and warm it first with a hand, a lamp or a box."
+            )
+            context.emit(EventKind.WARNING, text)
+
+    def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
+        """Tick the hold among the poses of the next step as well."""
+        poses = self._context.procedure.step(StepKind.POSES).poses
+        pose = nearest(up, poses, POSE_TOLERANCE_DEG)
+        if pose is not None:
+            kept.ticks[StepKind.POSES] = pose
+            kept.hold = replace(kept.hold, pose=pose)
+            self._context.emit(EventKind.HOLD_TAKEN, f"{label(pose)} is among the poses.")
+
+    def _cold(self, kept: KeptHold) -> bool:
+        holds = (one.hold.temperature for one in self._context.measurements.holds)
+        known = [value for value in holds if value is not None]
+        now = kept.hold.temperature
+        return now is not None and bool(known) and now < min(known) + MIN_WARMING
+
+    def _refuse(self, up: FloatArray | None) -> None:
+        if up is None:
+            text = (
+                "The accelerometer reads almost nothing here: is an axis dead, or its unit wrong? "
+                "Look at the values in the source step."
+            )
+        else:
+            target = min(self.targets, key=lambda one: one.away(up))
+            axis, sense, angle = turn_towards(up, target.up)
+            name = label(target.pose) if target.pose else "the pose"
+            text = (
+                f"{angle:.0f}° off {name}: turn it about {axis}, to the {sense}. "
+                "Kept for the fit all the same."
+            )
+        self._context.emit(EventKind.WRONG_POSE, text)
+
+    def _recognised(self, up: FloatArray) -> DirectionTarget | None:
+        """The direction that the device is in; of several alike one that is missing."""
+        missing = self.missing
+        near = [one for one in self.targets if one.away(up) <= one.tolerance]
+        return min(near, key=lambda one: (round(one.away(up)), one not in missing), default=None)
+
+    @property
+    def _spent(self) -> bool:
+        """This placement has been measured: the device must be moved first."""
+        run = self._context.run
+        return run.used or self._step.kind in run.told
+
+    def _choose(self) -> None:
+        """The nearest missing direction, cold ones first; it stays until it is taken."""
+        up, missing = self._context.up, self.missing
+        if self.wanted in missing:
+            return
+        self.wanted = None
+        if up is None:
+            return
+        cold = [one for one in missing if not one.warm] or list(missing)
+        # a direction wanted twice is held with another one in between where there is one
+        elsewhere = [one for one in cold if not self._spent or one.away(up) > one.tolerance]
+        self.wanted = min(
+            elsewhere or cold, key=lambda one: round(one.away(up) / self.tie), default=None
+        )
+
+    def view(self) -> Status:
+        """Instruction, what is done and missing, and the way to the wanted direction."""
+        up, wanted, missing = self._context.up, self.wanted, self.missing
+        here = None if up is None else self._recognised(up)
+        status = Status(
+            instruction="HOLD IT STILL" if missing else "ALL TAKEN",
+            recognised=None if here is None else here.pose,
+            done=tuple(one.pose for one in self.targets if one.pose and one not in missing),
+            missing=tuple(one.pose for one in missing if one.pose),
+            progress=self.tally,
+            start_values=self._start_values(),
+            counts_here=here in missing,
+        )
+        if wanted is None:
+            return status
+        words = spoken(wanted.pose) if wanted.pose else spoken_up(wanted.up)
+        unnamed = (float(wanted.up[0]), float(wanted.up[1]), float(wanted.up[2]))
+        return replace(
+            status,
+            instruction=turn_up(wanted.pose) if wanted.pose else "TILT IT AS SHOWN",
+            detail=f"warm it first; {words}" if wanted.warm else words,
+            reason=wanted.why,
+            guidance="" if up is None else self._guidance(up, here, wanted),
+            wanted=wanted.pose,
+            wanted_up=None if wanted.pose else unnamed,
+            off_by=None if up is None else wanted.away(up),
+        )
+
+    def _guidance(
+        self, up: FloatArray, here: DirectionTarget | None, wanted: DirectionTarget
+    ) -> str:
+        if self._context.still and self._spent and here is wanted:
+            return PUT_BACK
+        if self._context.still and self._context.run.used:
+            return lift_and_reach(up, wanted.up)
+        if here is wanted:
+            return "there: hold it still"
+        if here in self.missing and here is not None and here.pose:
+            return f"{label(here.pose)} is missing too: hold it still"
+        return how_to_reach(up, wanted.up)
+
+    def _start_values(self) -> tuple[AxisStart, ...]:
+        """Q's start values from the up/down holds, eq. 13–14.
+
+        ``(a_up − a_down)/2`` is a *sensitivity*, reading per g; Q's eq. 5 multiplies by its
+        reciprocal, the correction.
+        """
+        if self._step.kind is not StepKind.UP_DOWN:
+            return ()
+        ticked = self._context.measurements.ticked(StepKind.UP_DOWN)
+        unit = self._context.units.accelerometer
+        values = []
+        for index, axis in enumerate(AXES):
+            holds = (ticked.get(f"+{axis}"), ticked.get(f"-{axis}"))
+            up, down = (
+                None if one is None else float(one.hold.accelerometer[index]) for one in holds
+            )
+            bias = sensitivity = None
+            if up is not None and down is not None:
+                bias, sensitivity = (up + down) / 2.0, (up - down) / 2.0
+            values.append(AxisStart(axis, up, down, bias, sensitivity, unit))
+        return tuple(values)
+
+
+class ValidationStage(DirectionsStage):
+    """Takes orientations that the fit has not seen; asks for corners, accepts anything new.
+
+    Its holds go to the validation only.
+    """
+
+    tie = 1.0  # the corners have no order of their own
+
+    def __init__(self, context: Context, step: Step) -> None:
+        super().__init__(context, step)
+        self.targets = tuple(
+            DirectionTarget(name, up, name, POSE_TOLERANCE_DEG) for name, up in CORNERS.items()
+        )
+        self._new: tuple[DirectionTarget, ...] = ()
+
+    @property
+    def missing(self) -> tuple[DirectionTarget, ...]:
+        """The corners that were new when the last one was chosen; none once there are enough."""
+        return () if self.finished else self._new
+
+    @property
+    def finished(self) -> bool:
+        """There are enough new orientations."""
+        return len(self._context.measurements.validation) >= self._step.orientations
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """New orientations taken and wanted."""
+        taken = len(self._context.measurements.validation)
+        return float(taken), float(self._step.orientations)
+
+    def completed(self, kept: KeptHold) -> None:
+        """Keep the hold if it is far from all known directions, else advise where to tilt."""
+        context = self._context
+        up = context.direction(kept)
+        near = None if up is None else self._apart(up, self._known(kept))
+        if up is None or near is not None:
+            context.measurements.remove(kept)
+            where = "" if near is None else f"Only {near:.0f}° from a pose already taken. "
+            context.emit(EventKind.WRONG_POSE, where + self._way(up))
+            return
+        kept.hold = replace(kept.hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        self._choose()
+        done, wanted = self.tally
+        text = f"New orientation taken, {done:.0f} of {wanted:.0f}."
+        context.emit(EventKind.HOLD_TAKEN, text)
+
+    def _choose(self) -> None:
+        """The nearest corner that is new."""
+        known = self._known(None)
+        self._new = tuple(one for one in self.targets if self._apart(one.up, known) is None)
+        super()._choose()
+
+    def _way(self, up: FloatArray | None) -> str:
+        if up is None or self.wanted is None:
+            return "Tilt it farther."
+        axis, sense, angle = turn_towards(up, self.wanted.up)
+        return f"Tilt it about {axis}, to the {sense}, by about {angle:.0f}°."
+
+    def _known(self, apart_from: KeptHold | None) -> list[FloatArray]:
+        own = self._context.measurements
+        kept = [hold for hold in (*own.holds, *own.validation) if hold is not apart_from]
+        ups = [self._context.direction(hold) for hold in kept]
+        return [up for up in ups if up is not None]
+
+    def _apart(self, up: FloatArray, known: list[FloatArray]) -> float | None:
+        """How far the nearest known direction is, degrees; None where it is far enough."""
+        angle = math.degrees(min((angle_between(up, other) for other in known), default=math.pi))
+        return angle if angle < self._step.apart_deg else None
+
+    def view(self) -> Status:
+        """The corner asked for, and what else will do."""
+        status, up = super().view(), self._context.up
+        anywhere = "any new orientation will do"
+        return replace(
+            status,
+            instruction=status.instruction if self.wanted else "TILT IT ANEW",
+            detail=f"{status.detail}; {anywhere}" if self.wanted else "",
+            recognised=None if up is None else nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG),
+            done=(),
+            missing=(),
+            counts_here=up is not None and self._apart(up, self._known(None)) is None,
+        )
+
+
+class RequestsStage(DirectionsStage):
+    """Takes the measurements that the bench requests: these poses, then these rotations.
+
+    Args:
+        context: what all steps see.
+        pose: what a pose needs.
+        rotation: what a rotation needs.
+
+    Attributes:
+        since: sample time at which it was asked for, s.
+    """
+
+    tie = 1.0  # the bench asks for a set
+
+    def __init__(self, context: Context, pose: Step, rotation: Step) -> None:
+        super().__init__(context, replace(pose, kind=StepKind.MORE, poses=()))
+        self._rotation_step = replace(rotation, kind=StepKind.MORE)
+        self._rotations = RotationsStage(context, self._rotation_step, {})
+        self._round = 0
+        self.since = 0.0
+
+    def ask(self, requests: Sequence[MeasurementRequest]) -> None:
+        """Begin with these; those that need a warm device last, then the rotations."""
+        context = self._context
+        self._round, self.since, self.wanted = self._round + 1, context.time, None
+        poses = sorted((one for one in requests if not one.axis), key=lambda one: one.warm)
+        self.targets = tuple(
+            DirectionTarget(
+                f"{self._round}.{index}",
+                one.direction,
+                one.pose,
+                POSE_TOLERANCE_DEG if one.pose else REQUEST_TOLERANCE_DEG,
+                one.reason,
+                one.warm,
+            )
+            for index, one in enumerate(poses)
+        )
+        needs: dict[str, int] = {}
+        for one in requests if context.has_gyroscope else ():
+            if one.axis:
+                needs[one.axis] = needs.get(one.axis, 0) + one.turns
+        self._rotations = RotationsStage(context, self._rotation_step, needs, context.time)
+
+    @property
+    def rotating(self) -> bool:
+        """The poses are done and rotations are left."""
+        return not self.missing and not self._rotations.finished
+
+    @property
+    def seconds(self) -> float:
+        """How long the device must be at rest for one hold, s."""
+        return (self._rotation_step if self.rotating else self._step).seconds
+
+    @property
+    def finished(self) -> bool:
+        """All poses and rotations are taken."""
+        return not self.missing and self._rotations.finished
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Poses and rotations taken, poses and rotations wanted."""
+        poses, rotations = super().tally, self._rotations.tally
+        return poses[0] + rotations[0], poses[1] + rotations[1]
+
+    def enter(self) -> None:
+        """Ask for the nearest pose."""
+        self._rotations.enter()
+        super().enter()
+
+    def follow(self, block: Block) -> None:
+        """Ask for a pose as soon as it is known where the device is; follow a rotation."""
+        if self.rotating:
+            self._rotations.follow(block)
+        else:
+            super().follow(block)
+
+    def completed(self, kept: KeptHold) -> None:
+        """Tick the pose of this hold, or judge the rotation that it ends."""
+        if self.rotating:
+            self._rotations.completed(kept)
+        else:
+            super().completed(kept)
+
+    def view(self) -> Status:
+        """The pose or rotation asked for, and the way to it."""
+        status = super().view()
+        if self.rotating:
+            return replace(self._rotations.view(), done=status.done, progress=self.tally)
+        return status

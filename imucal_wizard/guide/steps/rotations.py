@@ -1,0 +1,379 @@
+"""Rotations about x, y and z by hand between still periods (Q's figure 2)."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from imucal_wizard.core.limits.procedure import (
+    AMBIGUOUS_SENSE_DEG,
+    FAST_RATE,
+    MAX_ANGLE_DISAGREEMENT,
+    MAX_AXIS_TILT_DEG,
+    MAX_CIRCLES,
+    MIN_ATTEMPT_DEG,
+    MIN_ATTEMPT_RATE,
+    MIN_AXIS_SHARE,
+    MIN_CONTRADICTION_DEG,
+    NEAR_RANGE_SHARE,
+    SLOW_RATE,
+    SPEEDS_WANTED,
+    USUAL_RANGE,
+)
+from imucal_wizard.core.poses import (
+    AXES,
+    DIRECTIONS,
+    POSE_TOLERANCE_DEG,
+    START_POSES,
+    turn_towards,
+)
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.live_checks import (
+    axis_shares,
+    contradicted,
+    disagreement,
+    gravity_angle,
+    integrated,
+    resting_rate,
+    speeds,
+)
+from imucal_wizard.guide.measurements import KeptHold, KeptRotation
+from imucal_wizard.guide.plan import Step
+from imucal_wizard.guide.state import EventKind, RotationStatus, Status
+from imucal_wizard.guide.wording import how_to_turn, label, signed, turn_up
+from imucal_wizard.measurement.rotation_angle import (
+    RotationAngle,
+    level,
+    rotation_between,
+    unwrapped,
+)
+from imucal_wizard.measurement.stillness import Block
+
+
+def senses(rotations: Sequence[KeptRotation]) -> tuple[bool, bool]:
+    """Whether it has been turned to the left, and to the right."""
+    angles = [rotation.angle for rotation in rotations]
+    return any(angle > 0.0 for angle in angles), any(angle < 0.0 for angle in angles)
+
+
+def rotation_advice(rotations: Sequence[KeptRotation], *, scale_known: bool) -> str:
+    """Advice for the next rotation, or "".
+
+    Args:
+        rotations: those taken about this axis.
+        scale_known: the gyroscope's readings have a unit.
+    """
+    left, right = senses(rotations)
+    if left != right:
+        return f"turn to the {'right' if left else 'left'} too"
+    peaks = [rotation.fastest for rotation in rotations]
+    if not peaks or speeds(peaks) >= SPEEDS_WANTED:
+        return ""
+    if not scale_known:
+        return "turn at another speed too"
+    if max(peaks) < FAST_RATE:
+        return "go faster"
+    return "go slower" if min(peaks) > SLOW_RATE else "take a middle speed too"
+
+
+class RotationJudge:
+    """Judges the motions of the rotation step."""
+
+    def __init__(self, context: Context, step: Step) -> None:
+        self._context = context
+        self._minimum = step.minimum_deg
+
+    def poised(self, up: FloatArray | None, axis: str) -> bool:
+        """Whether an axis lies level, so that gravity shows a turn about it."""
+        return up is not None and level(up, axis) <= MAX_AXIS_TILT_DEG
+
+    def scale(self, axis: str) -> float | None:
+        """Radians per second for a reading of one; None while it is not known.
+
+        For counts it is what the rotations so far say of this axis (least squares).
+        """
+        if self._context.units.gyroscope_known:
+            return 1.0
+        known = self._context.measurements.counted_rotations(axis)
+        pairs = [(math.radians(one.angle), integrated(one)[AXES.index(axis)]) for one in known]
+        squares = sum(through * through for _, through in pairs)
+        return sum(angle * through for angle, through in pairs) / squares if squares > 0 else None
+
+    def fault(self, motion: KeptRotation, axis: str) -> str | None:
+        """The reason why a motion is no rotation about the axis.
+
+        Fills in the angle, the fastest rate and, where it was about the axis, the axis.
+
+        Returns:
+            None when it is one, the reason when it is not, "" when none was meant.
+        """
+        before = self._context.direction(motion.before)
+        after = self._context.direction(motion.after)
+        if before is None or after is None or level(before, axis) > MAX_AXIS_TILT_DEG:
+            return ""
+        if not np.isfinite(motion.rate).all():
+            return motion.problem
+        share = axis_shares(motion.rate, resting_rate(motion))
+        if share[AXES.index(axis)] < MIN_AXIS_SHARE:
+            if self._contradicted(motion, axis):
+                return motion.problem
+            return self._strayed(share, before, after, axis)
+        angle = self._angle(motion, before, after, axis)
+        if angle is None:
+            return f"{axis} stands upright at its end: keep it level"
+        if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
+            circles = abs(angle) / (2.0 * math.pi)
+            return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
+        motion.axis, motion.angle = axis, math.degrees(angle)
+        motion.fastest = self._fastest(motion, axis)
+        return motion.problem or self._too_small(motion)
+
+    def _contradicted(self, motion: KeptRotation, axis: str) -> bool:
+        """Whether gravity shows a turn about the axis that the gyroscope denies.
+
+        Its columns are swapped then, or one is dead. The rotation counts: asking for another would
+        ask for ever, and the fit finds out which it is.
+        """
+        context = self._context
+        if not context.units.gyroscope_known:
+            return False
+        angle = gravity_angle(motion.acceleration, context.up_estimate, axis)
+        if angle is None or abs(angle) < math.radians(MIN_CONTRADICTION_DEG):
+            return False
+        if not contradicted(integrated(motion), angle, axis):
+            return False
+        motion.axis, motion.angle = axis, math.degrees(angle)
+        motion.fastest = (
+            float(np.abs(motion.rate - resting_rate(motion)).max()) * context.units.degrees
+        )
+        return True
+
+    def _angle(
+        self, motion: KeptRotation, before: FloatArray, after: FloatArray, axis: str
+    ) -> float | None:
+        through = float(integrated(motion)[AXES.index(axis)])
+        scale = self.scale(axis)
+        angle = rotation_between(before, after, axis, 0.0 if scale is None else scale * through)
+        if angle is not None and scale is not None:
+            if abs(angle - scale * through) > MAX_ANGLE_DISAGREEMENT * abs(angle):
+                # gravity counts the circles
+                seen = gravity_angle(motion.acceleration, self._context.up_estimate, axis)
+                angle = angle if seen is None else unwrapped(angle, seen)
+            return angle
+        if (
+            angle is not None
+            and through * angle < 0.0
+            and abs(angle) > math.radians(AMBIGUOUS_SENSE_DEG)
+        ):
+            # More than half a circle, seen from the other side: the sense is the gyroscope's.
+            return unwrapped(angle, math.copysign(math.pi, through))
+        return angle
+
+    def _fastest(self, motion: KeptRotation, axis: str) -> float:
+        index = AXES.index(axis)
+        rate = motion.rate[:, index] - resting_rate(motion)[index]
+        return float(np.abs(rate).max()) * self._context.units.degrees
+
+    def _too_small(self, motion: KeptRotation) -> str | None:
+        if abs(motion.angle) >= self._minimum:
+            return None
+        motion.axis = None
+        swung = self._context.units.gyroscope_known and motion.fastest >= MIN_ATTEMPT_RATE
+        if abs(motion.angle) < MIN_ATTEMPT_DEG and not swung:
+            return ""
+        return f"only {signed(motion.angle)}: turn at least {self._minimum:.0f}°"
+
+    def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
+        """A motion about another axis; a mere change of place is no attempt."""
+        start = DIRECTIONS[START_POSES[axis]]
+        moved = turn_towards(before, after)[2]
+        if moved < MIN_ATTEMPT_DEG or turn_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
+            return ""
+        other = AXES[int(np.argmax(share))]
+        if other == axis:
+            return f"it turned about {axis} and about another axis too: turn about {axis} alone"
+        return f"it turned mostly about {other}: turn about {axis}"
+
+
+class RotationsStage:
+    """Takes the rotations about each axis in turn.
+
+    Args:
+        context: what all steps see.
+        step: what a rotation needs, and how many are wanted about each axis.
+        needs: how many are wanted about which axes, where that is not the same for all.
+        since: only rotations that end after this sample time, s, count.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        step: Step,
+        needs: Mapping[str, int] | None = None,
+        since: float = -math.inf,
+    ) -> None:
+        self._context = context
+        self._step = step
+        self._needs = dict.fromkeys(AXES, step.per_axis) if needs is None else dict(needs)
+        self._since = since
+        self._judge = RotationJudge(context, step)
+        self.seconds = step.seconds
+        self._turn: RotationAngle | None = None
+        self._angle = 0.0
+        self._rate = 0.0
+        self._fastest = 0.0
+
+    @property
+    def axis(self) -> str:
+        """About which axis rotations are wanted now; the last one when there are enough."""
+        short = (axis for axis, need in self._needs.items() if len(self._taken(axis)) < need)
+        return next(short, next(reversed(self._needs), AXES[-1]))
+
+    def _taken(self, axis: str) -> list[KeptRotation]:
+        known = self._context.measurements.counted_rotations(axis)
+        own = [rotation for rotation in known if rotation.step is self._step.kind]
+        return [rotation for rotation in own if rotation.after.hold.start >= self._since]
+
+    @property
+    def finished(self) -> bool:
+        """There are enough rotations about each axis."""
+        return all(len(self._taken(axis)) >= need for axis, need in self._needs.items())
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Rotations taken, rotations wanted, all axes together."""
+        done = sum(min(len(self._taken(axis)), need) for axis, need in self._needs.items())
+        return float(done), float(sum(self._needs.values()))
+
+    def enter(self) -> None:
+        """Nothing is under way."""
+        self._turn = None
+        self._angle = self._rate = self._fastest = 0.0
+
+    def follow(self, block: Block) -> None:
+        """Follow the angle and the rate of the turn under way."""
+        context, index = self._context, AXES.index(self.axis)
+        before = context.start
+        if block.rate is None or before is None:
+            self.enter()
+            return
+        if context.still and context.run.kept is before:
+            self.enter()
+            return
+        if self._turn is None:
+            up = context.direction(before)
+            if up is None:
+                return
+            self._turn = RotationAngle(self.axis, up)
+        rest = before.hold.gyroscope
+        turning = block.rate[:, index] - (0.0 if rest is None else rest[index])
+        self._rate = float(turning.mean()) * context.units.degrees
+        peak = float(np.abs(turning).max()) * context.units.degrees
+        self._fastest = max(self._fastest, peak)
+        scale = self._judge.scale(self.axis)
+        turned = None if scale is None else scale * float(turning.mean()) * block.seconds
+        if math.isfinite(self._rate):
+            self._angle = math.degrees(self._turn.add(context.up, turned))
+
+    def completed(self, kept: KeptHold) -> None:
+        """The device rests again: judge the motion that led here."""
+        context, motion = self._context, self._context.motion
+        kept.between |= kept.step is self._step.kind
+        self.enter()
+        if motion is None:
+            self._begin(kept)
+            return
+        axis = self.axis
+        problem = self._judge.fault(motion, axis)
+        if problem is None:
+            context.measurements.count(motion, axis)
+            done = len(self._taken(axis))
+            text = f"{signed(motion.angle)} about {axis} taken, {done} of {self._needs[axis]}."
+            text += f" Next: about {self.axis}." if self.axis != axis else self._hint()
+            context.emit(EventKind.ROTATION_TAKEN, text)
+            doubt = disagreement(motion, scale_known=context.units.gyroscope_known)
+            if doubt:
+                context.emit(EventKind.WARNING, doubt)
+        elif problem:
+            context.emit(EventKind.ROTATION_REJECTED, f"Rotation not used: {problem}.")
+        else:
+            self._begin(kept)
+
+    def _hint(self) -> str:
+        advice = self._advice()
+        return f" {advice.capitalize()}." if advice else ""
+
+    def _begin(self, kept: KeptHold) -> None:
+        """A hold that ends no rotation: a place to start from, or to go on from."""
+        context, axis = self._context, self.axis
+        up = context.direction(kept)
+        if context.start_lost:
+            context.emit(
+                EventKind.ROTATION_REJECTED, f"Rotation not used: {context.start_lost}. Turn again."
+            )
+        elif self._judge.poised(up, axis):
+            context.emit(EventKind.HOLD_TAKEN, f"Start hold taken. Rotate about {axis} and stop.")
+        else:
+            start = label(START_POSES[axis])
+            context.emit(EventKind.HOLD_TAKEN, f"Held. Now turn {start} up to rotate about {axis}.")
+
+    def _advice(self) -> str:
+        """Advice about the rotations that are still missing about this axis, or ""."""
+        return rotation_advice(
+            self._taken(self.axis), scale_known=self._context.units.gyroscope_known
+        )
+
+    def view(self) -> Status:
+        """The rotation under way, or how to begin one."""
+        context, axis = self._context, self.axis
+        start = START_POSES[axis]
+        moving = self._turn is not None
+        up = context.up
+        off_by = None if up is None else turn_towards(up, DIRECTIONS[start])[2]
+        poised = moving or self._judge.poised(up, axis)
+        return Status(
+            instruction=f"ROTATE ABOUT {axis.upper()}" if poised else turn_up(start),
+            detail=self._detail(),
+            guidance="" if poised or up is None else how_to_turn(up, start),
+            wanted=None if poised else start,
+            off_by=off_by,
+            progress=self.tally,
+            rotation=self._rotation(),
+            counts_here=abs(self._angle) > self._step.minimum_deg,
+        )
+
+    def _detail(self) -> str:
+        context, axis = self._context, self.axis
+        if self._turn is not None:
+            return f"stop where you like, then hold still for {self.seconds:.0f} s"
+        if context.start is None or not context.still or context.held < self.seconds:
+            return f"first hold still for {self.seconds:.0f} s"
+        if not self._judge.poised(context.up, axis):
+            return f"{axis} must lie level: gravity shows only turns about a level axis"
+        left, _ = senses(self._taken(axis))
+        sense = "right" if left and len(self._taken(axis)) % 2 else "left"
+        return f"turn it to the {sense} and stop"
+
+    def _rotation(self) -> RotationStatus:
+        axis = self.axis
+        rotations = self._taken(axis)
+        full, units = self._context.gyroscope_range, self._context.units
+        usual = USUAL_RANGE if units.gyroscope_known else None
+        limit = usual if full is None else full * units.degrees
+        left, right = senses(rotations)
+        return RotationStatus(
+            axis=axis,
+            start_pose=START_POSES[axis],
+            angle=self._angle,
+            rate=self._rate,
+            fastest=self._fastest,
+            range_limit=limit,
+            range_known=full is not None,
+            done=tuple(rotation.angle for rotation in rotations),
+            wanted=self._needs[axis],
+            senses=left and right,
+            speeds=speeds([rotation.fastest for rotation in rotations]),
+            advice=self._advice(),
+            clips=limit is not None and self._fastest >= NEAR_RANGE_SHARE * limit,
+        )

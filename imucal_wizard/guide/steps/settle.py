@@ -1,0 +1,266 @@
+"""The settle step: some seconds of rest, and the limits of rest that follow from their noise.
+
+No noise is known yet, so rest is judged against coarse limits, against the run's own typical
+spread, and against where it began: a device that turns slowly shows a small spread for ever.
+"""
+
+import numpy as np
+
+from imucal_wizard.core.limits.procedure import (
+    CALMER_FACTOR,
+    JUMP_FACTOR,
+    MAX_DRIFT_G,
+    MAX_UNIT_FACTOR,
+    MIN_MAKESHIFT_WINDOWS,
+    MIN_SETTLE_WINDOWS,
+)
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.measurements import KeptHold
+from imucal_wizard.guide.plan import Step
+from imucal_wizard.guide.scales import Scales
+from imucal_wizard.guide.state import EventKind, Status
+from imucal_wizard.guide.stillness_watch import coarse_limits, limits_of
+from imucal_wizard.measurement.rounding import Resolution
+from imucal_wizard.measurement.stillness import Block, Limits, Noise, Windows, measure_noise
+
+
+class Settling:
+    """The windows of the present run."""
+
+    def __init__(self, units: Scales, resolution: Resolution, *, keep: int) -> None:
+        self._units = units
+        self._resolution = resolution
+        self._keep = keep
+        self._run: list[Windows] = []
+        self._first: list[FloatArray] = []
+        self._newest: list[FloatArray] = []
+        self._all: list[Windows] = []
+        self._longest: list[Windows] = []
+
+    def add(self, block: Block, one_g: float) -> str:
+        """Take a block that is within the coarse limits; why it is a movement all the same, or "".
+
+        Args:
+            block: the newest block and window.
+            one_g: what the accelerometer reads for one gravity, in its unit.
+        """
+        reason = self._departs(block, one_g)
+        if reason:
+            self.broken()
+        else:
+            self._run.append(block.window)
+            self._run = self._run[-self._keep :]
+            if len(self._first) < MIN_SETTLE_WINDOWS:
+                self._first.append(block.mean_a)
+            self._newest = [*self._newest[-MIN_SETTLE_WINDOWS + 1 :], block.mean_a]
+        return reason
+
+    def remember(self, block: Block) -> None:
+        """Note any full window, still or not, for a noise taken on command."""
+        if block.full:
+            self._all = [*self._all[-self._keep + 1 :], block.window]
+
+    def broken(self) -> None:
+        """It moved: the run begins again."""
+        if len(self._run) > len(self._longest):
+            self._longest = self._run
+        self._run, self._first, self._newest = [], [], []
+
+    @property
+    def longest(self) -> list[Windows]:
+        """The windows of the longest run that was broken."""
+        return self._longest
+
+    def noise(self, *, any_window: bool = False) -> Noise | None:
+        """The noise of the run, or of the newest windows whether still or not."""
+        return window_noise(self._all if any_window else self._run)
+
+    def _departs(self, block: Block, one_g: float) -> str:
+        if len(self._run) < MIN_SETTLE_WINDOWS:
+            return ""
+        typical = measure_noise(stacked_windows(self._run))
+        if typical is None:
+            return ""
+        if self._calmer(typical):
+            return "it has become calm only now"
+        step_a, step_g = self._resolution.steps
+        floor_a = np.maximum(step_a, MAX_DRIFT_G * one_g / 3.0)
+        limit = np.maximum(JUMP_FACTOR * typical.std_a, floor_a)
+        reason = self._units.shaking(block.window.std_a[0], limit)
+        if not reason and block.window.std_g is not None and typical.std_g is not None:
+            limit = np.maximum(JUMP_FACTOR * typical.std_g, step_g)
+            reason = self._units.trembling(block.window.std_g[0], limit)
+        return reason or self._wandered(typical, one_g)
+
+    def _calmer(self, typical: Noise) -> bool:
+        newest = measure_noise(stacked_windows(self._run[-MIN_SETTLE_WINDOWS:]))
+        if newest is None:
+            return False
+        floor = np.maximum(CALMER_FACTOR * newest.std_a, self._resolution.steps[0])
+        return bool((typical.std_a > floor).any())
+
+    def _wandered(self, typical: Noise, one_g: float) -> str:
+        apart = np.abs(np.mean(self._newest, axis=0) - np.mean(self._first, axis=0))
+        limit = np.maximum(
+            JUMP_FACTOR * typical.std_a, np.maximum(self._resolution.steps[0], MAX_DRIFT_G * one_g)
+        )
+        return self._units.wandering(apart, limit)
+
+
+def window_noise(windows: list[Windows]) -> Noise | None:
+    """The noise in single windows; None without any."""
+    return measure_noise(stacked_windows(windows)) if windows else None
+
+
+def stacked_windows(windows: list[Windows]) -> Windows:
+    """Single windows as one table."""
+    rates = [window.std_g for window in windows if window.std_g is not None]
+    means = [window.mean_g for window in windows if window.mean_g is not None]
+    return Windows(
+        np.concatenate([window.std_a for window in windows]),
+        np.concatenate(rates) if rates else None,
+        np.concatenate(means) if means else None,
+        np.concatenate([window.full for window in windows]),
+    )
+
+
+WINDOWS_PER_SECOND = 20
+"""Windows kept for each second of the rest wanted: twice as many as it has."""
+
+
+class SettleStage:
+    """Measures the noise and sets the limits of the steps that follow.
+
+    Args:
+        context: what all steps see.
+        step: what the step needs.
+        known: noise that is known beforehand; then the step is done before it begins.
+
+    Attributes:
+        noise: what the limits are made of, or None.
+        makeshift: the noise is that of a rest shorter than asked for.
+        why: why the device is not at rest now, or "".
+    """
+
+    def __init__(self, context: Context, step: Step, known: Noise | None = None) -> None:
+        self._context = context
+        self.seconds = step.seconds
+        self._settling = Settling(context.units, context.resolution, keep=1)
+        self.noise = known
+        self.finished = known is not None
+        self.makeshift = False
+        self.why = ""
+
+    @property
+    def tally(self) -> tuple[float, float]:
+        """Seconds of rest, seconds wanted."""
+        done = self.seconds if self.finished else min(self._context.held, self.seconds)
+        return done, self.seconds
+
+    def enter(self) -> None:
+        """Begin again, with coarse limits."""
+        self.finished = False
+        self.why = ""
+        context = self._context
+        keep = max(round(self.seconds * WINDOWS_PER_SECOND), WINDOWS_PER_SECOND)
+        self._settling = Settling(context.units, context.resolution, keep=keep)
+        self.prepare()
+
+    def prepare(self) -> None:
+        """Coarse limits, as soon as the reading of one gravity is known."""
+        if self._context.up_estimate.known:
+            self._context.watch.set_limits(self.coarse())
+
+    def assume(self) -> None:
+        """Limits from noise that was known beforehand, as soon as one gravity is."""
+        context = self._context
+        if self.noise is not None and context.watch.limits is None and context.up_estimate.known:
+            context.watch.set_limits(self.fine(self.noise))
+
+    def coarse(self) -> Limits:
+        """Limits before any noise is known."""
+        context = self._context
+        return coarse_limits(
+            context.up_estimate.radius, context.units, gyroscope=context.has_gyroscope
+        )
+
+    def fine(self, noise: Noise) -> Limits:
+        """Limits from the noise and the resolution known so far."""
+        context = self._context
+        return limits_of(noise, context.resolution.steps, context.up_estimate.radius, context.units)
+
+    def do_without(self) -> None:
+        """Without a measured noise: the limits it had before, or coarse ones."""
+        limits = self.coarse() if self.noise is None else self.fine(self.noise)
+        self._context.watch.set_limits(limits)
+
+    def refine(self) -> None:
+        """A smaller step than all before was seen: the floor of the limits may change."""
+        if self.noise is not None and self.finished:
+            self._context.watch.adapt(self.fine(self.noise))
+
+    def admits(self, block: Block) -> bool:
+        """Whether a window within the coarse limits belongs to the run; keeps the reason."""
+        self._settling.remember(block)
+        if not self._context.watch.still:
+            self._settling.broken()
+            self.why = self._context.watch.reason or "samples are missing"
+            return False
+        self.why = self._settling.add(block, self._context.up_estimate.radius)
+        return not self.why
+
+    def follow(self, block: Block) -> None:
+        """Nothing more than `admits` has seen."""
+
+    def completed(self, kept: KeptHold) -> None:
+        """Ten seconds of rest are over: set the limits."""
+        self.noise = self._settling.noise(any_window=kept.hold.hand_held)
+        self.makeshift = False
+        if self.noise is None:
+            return
+        context = self._context
+        context.watch.set_limits(self.fine(self.noise))
+        self.finished = True
+        context.emit(
+            EventKind.HOLD_TAKEN, f"Noise measured: {context.units.noise_text(self.noise)}."
+        )
+        self._doubt()
+
+    def make_do(self) -> bool:
+        """Settle for the longest rest so far, when the whole length never came."""
+        windows = self._settling.longest
+        noise = window_noise(windows) if len(windows) >= MIN_MAKESHIFT_WINDOWS else None
+        if noise is None:
+            return False
+        self.noise, self.makeshift = noise, True
+        context = self._context
+        context.watch.set_limits(self.fine(noise))
+        self.finished = True
+        context.emit(
+            EventKind.WARNING,
+            f"{self.seconds:.0f} s of rest never came: the noise is that of the longest rest, "
+            f"{context.units.noise_text(noise)}.",
+        )
+        return True
+
+    def _doubt(self) -> None:
+        """Say so when gravity does not look like gravity."""
+        units = self._context.units
+        if not units.accelerometer_known:
+            return
+        size = self._context.up_estimate.radius
+        if not 1.0 / MAX_UNIT_FACTOR < size / units.gravity < MAX_UNIT_FACTOR:
+            self._context.emit(
+                EventKind.WARNING,
+                f"Gravity reads {size:.3g} m/s² instead of {units.gravity:.3g}: "
+                "check the accelerometer's unit in the source step.",
+            )
+
+    def view(self) -> Status:
+        """Put it down and leave it."""
+        return Status(
+            instruction="PUT IT DOWN",
+            detail=f"leave it alone for {self.seconds:.0f} s: its noise is measured",
+            progress=self.tally,
+        )

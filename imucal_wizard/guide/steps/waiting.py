@@ -1,0 +1,40 @@
+"""Steps in which nothing is measured: source, result, save."""
+
+from imucal_wizard.guide.measurements import KeptHold
+from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.measurement.stillness import Block
+
+WORDS: dict[StepKind, tuple[str, str]] = {
+    StepKind.SOURCE: ("CHOOSE THE SOURCE", "look at the preview, then go on"),
+    StepKind.RESULT: ("MEASURED", "look at the result; validate it, then save it"),
+    StepKind.SAVE: ("SAVE THE RESULT", "choose where the calibration is written"),
+}
+
+
+class WaitingStage:
+    """Waits for a command.
+
+    Args:
+        kind: which of the steps.
+    """
+
+    seconds = 0.0
+    finished = False
+    tally = (0.0, 1.0)
+
+    def __init__(self, kind: StepKind) -> None:
+        self._kind = kind
+
+    def enter(self) -> None:
+        """Nothing to prepare."""
+
+    def completed(self, kept: KeptHold) -> None:
+        """No hold is asked for."""
+
+    def follow(self, block: Block) -> None:
+        """Nothing to follow."""
+
+    def view(self) -> Status:
+        """The instruction of the step."""
+        instruction, detail = WORDS[self._kind]
+        return Status(instruction=instruction, detail=detail)

@@ -1,0 +1,188 @@
+"""Limits of rest, the axis that exceeds them, and the patience with a device that never rests.
+
+The limits of rest come from the noise of the settle step. They widen by themselves, announced and
+bounded, because both hands hold the device and nothing may need a key.
+"""
+
+import math
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.limits.procedure import (
+    COARSE_LIMIT_G,
+    COARSE_RATE_LIMIT_DEG,
+    LOOSEN_FACTOR,
+    LOOSEN_SECONDS,
+    MAX_LOOSENED,
+    MIN_RATE_LIMIT_DEG,
+    MIN_REST_LIMIT_G,
+    MIN_SWAY_LIMIT_DEG,
+    NOISE_FACTOR,
+    OFFER_SECONDS,
+    RECENT_SECONDS,
+    WINDOW_SECONDS,
+)
+from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.scales import Scales, excess, moves
+from imucal_wizard.guide.state import AxisMotion
+from imucal_wizard.measurement.stillness import Block, Limits, Noise
+
+
+def limits_of(
+    noise: Noise, quantum: tuple[FloatArray, FloatArray], one_g: float, units: Scales
+) -> Limits:
+    """Limits of rest that a hand at a desk can keep, for the steps that follow the settling.
+
+    Args:
+        noise: from the settle step.
+        quantum: smallest step of each accelerometer and gyroscope axis, shape (3,) each; 0 where
+            none was seen. A reading that flickers between two neighbours is at rest.
+        one_g: what the accelerometer reads for one gravity, in its unit.
+        units: units of the readings.
+    """
+    limits = noise.limits(NOISE_FACTOR)
+    floor = np.maximum(quantum[0], MIN_REST_LIMIT_G * one_g)
+    accelerometer = np.maximum(limits.accelerometer, floor)
+    if limits.gyroscope is None:
+        return Limits(accelerometer)
+    sway, turn = math.radians(MIN_SWAY_LIMIT_DEG), math.radians(MIN_RATE_LIMIT_DEG)
+    if not units.gyroscope_known:
+        sway = turn = 1e-9
+    gyroscope = np.maximum(limits.gyroscope, np.maximum(quantum[1], sway))
+    rate = np.maximum(limits.gyroscope * 1.5, np.maximum(2.0 * quantum[1], turn))
+    return Limits(accelerometer, gyroscope, noise.mean_g, rate)
+
+
+def coarse_limits(one_g: float, units: Scales, *, gyroscope: bool) -> Limits:
+    """Limits before any noise is known; a gyroscope in counts has none yet."""
+    accelerometer = np.full(3, COARSE_LIMIT_G * one_g)
+    if not gyroscope or not units.gyroscope_known:
+        return Limits(accelerometer)
+    return Limits(accelerometer, np.full(3, math.radians(COARSE_RATE_LIMIT_DEG)))
+
+
+class StillnessWatch:
+    """Limits of rest and the patience with a device that does not meet them.
+
+    Attributes:
+        loosened: factor by which the limits are wider than they were set.
+        waiting: seconds for which a hold has been asked for in vain.
+        motions: how much each axis moves.
+        still: the newest window is still.
+    """
+
+    def __init__(self, units: Scales) -> None:
+        self._units = units
+        self._limits: Limits | None = None
+        self._tight: Limits | None = None
+        self._recent: deque[float] = deque(maxlen=1)
+        self._calm = 0.0
+        self.loosened = 1.0
+        self.waiting = 0.0
+        self.motions: tuple[AxisMotion, ...] = ()
+        self.still = False
+
+    @property
+    def limits(self) -> Limits | None:
+        """The limits as they are now, or None before any are known."""
+        return self._limits
+
+    @property
+    def offered(self) -> bool:
+        """Whether the ways out are open."""
+        return self.waiting >= OFFER_SECONDS
+
+    @property
+    def worst(self) -> AxisMotion | None:
+        """The axis farthest over its limit, or nearest to it when all are below."""
+        return max(self.motions, key=excess, default=None)
+
+    @property
+    def reason(self) -> str:
+        """Why it does not count as still: "z turns at 2.9 °/s, limit 0.8"; "" when it does."""
+        worst = self.worst
+        return moves(worst) if worst is not None and worst.moving else ""
+
+    def set_limits(self, limits: Limits) -> None:
+        """New limits, not loosened."""
+        self._tight = self._limits = limits
+        self.loosened = 1.0
+        self.rest()
+
+    def adapt(self, limits: Limits) -> None:
+        """Other limits about the same resting value, as loosened as before."""
+        if self._tight is not None:
+            mean = self._tight.gyroscope_mean
+            self._tight = limits if mean is None else replace(limits, gyroscope_mean=mean)
+            self._limits = self._tight.scaled(self.loosened)
+
+    def rest_at(self, mean: FloatArray) -> None:
+        """The same limits about another resting value of the gyroscope."""
+        if self._tight is None or self._tight.gyroscope_mean is None:
+            return
+        self._tight = replace(self._tight, gyroscope_mean=mean)
+        self._limits = self._tight.scaled(self.loosened)
+
+    def loosen(self) -> bool:
+        """Widen the limits; False when they are as wide as they may be."""
+        if self._tight is None or self.loosened >= MAX_LOOSENED:
+            return False
+        self.loosened *= LOOSEN_FACTOR
+        self._limits = self._tight.scaled(self.loosened)
+        return True
+
+    def tighten(self, seconds: float) -> bool:
+        """Back to the first limits once the device has met them for so long; whether it has."""
+        if self.loosened == 1.0 or self._calm < seconds - WINDOW_SECONDS:
+            return False
+        self._limits, self.loosened = self._tight, 1.0
+        return True
+
+    def rest(self) -> None:
+        """A hold was completed, or none is asked for: the waiting starts again."""
+        self.waiting = 0.0
+        self._recent.clear()
+
+    def judge(self, block: Block) -> bool:
+        """Whether the window that ends with this block is still; keeps the reasons."""
+        if self._limits is None:
+            self.motions, self.still = (), False
+            return False
+        self.motions = self._units.motions(block.window, self._limits)
+        self.still = bool(block.window.still(self._limits)[0])
+        calm = self._tight is not None and bool(block.window.still(self._tight)[0])
+        self._calm = self._calm + block.seconds if calm else 0.0
+        return self.still
+
+    def exhausted_in(self, seconds: float) -> bool:
+        """Whether it will then have lasted so long that something must give way."""
+        return self.waiting + seconds >= OFFER_SECONDS + LOOSEN_SECONDS - TIME_TOLERANCE
+
+    def wait(self, seconds: float) -> str | None:
+        """Count a block in which a hold is asked for and not complete.
+
+        Returns:
+            ``"stuck"`` when the ways out open now, ``"loosened"`` when the limits have just been
+            widened, else None. Limits widen only for a device that is nearly at rest: one that is
+            being carried would not meet the widest either.
+        """
+        if self._recent.maxlen == 1:
+            self._recent = deque(maxlen=max(round(RECENT_SECONDS / seconds), 1))
+        worst = self.worst
+        self._recent.append(excess(worst) if worst is not None else math.inf)
+        before = self.waiting
+        self.waiting += seconds
+        if before < OFFER_SECONDS <= self.waiting:
+            return "stuck"
+        if self.exhausted_in(0.0) and not self.still and self._nearly_still():
+            self.loosen()
+            self.waiting = OFFER_SECONDS
+            return "loosened"
+        return None
+
+    def _nearly_still(self) -> bool:
+        middle = sorted(self._recent)[len(self._recent) // 2]
+        return self.loosened < MAX_LOOSENED and middle * self.loosened <= MAX_LOOSENED

@@ -1,0 +1,1 @@
+"""What was measured: stillness, holds, rotations, and how coarse and noisy the samples are."""

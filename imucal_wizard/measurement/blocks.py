@@ -1,0 +1,226 @@
+"""Equal pieces of the stream, a tenth of a second each: all that stillness and holds look at.
+
+The sums of a block are formed in an order that depends only on its size, so the same samples give
+the same bits whether they come one at a time or ten million at once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.core.limits.stillness import BLOCK_SECONDS, MIN_BLOCK_SAMPLES
+from imucal_wizard.core.readings import (
+    MAX_SAMPLE_INTERVALS,
+    BoolArray,
+    FloatArray,
+    Readings,
+    Series,
+    join,
+)
+
+_SAMPLES_AT_ONCE = 8192
+"""Samples whose sums are formed at once, so that they stay in the processor's cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Consecutive pieces of a stream, m of them.
+
+    Attributes:
+        start: time of the first sample of each, s, shape (m,).
+        end: time one interval after the last sample, s, shape (m,).
+        mean_a: mean accelerometer reading, shape (m, 3).
+        var_a: mean square about that mean, shape (m, 3).
+        mean_g: mean gyroscope reading, shape (m, 3), or None.
+        var_g: mean square about that mean, or None.
+        temperature: mean temperature, °C, NaN where unknown, shape (m,).
+        gap: samples are missing inside, or between it and the block before, shape (m,).
+        size: samples in each block.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    mean_a: FloatArray
+    var_a: FloatArray
+    mean_g: FloatArray | None
+    var_g: FloatArray | None
+    temperature: FloatArray
+    gap: BoolArray
+    size: int
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def select(self, rows: slice) -> "Blocks":
+        """Some consecutive blocks."""
+        return Blocks(
+            start=self.start[rows],
+            end=self.end[rows],
+            mean_a=self.mean_a[rows],
+            var_a=self.var_a[rows],
+            mean_g=None if self.mean_g is None else self.mean_g[rows],
+            var_g=None if self.var_g is None else self.var_g[rows],
+            temperature=self.temperature[rows],
+            gap=self.gap[rows],
+            size=self.size,
+        )
+
+
+def join_blocks(parts: Sequence[Blocks]) -> Blocks:
+    """Pieces of one stream of blocks, in order, as one."""
+
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    gyroscope = parts[0].mean_g is not None
+    return Blocks(
+        start=joined("start"),
+        end=joined("end"),
+        mean_a=joined("mean_a"),
+        var_a=joined("var_a"),
+        mean_g=joined("mean_g") if gyroscope else None,
+        var_g=joined("var_g") if gyroscope else None,
+        temperature=joined("temperature"),
+        gap=np.concatenate([part.gap for part in parts]),
+        size=parts[0].size,
+    )
+
+
+def block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
+    """Samples in a block at a sampling rate in Hz."""
+    return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
+
+
+def moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and mean square about it of each piece.
+
+    Each piece is re-centred on its first sample: raw counts around 32768 would lose their variance
+    in a plain sum of squares.
+
+    Args:
+        pieces: shape (m, size, channels).
+
+    Returns:
+        Means and variances, each of shape (m, channels).
+    """
+    count, size, _ = pieces.shape
+    step = max(1, _SAMPLES_AT_ONCE // size)
+    parts = [_moments(pieces[i : i + step]) for i in range(0, max(count, 1), step)]
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate([mean for mean, _ in parts]), np.concatenate([var for _, var in parts])
+
+
+def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same for so few pieces that they stay in the processor's cache.
+
+    Every channel of a piece is brought into a row of its own, so that its sum is formed in an
+    order that depends on nothing but ``size``.
+    """
+    offset = np.array(pieces.swapaxes(1, 2), order="C")
+    origin = offset[:, :, 0].copy()
+    offset -= origin[:, :, None]
+    mean = offset.mean(axis=2)
+    offset *= offset
+    return origin + mean, np.maximum(offset.mean(axis=2) - mean * mean, 0.0)
+
+
+class BlockCutter:
+    """Cuts a stream into blocks; keeps what does not fill one yet."""
+
+    def __init__(self, rate: float, seconds: float = BLOCK_SECONDS) -> None:
+        self.size = block_size(rate, seconds)
+        self._interval = 1.0 / rate
+        self._rest: Readings | None = None
+        self._last_time: float | None = None
+        self._temperatures: Series | None = None
+
+    def feed(self, readings: Readings) -> Blocks:
+        """The blocks that these readings complete.
+
+        The gyroscope, where there is one, has the accelerometer's sample times.
+        """
+        whole = readings if self._rest is None else join([self._rest, readings])
+        self._keep_temperatures(readings.temperature)
+        count = len(whole) // self.size
+        used = count * self.size
+        self._rest = _rows(whole, used, len(whole)) if used < len(whole) else None
+        blocks = self._blocks(whole, count)
+        if count:
+            self._last_time = float(whole.accelerometer.time[used - 1])
+        return blocks
+
+    def _blocks(self, whole: Readings, count: int) -> Blocks:
+        used = count * self.size
+        time = whole.accelerometer.time[:used].reshape(count, self.size)
+        mean_a, var_a = moments(_pieces(whole.accelerometer, count, self.size))
+        mean_g = var_g = None
+        if whole.gyroscope is not None:
+            mean_g, var_g = moments(_pieces(whole.gyroscope, count, self.size))
+        return Blocks(
+            start=time[:, 0].copy(),
+            end=time[:, -1] + self._interval,
+            mean_a=mean_a,
+            var_a=var_a,
+            mean_g=mean_g,
+            var_g=var_g,
+            temperature=self._temperature(time),
+            gap=self._gaps(time),
+            size=self.size,
+        )
+
+    def _gaps(self, time: FloatArray) -> BoolArray:
+        limit = MAX_SAMPLE_INTERVALS * self._interval
+        steps = np.diff(time, axis=1)
+        inside = ((steps > limit) | (steps < 0.0)).any(axis=1)
+        if len(time):
+            ends_before = np.empty(len(time))
+            ends_before[0] = time[0, 0] if self._last_time is None else self._last_time
+            ends_before[1:] = time[:-1, -1]
+            between = time[:, 0] - ends_before
+            inside |= (between > limit) | (between < 0.0)
+        return np.asarray(inside, bool)
+
+    def _keep_temperatures(self, new: Series | None) -> None:
+        if new is not None and len(new):
+            known = self._temperatures
+            parts = [new] if known is None else [known, new]
+            self._temperatures = Series(
+                np.concatenate([part.time for part in parts]),
+                np.concatenate([part.values for part in parts]),
+                new.unit,
+            )
+
+    def _temperature(self, time: FloatArray) -> FloatArray:
+        """The newest temperature at the end of each block; a slow sensor's value is held."""
+        series = self._temperatures
+        if series is None or not len(time):
+            return np.full(len(time), np.nan)
+        newest = np.searchsorted(series.time, time[:, -1], side="right") - 1
+        values = np.where(newest < 0, np.nan, series.values[np.maximum(newest, 0), 0])
+        keep = max(int(newest[-1]), 0)
+        self._temperatures = Series(series.time[keep:], series.values[keep:], series.unit)
+        return values
+
+
+def _pieces(series: Series, count: int, size: int) -> FloatArray:
+    return series.values[: count * size].reshape(count, size, series.values.shape[1])
+
+
+def _rows(readings: Readings, first: int, last: int) -> Readings:
+    """Rows of accelerometer and gyroscope by index."""
+    gyroscope = readings.gyroscope
+    return Readings(
+        readings.accelerometer.part(first, last),
+        None if gyroscope is None else gyroscope.part(first, last),
+    )
+
+
+def aligned(readings: Readings) -> Readings:
+    """The gyroscope interpolated to the accelerometer's times, where it has times of its own."""
+    own, gyroscope = readings.accelerometer, readings.gyroscope
+    if gyroscope is None or np.array_equal(own.time, gyroscope.time):
+        return readings
+    columns = [np.interp(own.time, gyroscope.time, column) for column in gyroscope.values.T]
+    return replace(readings, gyroscope=Series(own.time, np.column_stack(columns), gyroscope.unit))

@@ -1,0 +1,437 @@
+"""What is wrong with the data: one set of checks with one set of limits, live and offline.
+
+Every check gives one sentence that says what was seen and what to do, or "".
+"""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.gravity import UNITS_BY_SIZE, looks_like, unit_of_gravity, usual_size
+from imucal_wizard.core.limits.data_quality import (
+    COUNT_ENDS,
+    GRAVITY_BLOCK_SECONDS,
+    MAX_BURST_RATIO,
+    MAX_FORCE_STEP,
+    MAX_GRAVITY_ERROR,
+    MAX_GRAVITY_SPREAD,
+    MAX_JITTER_SHARE,
+    MAX_QUIET_RATIO,
+    MAX_RATE_STEP,
+    MAX_REMOVED_GRAVITY,
+    MAX_REPEATED_SHARE,
+    MAX_REST_VARIATION,
+    MAX_STEP_RATIO,
+    MAX_UNDITHERED_STEPS,
+    MAX_UNEVEN_PART,
+    MAX_ZERO_RATE_SHARE,
+    MIN_CHECKED_SAMPLES,
+    MIN_COUNT_SPAN,
+    MIN_FORCE_RANGE,
+    MIN_FULL_SCALE_SHARE,
+    MIN_GRAVITY,
+    MIN_LONG_PLATEAU,
+    MIN_LONG_PLATEAU_JUMP,
+    MIN_PLATEAU,
+    MIN_PLATEAU_JUMP,
+    MIN_PLATEAU_RATIO,
+    MIN_POSITION_RATIO,
+    MIN_RATE_RANGE,
+    MIN_RESTS,
+    MIN_SILENT_HOLDS,
+    RESTART_GAP_SECONDS,
+    SILENT_VARIANCE_SHARE,
+)
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
+from imucal_wizard.measurement.holds import Hold
+
+_STEPS_FROM = 5000
+"""Samples from which the smallest step is taken."""
+
+
+def findings(readings: Readings) -> tuple[str, ...]:
+    """Everything that a whole recording shows to be wrong."""
+    if len(readings) < MIN_CHECKED_SAMPLES:
+        return (f"there are only {len(readings)} samples",)
+    sensors = _sensors(readings)
+    found = [wrong_gravity(readings), missing_samples(readings.accelerometer.time)]
+    found += [coarse_steps(sensor, series) for sensor, series in sensors]
+    found += [repeated(readings), zero_rate(readings)]
+    found += [dead_axes(sensor, series) for sensor, series in sensors]
+    found += [clipped(sensor, series) for sensor, series in sensors]
+    return tuple(dict.fromkeys(text for text in found if text))
+
+
+def _sensors(readings: Readings) -> list[tuple[str, Series]]:
+    """The sensors that have enough samples to show anything."""
+    both = (("accelerometer", readings.accelerometer), ("gyroscope", readings.gyroscope))
+    return [(n, s) for n, s in both if s is not None and len(s) >= MIN_CHECKED_SAMPLES]
+
+
+def repeated(readings: Readings) -> str:
+    """Samples that repeat the one before in every axis."""
+    values = _together(readings)
+    share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
+    if not MAX_REPEATED_SHARE < share < 1.0:
+        return ""
+    return (
+        f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
+        f"sensor measures, or too few digits. Print once per new measurement, or the noise and "
+        f"the stillness limits come out wrong."
+    )
+
+
+def frozen(readings: Readings) -> str:
+    """Not one value changes."""
+    values = _together(readings)
+    if not bool(np.all(values == values[0])):
+        return ""
+    return (
+        "No value changes at all: the sensor does not answer and its last values are printed, or "
+        "so few digits that no noise is seen. Check its wiring, and print more digits."
+    )
+
+
+def _together(readings: Readings) -> FloatArray:
+    gyroscope = readings.gyroscope
+    if gyroscope is None or len(gyroscope) != len(readings):
+        return readings.accelerometer.values
+    return np.hstack((readings.accelerometer.values, gyroscope.values))
+
+
+def dead_axes(sensor: str, series: Series) -> str:
+    """Axes that never change while another axis does, or that are copies of one another."""
+    values = series.values
+    spans = np.ptp(values, axis=0)
+    lively = max(len(np.unique(values[:, axis])) for axis in range(3)) > 5
+    dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0] if lively else []
+    if dead:
+        return (
+            f"The {sensor}'s {' and '.join(dead)} axis never changes: it is dead, or another "
+            f"column was taken for it. Check the columns and the sensor."
+        )
+    for one, other in itertools.combinations(range(3), 2):
+        if spans[one] > 0.0 and np.array_equal(values[:, one], values[:, other]):
+            return (
+                f"The {sensor}'s {AXES[one]} and {AXES[other]} axes are the same in every sample: "
+                f"one column was given twice. Check the sketch and the names of the columns."
+            )
+    return ""
+
+
+def zero_rate(readings: Readings) -> str:
+    """The gyroscope is exactly zero while the accelerometer shows noise."""
+    gyroscope = readings.gyroscope
+    if gyroscope is None or not len(gyroscope):
+        return ""
+    if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
+        return ""
+    if float(np.mean(np.all(gyroscope.values == 0.0, axis=1))) <= MAX_ZERO_RATE_SHARE:
+        return ""
+    return (
+        "The gyroscope reads exactly zero at rest: the device takes its own bias out (BNO055 in a "
+        "fusion mode, WitMotion with automatic calibration) or prints too few digits. Switch to "
+        "raw data (BNO055: AMG mode; WitMotion: register 0x63 = 1), or its bias cannot be found."
+    )
+
+
+def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> str:
+    """Steps between readings that are coarser than what a calibration needs.
+
+    Noise above half a step dithers it away in the average of a hold; then it does no harm.
+
+    Args:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        series: its samples.
+        printed: the step of the printed digits, in the unit of the samples, where it is known.
+    """
+    if series.unit == COUNT:
+        return ""
+    values = series.values[:_STEPS_FROM]
+    step = smallest_step(values) if printed is None else printed
+    limit = MAX_FORCE_STEP if sensor == "accelerometer" else MAX_RATE_STEP
+    if not step > limit or _quietest_noise(values) * MAX_UNDITHERED_STEPS >= step:
+        return ""
+    if sensor == "accelerometer":
+        words = f"{step / STANDARD_GRAVITY * 1000:.2g} mg ({step * 1000:.3g} mm/s²)"
+    else:
+        words = f"{np.degrees(step):.2g} °/s"
+    return (
+        f"The readings of the {sensor} come in steps of {words}: let the device print more digits, "
+        f"in an Arduino sketch with Serial.print(x, 5)."
+    )
+
+
+def smallest_step(values: FloatArray) -> float:
+    """Smallest difference between distinct values of the axis that resolves best; 0 without one."""
+    steps = []
+    for axis in values.T:
+        differences = np.diff(np.unique(axis))
+        differences = differences[differences > 1e-9 * max(1.0, float(np.abs(axis).max()))]
+        if len(differences):
+            steps.append(float(differences.min()))
+    return min(steps, default=0.0)
+
+
+def _quietest_noise(values: FloatArray) -> float:
+    """Noise of the stillest stretch, from differences of neighbours; the largest axis."""
+    count = len(values) // MIN_CHECKED_SAMPLES
+    if not count:
+        return 0.0
+    steps = np.diff(values, axis=0, prepend=values[:1])[: count * MIN_CHECKED_SAMPLES]
+    squares = (steps**2).reshape(count, MIN_CHECKED_SAMPLES, 3).mean(axis=1)
+    return float(np.sqrt(squares[squares.sum(axis=1).argmin()].max() / 2.0))
+
+
+def wrong_gravity(readings: Readings) -> str:
+    """The size of gravity at rest does not fit the unit."""
+    series = readings.accelerometer
+    size = _gravity_at_rest(series)
+    if series.unit == COUNT or size is None:
+        return ""
+    if size < MIN_GRAVITY and _feels_gravity(readings.gyroscope):
+        return (
+            "What is taken for the gyroscope reads as gravity does, and the accelerometer does "
+            "not: their columns are exchanged. Correct the names that the device prints, or say "
+            "which column is which."
+        )
+    likely = _unit_taken_for_another(size)
+    if size < MIN_GRAVITY and not likely:
+        return (
+            f"The acceleration is only {size:.2g} m/s² at rest: the device has taken gravity out "
+            f"(linear acceleration), or the unit is wrong. Let it print the raw acceleration, or "
+            f"correct the unit."
+        )
+    if abs(size / STANDARD_GRAVITY - 1.0) < MAX_GRAVITY_ERROR:
+        return ""
+    advice = f"it looks like {likely}: set that unit" if likely else "correct the unit or the range"
+    return f"Gravity reads {size:.4g} m/s² instead of 9.81; {advice}."
+
+
+def _gravity_at_rest(series: Series) -> float | None:
+    """Median size of the readings in blocks in which it is steady; None where it never is."""
+    sizes = np.linalg.norm(series.values, axis=1)
+    length = max(4, round(GRAVITY_BLOCK_SECONDS * series.rate))
+    count = len(sizes) // length
+    blocks = sizes[: count * length].reshape(count, length)
+    means = blocks.mean(axis=1)
+    still = (blocks.std(axis=1) <= MAX_REST_VARIATION * means) | (means < MIN_GRAVITY)
+    return float(np.median(means[still])) if still.any() else None
+
+
+def _feels_gravity(series: Series | None) -> bool:
+    """Whether rates have steadily the size that one g has in a usual unit."""
+    if series is None or series.unit == COUNT or not len(series):
+        return False
+    sizes = np.linalg.norm(series.values, axis=1)
+    size = float(np.median(sizes))
+    near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE.values())
+    return near and float(np.std(sizes)) < 0.05 * size
+
+
+def _unit_taken_for_another(size: float) -> str:
+    """What was printed in another unit than it was taken for, by the size of gravity."""
+    for taken in UNITS_BY_SIZE:
+        unit = unit_of_gravity(size / ACCELERATION[taken], 0.1)
+        if unit not in (None, taken):
+            return f"{unit} taken for {taken}"
+    return ""
+
+
+def clipped(sensor: str, series: Series, *, short: bool = False) -> str:
+    """Axes that stand at the end of their range.
+
+    Args:
+        sensor: the sensor.
+        series: its samples.
+        short: they are a few seconds, which may end in a rest; then the end must be beyond the
+            smallest usual range.
+    """
+    for axis in range(3):
+        column = series.values[:, axis]
+        for end in (float(column.max()), float(column.min())):
+            if _is_end(column, end, sensor, series.unit, short=short):
+                return (
+                    f"The {sensor}'s {AXES[axis]} axis stands at its limit ({end:.5g} "
+                    f"{series.unit}): the range is too small for this movement. Set a larger range "
+                    f"in the device, or turn more slowly; what was measured there is wrong."
+                )
+    return ""
+
+
+def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bool) -> bool:
+    """Whether an extreme value is the end of the range."""
+    if unit == COUNT and end in COUNT_ENDS:
+        return True
+    if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
+        return False
+    least = MIN_FORCE_RANGE if sensor == "accelerometer" else MIN_RATE_RANGE
+    if short and unit != COUNT and abs(end) < least:
+        return False
+    if not _flat_top(column if end == column.max() else -column):
+        return False
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
+    lengths = np.diff(np.append(starts, len(column)))
+    here = column[starts] == end
+    # a high quantile of the runs elsewhere: a sensor that hangs once does not hide an end
+    elsewhere = float(np.quantile(lengths[~here], 0.999)) if not here.all() else 0.0
+    return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
+
+
+def clipped_axis(rate: FloatArray, rest: FloatArray, full_scale: float | None) -> str | None:
+    """The axis that reached the end of its range during a rotation, or None.
+
+    Args:
+        rate: readings, shape (n, 3).
+        rest: the reading at rest, shape (3,).
+        full_scale: largest rate the gyroscope shows, in the reading's unit, or None.
+    """
+    for index, axis in enumerate(AXES):
+        largest = np.abs(rate[:, index]).max(initial=0.0)
+        if full_scale is not None and largest >= MIN_FULL_SCALE_SHARE * full_scale:
+            return axis
+        turned = rate[:, index] - rest[index]
+        for signed in (turned, -turned):
+            if len(signed) and float(signed.max()) > 0.0 and _flat_top(signed):
+                return axis
+    return None
+
+
+def _flat_top(values: FloatArray) -> bool:
+    """Whether equal samples at the largest value are entered with a jump.
+
+    A smooth peak in coarse steps stands on one value, too, but it comes there step by step.
+    """
+    if len(values) <= MIN_PLATEAU:
+        return False
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min(initial=np.inf))
+    at_top = np.flatnonzero(values == values.max())
+    if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
+        return False
+    for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
+        jump = steps[plateau[0] - 1] / resolution
+        if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
+            return True
+        if len(plateau) >= MIN_LONG_PLATEAU and jump >= MIN_LONG_PLATEAU_JUMP:
+            return True
+    return False
+
+
+def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
+    """Accelerometer axes that show one extreme reading and no noise in several holds.
+
+    Of readings whose noise is smaller than their step it cannot be told: any hold may be silent.
+
+    Args:
+        holds: as they were measured, without what rounding adds to their covariance.
+        step: smallest step of the readings of each axis, shape (3,).
+    """
+    if len(holds) <= MIN_SILENT_HOLDS:
+        return []
+    means = np.array([hold.accelerometer for hold in holds])
+    variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
+    samples = float(np.median([hold.samples for hold in holds]))
+    notes = []
+    for axis in range(3):
+        usual = float(np.median(variances[:, axis]))
+        if not usual * samples > step[axis] ** 2:
+            continue
+        silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
+        for end in (means[:, axis].min(), means[:, axis].max()):
+            # a mean of equal readings is theirs to rounding only
+            count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
+            if count >= MIN_SILENT_HOLDS:
+                notes.append(
+                    f"the accelerometer's {AXES[axis]} axis stands at {end:.5g} without any noise "
+                    f"in {count} holds: the end of its range. Set a larger range in the device and "
+                    "measure again; this calibration is wrong"
+                )
+    return notes
+
+
+def missing_samples(time: FloatArray) -> str:
+    """Samples that are missing, or times that were taken where the samples arrived."""
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    # nobody knows what is missing at a restart
+    restarts = np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
+    gaps = np.flatnonzero((usual > 0.0) & (steps > MAX_STEP_RATIO * usual) & ~restarts)
+    if not len(gaps):
+        return ""
+    ratios = steps[gaps] / usual
+    uneven = float(np.median(np.abs(ratios - np.round(ratios)))) > MAX_UNEVEN_PART
+    bursts = float(np.median(ratios)) > MAX_BURST_RATIO
+    if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
+        return (
+            "the times jitter as if they were taken where the samples arrived; let the device"
+            " print its own time, or leave the column out and give the rate"
+        )
+    longest = gaps[np.argmax(steps[gaps])]
+    lost = int(np.round(ratios - 1.0).sum())
+    where = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}"
+    return (
+        f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
+        f" {time[longest] - time[0]:.6g} s; rotations across a gap are not used"
+    )
+
+
+def refuse(readings: Readings) -> None:
+    """Refuse a recording whose accelerometer does not feel gravity.
+
+    In every position of rest an accelerometer reads the same size in another direction, a gyroscope
+    the same bias. The unit does not matter, so that counts are told as well.
+
+    Raises:
+        RecordingError: the gyroscope feels it instead, or the device has taken it out.
+    """
+    gyroscope = readings.gyroscope
+    if gyroscope is not None and exchanged(readings.accelerometer, gyroscope):
+        raise RecordingError(
+            "accelerometer and gyroscope are exchanged: gx,gy,gz feel gravity in every position and"
+            " ax,ay,az do not; name the columns in their true order, or give the accelerometer's"
+            " file first",
+            settings=("columns",),
+        )
+    series = readings.accelerometer
+    size = usual_size(series.values)
+    without = series.unit == "m/s^2" and size < MAX_REMOVED_GRAVITY * STANDARD_GRAVITY
+    if without and looks_like(size, whole=False) is None and _feels(series) < MIN_POSITION_RATIO:
+        raise RecordingError(
+            f"the accelerations measure only {size:.3g} m/s^2 at rest: the device has taken gravity"
+            " out (linear or user acceleration), or these columns are another sensor's; record the"
+            " raw accelerometer, or name its columns",
+            settings=("columns",),
+        )
+
+
+def exchanged(accelerometer: Series, gyroscope: Series) -> bool:
+    """Whether what is called gyroscope feels gravity and what is called accelerometer does not."""
+    felt = _feels(gyroscope)
+    sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)
+    even = len(sizes) > 0 and float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
+    return felt > MIN_POSITION_RATIO and even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
+
+
+def _feels(series: Series) -> float:
+    """By how many times their noise the positions of rest differ; 0 when there are too few."""
+    means, noise = _rests(series)
+    if len(means) < MIN_RESTS or not noise.any():
+        return 0.0
+    return float(np.sqrt(means.var(axis=0).sum()) / np.median(noise[noise > 0.0]))
+
+
+def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
+    """Means (k, 3) and noise (k,) of the quiet blocks."""
+    size = max(2, round(GRAVITY_BLOCK_SECONDS * series.rate))
+    count = len(series) // size
+    if count < MIN_RESTS:
+        return np.zeros((0, 3)), np.zeros(0)
+    blocks = series.values[: count * size].reshape(count, size, 3)
+    noise = np.sqrt(blocks.var(axis=1).sum(axis=1))
+    quiet = noise <= MAX_QUIET_RATIO * np.quantile(noise, 0.1)
+    return blocks.mean(axis=1)[quiet], noise[quiet]

@@ -1,0 +1,323 @@
+"""The quality of a magnetometer's samples: repeated readings, saturated axes, no constant field.
+
+Everything here works without a calibration, or with distances from one that was found elsewhere, so
+that the guided procedure and the fit refuse the same data in the same words.
+"""
+
+from math import comb, sqrt
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import decimals, fixed
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
+from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+
+FEWEST_FIELD_SAMPLES = 60
+"""Six directions ten times over."""
+FLATTEST_SHELL = 0.1
+"""Spread out of the plane over spread in it, up to which readings are a single circle."""
+NEARLY_FLAT_SHELL = 0.25
+"""The same for readings through which no ellipsoid could be laid."""
+SMALLEST_MOTION = 2.5
+"""Spread over sample-to-sample noise, below which nothing but noise is seen."""
+LARGEST_SHELL_SCATTER = 0.12
+"""Scatter over the field's size beyond which readings are no shell at all."""
+EARTH_FIELD = (22.0, 67.0)
+"""The Earth's field from the South Atlantic to the poles, µT (World Magnetic Model)."""
+SCALE_MARGIN = 1.25
+"""How far a sensor's scale may be off: beyond, the field is not the Earth's."""
+WILD_SAMPLE = 4.0
+"""How many times as far from the median of five a wild sample lies as three in four do."""
+USUAL_QUANTILE = 0.75
+STRETCH_SAMPLES = 50
+STRETCHES_SAMPLES = 1500
+"""Samples that are looked at for wild ones, about, in stretches of so many."""
+PILE_SHARE = 0.005
+"""Share of the samples at one extreme value from which an axis may be saturated."""
+FEWEST_PILED = 10
+"""Samples at one value that may be a pile."""
+PILE_INSIDE = 3.0
+"""How many standard deviations such samples must lie inside the ellipsoid of the others."""
+PILE_RATIO = 3.0
+"""How often the extreme value must come against the usual, or against the values next to it."""
+PILE_NEIGHBOURS = 3
+"""Values next to the extreme one."""
+NOISE_IN_STEPS = 0.5
+"""Noise, in steps of the readings, from which the extreme value is rare even at rest. Rounding
+alone seems to be 0.29 of a step, the root of a twelfth."""
+DIFFERENCE_ORDERS = (2, 4, 6)
+"""Of the differences that tell the noise: of white noise all say the same, of what moves smoothly
+the higher ones say less, and of what moves by jerks the lower ones."""
+FEWEST_RUNS = 50
+"""Runs from which on their lengths say anything."""
+SINGLE_RUN_SHARE = 0.05
+"""Share of runs of one that a loop's jitter makes."""
+SHORTEST_RUN_QUANTILE = 0.1
+"""Quantile of the runs that are one measurement: longer ones may be several equal ones ..."""
+LONGEST_SINGLE_RUN = 1.6
+"""... where they are so many times as long."""
+
+
+def check_readings(readings: FloatArray) -> None:
+    """Refuse what is visible without a fit.
+
+    Args:
+        readings: in the order of time, shape (n, 3).
+
+    Raises:
+        DataError: too few samples, an axis that says nothing or is plainly cut off, or readings in
+            one plane.
+    """
+    if len(readings) < FEWEST_FIELD_SAMPLES:
+        raise DataError(
+            f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
+            "least half a minute"
+        )
+    if not (np.abs(readings) < MAX_READING).all():
+        raise DataError("the magnetometer's readings are not all numbers: check the columns")
+    columns = np.ascontiguousarray(readings.T)
+    still = np.flatnonzero(columns.max(axis=1) == columns.min(axis=1))
+    if len(still) == 3:
+        raise DataError(
+            "the magnetometer sends one and the same value: it is not there, or asleep. Look at "
+            "its wiring, address and sketch"
+        )
+    if len(still):
+        raise DataError(
+            f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
+            "same: it is dead or not connected"
+        )
+    check_clipping(readings)
+    check_plane(readings)
+
+
+def check_plane(readings: FloatArray) -> None:
+    """Refuse a single circle, whatever wild samples stand around it.
+
+    Args:
+        readings: shape (n, 3), in the order of time.
+
+    Raises:
+        DataError: the readings lie in one plane.
+    """
+    calm = _without_spikes(readings)
+    if _flatness(calm) < FLATTEST_SHELL and not _is_noise(calm):
+        raise DataError(_PLANE)
+
+
+def no_shell(readings: FloatArray) -> DataError | None:
+    """What to say of readings that fit no ellipsoid, when its reason is plain to see."""
+    readings = _without_spikes(readings)
+    if _is_noise(readings):
+        return DataError(
+            "the device does not turn: the magnetometer's readings are one value and noise. Turn "
+            "it through all directions while it records"
+        )
+    return DataError(_PLANE) if _flatness(readings) < NEARLY_FLAT_SHELL else None
+
+
+def _without_spikes(readings: FloatArray) -> FloatArray:
+    """Readings without single wild ones: a few make a plane look thick, and a turn like noise.
+
+    Of many readings some stretches will do.
+    """
+    stretch = np.arange(len(readings)) // STRETCH_SAMPLES
+    readings = readings[stretch % max(1, len(readings) // STRETCHES_SAMPLES) == 0]
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(readings, 5, axis=0), axis=-1)
+    off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
+    apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
+    # a fast turn is off as well, but there the neighbours are apart
+    wild = (off > WILD_SAMPLE * np.quantile(off, USUAL_QUANTILE)) & (apart < 0.5 * off)
+    return np.asarray(readings[4:-4][~wild])
+
+
+def _flatness(readings: FloatArray) -> float:
+    """Spread across the plane of the readings over the spread in it."""
+    values = np.linalg.eigvalsh(np.cov(readings.T))
+    return float(np.sqrt(max(values[0], 0.0) / values[2]))
+
+
+def _is_noise(readings: FloatArray) -> bool:
+    steps = np.diff(readings, axis=0)
+    noise = np.sqrt(0.5 * (steps**2).mean(axis=0))
+    return bool((readings.std(axis=0) < SMALLEST_MOTION * noise).all())
+
+
+def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
+    """Refuse a cloud through which an ellipsoid was laid all the same.
+
+    Args:
+        sigma: robust scatter of the distances.
+        radius: mean radius, same unit.
+        readings: shape (n, 3).
+
+    Raises:
+        DataError: the readings are no shell.
+    """
+    if sigma <= LARGEST_SHELL_SCATTER * radius:
+        return
+    raise no_shell(readings) or DataError(
+        f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: it "
+        "is not one constant field. Measure away from iron, magnets and currents"
+    )
+
+
+def check_field(magnitude: float, unit: str, field: float | None) -> str:
+    """A warning about the field's size, or "".
+
+    Args:
+        magnitude: mean size of the field by the reading's own unit.
+        unit: the reading's unit.
+        field: the local field that the user gave, µT.
+
+    Raises:
+        DataError: it is far from the Earth's.
+    """
+    if unit != "uT":
+        return ""
+    low, high = EARTH_FIELD
+    if not low / SCALE_MARGIN <= magnitude <= high * SCALE_MARGIN:
+        raise DataError(
+            f"a field of {fixed(magnitude, decimals(magnitude, 3))} µT is not the Earth's "
+            f"({low:.0f} to {high:.0f} µT): a magnet or iron turns with it, an axis is saturated, "
+            "or the unit is another",
+            settings=("magnetometer_unit",),
+        )
+    if field is not None and not 1.0 / SCALE_MARGIN <= magnitude / field <= SCALE_MARGIN:
+        return (
+            f"the readings say {magnitude:.3g} µT, but {field:.3g} µT was given: check the "
+            "unit, and at what iron is near"
+        )
+    if not low <= magnitude <= high:
+        return f"the field of {magnitude:.3g} µT is outside the Earth's {low:.0f} to {high:.0f} µT"
+    return ""
+
+
+def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
+    """Samples at an extreme value that comes suspiciously often, by axis and end (``+x``)."""
+    out: dict[str, BoolArray] = {}
+    for axis, values in zip("xyz", readings.T, strict=True):
+        low, high = float(values.min()), float(values.max())
+        for sign, extreme in (("+", high), ("-", low)):
+            there = values == extreme
+            count = int(there.sum())
+            if count < max(FEWEST_PILED, PILE_SHARE * len(values)):
+                continue
+            near = np.abs(values - extreme) <= 0.1 * (high - low)
+            levels = max(len(np.unique(values[near])) - 1, 1)
+            if count > PILE_RATIO * (near.sum() - count) / levels:
+                out[sign + axis] = there
+    return out
+
+
+def check_clipping(readings: FloatArray) -> None:
+    """Refuse an axis that is plainly cut off, whatever the others say.
+
+    Where the noise is as large as a step of the readings, the largest value of all is rarer than
+    those just below it, even at rest. An axis at its end has lost its noise.
+
+    Args:
+        readings: in the order of time, shape (n, 3).
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    for name, there in stuck_samples(readings).items():
+        values = readings[:, "xyz".index(name[1])]
+        levels, counts = np.unique(values, return_counts=True)
+        if name[0] == "+":
+            levels, counts = -levels[::-1], counts[::-1]
+        beside = slice(1, 1 + PILE_NEIGHBOURS)
+        if len(levels) < 2 + PILE_NEIGHBOURS or counts[0] < PILE_RATIO * counts[beside].max():
+            continue
+        step = float(np.median(np.diff(levels[: 2 + PILE_NEIGHBOURS])))
+        if _noise(values, there) > NOISE_IN_STEPS * step:
+            raise saturated(name, there)
+
+
+def _noise(values: FloatArray, there: BoolArray) -> float:
+    """Noise of the samples between the ends: what no motion explains."""
+    found = []
+    for order in DIFFERENCE_ORDERS:
+        free = ~np.lib.stride_tricks.sliding_window_view(there, order + 1).any(axis=1)
+        rough = np.abs(np.diff(values, order))[free]
+        size = float(np.median(rough)) if len(rough) >= FEWEST_PILED else 0.0
+        found.append(SIGMA_PER_MEDIAN * size / sqrt(comb(2 * order, order)))
+    return min(found)
+
+
+def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
+    """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
+
+    Args:
+        stuck: see ``stuck_samples``.
+        distance: of every sample from the ellipsoid through the others, shape (n,).
+
+    Raises:
+        DataError: an axis is saturated.
+    """
+    others = ~np.any(list(stuck.values()), axis=0)
+    sigma = robust_deviation(distance[others])
+    for name, there in stuck.items():
+        if float(np.median(distance[there])) < -PILE_INSIDE * sigma:
+            raise saturated(name, there)
+
+
+def saturated(name: str, there: BoolArray) -> DataError:
+    """What to say of an axis at its end.
+
+    Args:
+        name: of the axis and the end, ``+x``.
+        there: the samples at it, shape (n,).
+    """
+    end = "largest" if name[0] == "+" else "smallest"
+    return DataError(
+        f"axis {name[1]} of the magnetometer is saturated: {int(there.sum())} samples "
+        f"({100.0 * there.mean():.1f} %) read its {end} value. Choose a larger range, or "
+        "take away the magnet near it"
+    )
+
+
+def measured_once(series: Series) -> Series:
+    """The readings as they were measured, each once; the series itself where none is repeated.
+
+    A sketch that prints all sensors in one loop repeats the last field until the next one is
+    measured. Counted as samples, the repeats make the noise look smaller than it is, and the steps
+    between them look like disturbances. Coarse readings repeat too, but then runs of length one are
+    common; where a faster stream repeats a reading, a run is hardly ever shorter than the time
+    between two measurements.
+    """
+    changed = (np.diff(series.values, axis=0) != 0.0).any(axis=1)
+    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    lengths = np.diff(np.append(starts, len(series)))
+    whole = lengths[1:-1]
+    if len(whole) < FEWEST_RUNS or np.mean(whole == 1) > SINGLE_RUN_SHARE:
+        return series
+    shortest = float(np.quantile(whole, SHORTEST_RUN_QUANTILE))
+    period = float(whole[whole <= LONGEST_SINGLE_RUN * shortest].mean())
+    if period < 1.5:
+        return series
+    # equal readings that follow one another stay as many as were measured
+    counts = np.maximum(np.round(lengths / period).astype(np.int64), 1)
+    first = np.repeat(starts, counts)
+    place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    rows = first + (place * np.repeat(lengths / counts, counts)).astype(np.int64)
+    return Series(series.time[rows], series.values[rows], series.unit)
+
+
+def repeats_note(series: Series, once: Series) -> tuple[str, ...]:
+    """What the user should know of readings that were repeated; nothing where none was."""
+    if len(once) == len(series):
+        return ()
+    says = (
+        f"each reading of the magnetometer stands {len(series) / len(once):.2g} times in the "
+        "recording: it is slower than the lines, and each counts once"
+    )
+    return (says,)
+
+
+_PLANE = (
+    "the magnetometer's readings lie in one plane: one circle, or half of one, carries no "
+    "calibration. Turn it once round with each of its six faces down"
+)

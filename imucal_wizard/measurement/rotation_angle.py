@@ -1,0 +1,95 @@
+"""The angle of a turn about one body axis, from gravity, with the full circle and its sign.
+
+Q's equations 25–28 divide by a root and lose the sign of one component, so they end at ±90°. Here
+the tilt is the two-argument arctangent in the plane of rotation; whole circles come from the
+integrated rate where its scale is known, else from following the tilt.
+"""
+
+import math
+
+import numpy as np
+
+from imucal_wizard.core.limits.stillness import MIN_LEVEL_GRAVITY
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.readings import FloatArray
+
+
+def tilt(up: FloatArray, axis: str) -> float | None:
+    """Angle of gravity in the plane across an axis, rad, growing with a positive turn.
+
+    With (k, i, j) in cyclic order and ``du/dt = u × w``, a rate about k moves ``u`` from j to i.
+
+    Args:
+        up: unit vector that points up, body frame, shape (3,).
+        axis: ``x``, ``y`` or ``z``.
+
+    Returns:
+        The angle in (−π, π], or None when the axis stands upright.
+    """
+    index = AXES.index(axis)
+    across, along = float(up[(index + 1) % 3]), float(up[(index + 2) % 3])
+    if math.hypot(across, along) < MIN_LEVEL_GRAVITY:
+        return None
+    return math.atan2(across, along)
+
+
+def level(up: FloatArray, axis: str) -> float:
+    """How far an axis is from level, degrees: gravity shows turns about level axes only."""
+    return abs(math.degrees(math.asin(max(-1.0, min(1.0, float(up[AXES.index(axis)]))))))
+
+
+def unwrapped(angle: float, near: float) -> float:
+    """The same angle plus the whole circles that bring it nearest to ``near``, rad."""
+    return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
+
+
+def rotation_between(
+    before: FloatArray, after: FloatArray, axis: str, turned: float
+) -> float | None:
+    """Angle about an axis between two holds, rad.
+
+    Args:
+        before: up during the first hold.
+        after: up during the second.
+        axis: the axis.
+        turned: the integrated rate, rad; 0 where its scale is not known, which means less than
+            half a circle.
+    """
+    first, last = tilt(before, axis), tilt(after, axis)
+    if first is None or last is None:
+        return None
+    return unwrapped(last - first, turned)
+
+
+def integrated_rate(time: FloatArray, rate: FloatArray) -> FloatArray:
+    """Trapezoid integral of rates over their own times, shape (3,), rad or counts·s."""
+    steps = np.diff(time)[:, None]
+    return np.asarray((0.5 * (rate[1:] + rate[:-1]) * steps).sum(axis=0), float)
+
+
+class RotationAngle:
+    """The angle of a turn under way, moment by moment."""
+
+    def __init__(self, axis: str, up: FloatArray) -> None:
+        self._axis = axis
+        self._start = tilt(up, axis)
+        self._carried = 0.0
+        self.angle = 0.0
+
+    def add(self, up: FloatArray | None, turned: float | None) -> float:
+        """The angle so far, rad.
+
+        Args:
+            up: up now, or None where the accelerometer does not say.
+            turned: what the rate adds in this moment, rad, or None while its scale is unknown.
+        """
+        if turned is not None:
+            self._carried += turned
+        seen = None if up is None else tilt(up, self._axis)
+        if seen is None or self._start is None:
+            if turned is not None:
+                self.angle += turned
+            return self.angle
+        near = self.angle if turned is None else self._carried
+        self.angle = unwrapped(seen - self._start, near)
+        return self.angle

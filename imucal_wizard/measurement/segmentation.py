@@ -1,0 +1,166 @@
+"""Holds and rotations of a whole recording, and the stillness limits that suit it.
+
+No fixed multiple of the quietest noise finds the holds of every recording: a device on a table
+needs one, a device in a hand a thousand. Every candidate limit is tried; the fit chooses.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from imucal_wizard.core.limits.stillness import (
+    LIVELY_PERCENTILE,
+    MAX_FORCE_LIMIT,
+    MAX_RATE_LIMIT,
+    MIN_HOLD_SECONDS,
+    MIN_ROTATION_SECONDS,
+    ROTATION_OVERLAP_SECONDS,
+    SAME_PLACE,
+    VARIANCE_FACTORS,
+)
+from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
+from imucal_wizard.measurement.data_quality import clipped_axis
+from imucal_wizard.measurement.holds import Hold, Rotation, hold_from, still_runs, trim_ends
+from imucal_wizard.measurement.stillness import Limits, Stream
+
+
+def holds_under(stream: Stream, limits: Limits) -> list[Hold]:
+    """The holds that these limits call still, long enough to be one."""
+    runs = still_runs(stream.windows.still(limits))
+    holds = [_hold_of_run(stream, run) for run in runs]
+    return [hold for hold in holds if hold is not None]
+
+
+def _hold_of_run(stream: Stream, run: tuple[int, int]) -> Hold | None:
+    """The hold in a run of still blocks, None where it is too short.
+
+    Many limits find the same run, so each is summed up only once.
+    """
+    if run not in stream.holds:
+        piece = trim_ends(stream.blocks.select(slice(*run)), stream.step_a, stream.step_g)
+        long = piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9
+        stream.holds[run] = hold_from(piece) if long else None
+    return stream.holds[run]
+
+
+def candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
+    """Every usual limit with the holds it finds, from the strictest on; equal results once."""
+    limits = ((factor, stream.noise.limits(float(np.sqrt(factor)))) for factor in VARIANCE_FACTORS)
+    return _different(stream, limits)
+
+
+def loose_candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
+    """Looser limits, for a device whose quietest two seconds say little of how it is held."""
+    return _different(stream, _doubled(stream))
+
+
+def _different(
+    stream: Stream, limits: Iterator[tuple[float, Limits]]
+) -> Iterator[tuple[float, list[Hold]]]:
+    seen: set[tuple[float, ...]] = set()
+    for factor, one in limits:
+        holds = holds_under(stream, one)
+        key = tuple(hold.start for hold in holds) + tuple(hold.end for hold in holds)
+        if key not in seen:
+            seen.add(key)
+            yield factor, holds
+
+
+def _doubled(stream: Stream) -> Iterator[tuple[float, Limits]]:
+    """Multiples of the quietest variance, doubled until no hand exceeds the limits.
+
+    Each sensor stops at its own end: a tremor is many times a good gyroscope's noise, and hardly
+    more than a coarse accelerometer's step.
+    """
+    end, factor = _loosest(stream), float(VARIANCE_FACTORS[-1])
+    while True:
+        factor *= 2.0
+        wider = stream.noise.limits(float(np.sqrt(factor)))
+        capped = wider.capped(end)
+        yield factor, capped
+        if capped.equals(end):
+            return
+
+
+def _loosest(stream: Stream) -> Limits:
+    """No looser than this, and no stricter than the largest multiple that is tried anyway."""
+    least = stream.noise.limits(float(np.sqrt(VARIANCE_FACTORS[-1])))
+    gravity = float(np.ptp(stream.blocks.mean_a, axis=0).max()) / 2.0
+    force = np.maximum(least.accelerometer, MAX_FORCE_LIMIT * gravity)
+    if least.gyroscope is None or stream.windows.std_g is None:
+        return Limits(force)
+    shown = stream.windows.std_g[stream.windows.full]
+    lively = np.percentile(shown, LIVELY_PERCENTILE, axis=0).max()
+    rate = np.maximum(least.gyroscope, MAX_RATE_LIMIT * lively)
+    return Limits(force, rate, least.gyroscope_mean, rate)
+
+
+def rotations_between(
+    holds: Sequence[Hold], gyroscope: Series, accelerometer: Series
+) -> list[Rotation]:
+    """The motions between neighbouring holds, with the reason where one cannot be used."""
+    interval = 1.0 / gyroscope.rate
+    rotations = []
+    gravity = _gravity(holds)
+    for before, after in itertools.pairwise(holds):
+        if one_rest(before, after, gravity):
+            continue
+        part = gyroscope.between(
+            before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
+        )
+        problem = _problem(part, interval, _rest(before, after))
+        force = _at(accelerometer, part.time)
+        rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
+    return rotations
+
+
+def one_rest(before: Hold, after: Hold, gravity: float) -> bool:
+    """Whether two neighbouring holds are parts of one rest with a disturbance in it.
+
+    Args:
+        before: a hold.
+        after: the next one.
+        gravity: in the unit of the readings.
+    """
+    moved = float(np.linalg.norm(after.accelerometer - before.accelerometer))
+    return after.start - before.end < MIN_ROTATION_SECONDS and moved < SAME_PLACE * gravity
+
+
+def rests(holds: Sequence[Hold]) -> IntArray:
+    """Number of the rest to which each hold belongs, shape (n,)."""
+    gravity = _gravity(holds)
+    new = [not one_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
+    return np.cumsum(np.array([0, *new][: len(holds)], np.int64))
+
+
+def _gravity(holds: Sequence[Hold]) -> float:
+    """In the unit of the readings: half of what the liveliest axis shows between holds."""
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    return float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
+
+
+def _at(series: Series, time: FloatArray) -> FloatArray:
+    """Readings at other times than their own, by linear interpolation."""
+    near = series.between(float(time[0]) - 1.0, float(time[-1]) + 1.0) if len(time) else series
+    if not len(time) or not len(near):
+        return np.zeros((len(time), 3))
+    return np.column_stack([np.interp(time, near.time, column) for column in near.values.T])
+
+
+def _rest(before: Hold, after: Hold) -> FloatArray:
+    """The gyroscope's reading at rest around a rotation, shape (3,)."""
+    known = [hold.gyroscope for hold in (before, after) if hold.gyroscope is not None]
+    return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
+
+
+def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
+    if len(part) < 3:
+        return "no gyroscope samples in it"
+    gaps = np.diff(part.time)
+    if gaps.max() > MAX_SAMPLE_INTERVALS * interval:
+        return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
+    if not np.isfinite(part.values).all():
+        return "some of its samples are not numbers"
+    axis = clipped_axis(part.values, rest, None)
+    return None if axis is None else f"axis {axis} is clipped at its range: turn more slowly"

@@ -1,0 +1,391 @@
+"""Is the device still? One rule on windows of half a second, for streams and for files alike.
+
+A window is still when the standard deviation of every accelerometer and gyroscope axis over it, and
+the distance of the gyroscope's mean from its resting value, are within their limits. The standard
+deviation is that of all samples in the window (within blocks and between them), so a slow rotation
+counts as well as a tremor.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, joined
+from imucal_wizard.measurement.blocks import BlockCutter, Blocks, aligned, join_blocks
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.rounding import step_noise, steps_of
+
+SLAB = 200_000
+"""Samples cut at a time, so that memory stays flat however long the recording is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """The largest motion that still counts as rest, in the reading's units.
+
+    Attributes:
+        accelerometer: standard deviation per axis, shape (3,).
+        gyroscope: the same for the gyroscope, or None without one.
+        gyroscope_mean: the gyroscope's reading at rest, shape (3,), or None when not known.
+        rate: largest distance of a window's mean from ``gyroscope_mean``, shape (3,), or None.
+    """
+
+    accelerometer: FloatArray
+    gyroscope: FloatArray | None = None
+    gyroscope_mean: FloatArray | None = None
+    rate: FloatArray | None = None
+
+    def scaled(self, factor: float) -> "Limits":
+        """The same limits, wider by a factor."""
+
+        def wider(limit: FloatArray | None) -> FloatArray | None:
+            return None if limit is None else limit * factor
+
+        return replace(
+            self,
+            accelerometer=self.accelerometer * factor,
+            gyroscope=wider(self.gyroscope),
+            rate=wider(self.rate),
+        )
+
+    def capped(self, end: "Limits") -> "Limits":
+        """The same limits, but nowhere looser than others."""
+
+        def lower(limit: FloatArray | None, most: FloatArray | None) -> FloatArray | None:
+            return limit if limit is None or most is None else np.minimum(limit, most)
+
+        return replace(
+            self,
+            accelerometer=np.minimum(self.accelerometer, end.accelerometer),
+            gyroscope=lower(self.gyroscope, end.gyroscope),
+            rate=lower(self.rate, end.rate),
+        )
+
+    def equals(self, other: "Limits") -> bool:
+        """Whether the largest standard deviations are the same."""
+        rates = self.gyroscope, other.gyroscope
+        return bool(
+            np.array_equal(self.accelerometer, other.accelerometer)
+            and (rates[0] is rates[1] is None or np.array_equal(*rates))  # type: ignore[arg-type] # None only together
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """What the half second that ends with each block shows, m blocks.
+
+    Attributes:
+        std_a: standard deviation of the accelerometer, shape (m, 3); NaN until the window is full.
+        std_g: standard deviation of the gyroscope, shape (m, 3), or None.
+        mean_g: mean of the gyroscope, shape (m, 3), or None.
+        full: the window is full and has no gap, shape (m,).
+    """
+
+    std_a: FloatArray
+    std_g: FloatArray | None
+    mean_g: FloatArray | None
+    full: BoolArray
+
+    def __len__(self) -> int:
+        return len(self.full)
+
+    def select(self, rows: slice) -> "Windows":
+        """Some consecutive windows."""
+        return Windows(
+            self.std_a[rows],
+            None if self.std_g is None else self.std_g[rows],
+            None if self.mean_g is None else self.mean_g[rows],
+            self.full[rows],
+        )
+
+    def still(self, limits: Limits) -> BoolArray:
+        """Which windows are still under these limits, shape (m,)."""
+        still = self.full & (self.std_a <= limits.accelerometer).all(axis=1)
+        if self.std_g is not None and limits.gyroscope is not None:
+            still &= (self.std_g <= limits.gyroscope).all(axis=1)
+        rest = limits.gyroscope_mean
+        if self.mean_g is not None and limits.rate is not None and rest is not None:
+            still &= (np.abs(self.mean_g - rest) <= limits.rate).all(axis=1)
+        return still
+
+
+class WindowMaker:
+    """Slides the window over the blocks of a stream, however they are cut."""
+
+    def __init__(self, blocks: int = WINDOW_BLOCKS) -> None:
+        self._length = blocks
+        self._tail: Blocks | None = None
+
+    def feed(self, blocks: Blocks) -> Windows:
+        """One window for each of these blocks, the one that ends with it."""
+        known = 0 if self._tail is None else len(self._tail)
+        both = blocks if self._tail is None else join_blocks([self._tail, blocks])
+        windows = self._windows(both)
+        self._tail = both.select(slice(max(len(both) - self._length + 1, 0), len(both)))
+        return windows.select(slice(known, len(windows)))
+
+    def _windows(self, blocks: Blocks) -> Windows:
+        count, length = len(blocks), self._length
+        full = np.zeros(count, bool)
+        if count >= length:
+            gaps = np.lib.stride_tricks.sliding_window_view(blocks.gap, length)
+            full[length - 1 :] = ~gaps.any(axis=1)
+        std_a, _ = _spread(blocks.mean_a, blocks.var_a, length)
+        std_g = mean_g = None
+        if blocks.mean_g is not None and blocks.var_g is not None:
+            std_g, mean_g = _spread(blocks.mean_g, blocks.var_g, length)
+        return Windows(std_a, std_g, mean_g, full)
+
+
+def _spread(means: FloatArray, variances: FloatArray, length: int) -> tuple[FloatArray, FloatArray]:
+    """Standard deviation and mean over the ``length`` blocks that end with each block."""
+    count = len(means)
+    std = np.full_like(means, np.nan)
+    mean = np.full_like(means, np.nan)
+    windows = count - length + 1
+    if windows > 0:
+        pieces = [means[lag : lag + windows] for lag in range(length)]
+        centre = np.zeros_like(pieces[0])
+        for piece in pieces:
+            centre = centre + (piece - pieces[0])
+        centre = pieces[0] + centre / length
+        variance = np.zeros_like(centre)
+        for lag, piece in enumerate(pieces):
+            variance += variances[lag : lag + windows] + (piece - centre) ** 2
+        std[length - 1 :] = np.sqrt(variance / length)
+        mean[length - 1 :] = centre
+    return std, mean
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """What a device at rest shows: the floor from which limits are set.
+
+    Attributes:
+        std_a: typical standard deviation over a window per axis, shape (3,), reading units.
+        std_g: the same for the gyroscope, or None.
+        mean_g: the gyroscope's reading at rest, shape (3,), or None.
+    """
+
+    std_a: FloatArray
+    std_g: FloatArray | None
+    mean_g: FloatArray | None
+
+    def limits(self, factor: float) -> Limits:
+        """Limits at ``factor`` standard deviations of the noise.
+
+        An axis whose noise is below its resolution shows none at all; it takes the limit of the
+        noisiest axis of its sensor, since a limit of zero could never be met.
+        """
+        gyroscope = None if self.std_g is None else factor * _floored(self.std_g)
+        return Limits(factor * _floored(self.std_a), gyroscope, self.mean_g, gyroscope)
+
+
+def _floored(std: FloatArray) -> FloatArray:
+    """Noise per axis, with axes far below the noisiest one raised to a third of it."""
+    return np.maximum(std, np.max(std) / 3.0)
+
+
+def measure_noise(windows: Windows) -> Noise | None:
+    """The noise of windows that are all at rest: the median of each axis; None without any."""
+    if not windows.full.any():
+        return None
+    rows = windows.full
+    std_g, mean_g = windows.std_g, windows.mean_g
+    return Noise(
+        np.median(windows.std_a[rows], axis=0),
+        None if std_g is None else np.median(std_g[rows], axis=0),
+        None if mean_g is None else np.median(mean_g[rows], axis=0),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One block of the stream, the half second that ends with it, and its samples.
+
+    Attributes:
+        summary: its sums (``len(summary) == 1``).
+        window: the window that ends with it (``len(window) == 1``).
+        time: sample times, s, shape (n,).
+        acceleration: accelerometer readings, shape (n, 3).
+        rate: gyroscope readings, shape (n, 3), or None without a gyroscope.
+        seconds: nominal length of the block, s.
+        field: the magnetometer's samples since the block before, at times of their own; None as
+            long as there has been none.
+    """
+
+    summary: Blocks
+    window: Windows
+    time: FloatArray
+    acceleration: FloatArray
+    rate: FloatArray | None
+    seconds: float
+    field: Series | None = None
+
+    @property
+    def end(self) -> float:
+        """Time at which the block ends, s."""
+        return float(self.summary.end[0])
+
+    @property
+    def full(self) -> bool:
+        """Whether the window is full, without a gap."""
+        return bool(self.window.full[0])
+
+    @property
+    def mean_a(self) -> FloatArray:
+        """Mean accelerometer reading of the block, shape (3,)."""
+        return np.asarray(self.summary.mean_a[0], float)
+
+
+class BlockStream:
+    """Cuts a stream into blocks with their samples, independently of how the readings are cut."""
+
+    def __init__(self, rate: float) -> None:
+        self._cutter = BlockCutter(rate)
+        self._windows = WindowMaker()
+        self._seconds = self._cutter.size / rate
+        self._rest: list[FloatArray] = []
+        self._field: Series | None = None
+
+    def feed(self, readings: Readings) -> list[Block]:
+        """The blocks that these readings complete."""
+        if not len(readings):
+            return []
+        columns = self._columns(readings)
+        self._field = joined([self._field, readings.magnetometer])
+        blocks = self._cutter.feed(readings)
+        size, count = self._cutter.size, len(blocks)
+        self._rest = [column[count * size :] for column in columns]
+        if not count:
+            return []
+        windows = self._windows.feed(blocks)
+        return [self._block(blocks, windows, columns, index, size) for index in range(count)]
+
+    def _columns(self, readings: Readings) -> list[FloatArray]:
+        new = [readings.accelerometer.time, readings.accelerometer.values]
+        if readings.gyroscope is not None:
+            new.append(readings.gyroscope.values)
+        if not self._rest:
+            return new
+        return [np.concatenate(pair) for pair in zip(self._rest, new, strict=True)]
+
+    def _block(
+        self, blocks: Blocks, windows: Windows, columns: list[FloatArray], index: int, size: int
+    ) -> Block:
+        row = slice(index, index + 1)
+        pieces = [column[index * size : (index + 1) * size].copy() for column in columns]
+        rate = pieces[2] if len(pieces) > 2 else None
+        field = self._field_until(float(pieces[0][-1]))
+        return Block(
+            blocks.select(row),
+            windows.select(row),
+            pieces[0],
+            pieces[1],
+            rate,
+            self._seconds,
+            field,
+        )
+
+    def _field_until(self, last: float) -> Series | None:
+        """The magnetometer's samples up to a block's last sample; what comes later waits."""
+        series = self._field
+        if series is None:
+            return None
+        count = int(np.searchsorted(series.time, last, side="right"))
+        self._field = series.part(count, len(series))
+        return series.part(0, count)
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """A recording reduced to blocks and windows.
+
+    Attributes:
+        blocks: its blocks.
+        windows: one per block.
+        noise: of its quietest two seconds, and not less than the steps of its readings make.
+        step_a: smallest step of each accelerometer axis, shape (3,); 0 where it always reads the
+            same.
+        step_g: the same of the gyroscope, or None.
+        holds: the hold in each run of blocks that has been summed up, None where it is too short.
+    """
+
+    blocks: Blocks
+    windows: Windows
+    noise: Noise
+    step_a: FloatArray
+    step_g: FloatArray | None
+    holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
+
+
+def reduce(readings: Readings) -> Stream | None:
+    """Blocks, windows and the quietest noise of a recording; None when it is shorter than that."""
+    together = aligned(readings)
+    rate = together.accelerometer.rate
+    if rate <= 0.0:
+        return None
+    cutter, maker = BlockCutter(rate), WindowMaker()
+    parts = [cutter.feed(part) for part in _slabs(together)]
+    blocks = join_blocks(parts)
+    windows = maker.feed(blocks)
+    gyroscope = readings.gyroscope
+    step_a = steps_of(readings.accelerometer.values)
+    step_g = None if gyroscope is None else steps_of(gyroscope.values)
+    noise = _quietest(windows, step_a, step_g)
+    return None if noise is None else Stream(blocks, windows, noise, step_a, step_g)
+
+
+def _slabs(readings: Readings) -> Iterator[Readings]:
+    gyroscope = readings.gyroscope
+    for first in range(0, len(readings), SLAB):
+        part = slice(first, first + SLAB)
+        a = readings.accelerometer
+        yield Readings(
+            Series(a.time[part], a.values[part], a.unit),
+            None
+            if gyroscope is None
+            else Series(gyroscope.time[part], gyroscope.values[part], gyroscope.unit),
+            temperature=readings.temperature if first == 0 else None,
+        )
+
+
+def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:
+    """Noise of the two seconds in which all axes together are quietest.
+
+    Where the noise is smaller than the step of the readings, most windows show none at all and the
+    others flicker between two values; the floor is then what rounding makes.
+    """
+    full = windows.full
+    if full.sum() < QUIET_BLOCKS:
+        return None
+    floor_a = step_noise(step_a)
+    floor_g = None if step_g is None else step_noise(step_g)
+    score = _relative(windows.std_a, full, floor_a)
+    if windows.std_g is not None and floor_g is not None:
+        score = score + _relative(windows.std_g, full, floor_g)
+    score[~(full & np.isfinite(score))] = np.inf
+    spans = np.lib.stride_tricks.sliding_window_view(score, QUIET_BLOCKS).sum(axis=1)
+    start = int(np.argmin(spans))
+    if not np.isfinite(spans[start]):
+        return None
+    part = slice(start, start + QUIET_BLOCKS)
+    std_g = mean_g = None
+    if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
+        std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
+        mean_g = windows.mean_g[part].mean(axis=0)
+    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g)
+
+
+def _rms(std: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt((std**2).mean(axis=0)))
+
+
+def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray:
+    """Variance over all axes against its own low values, so that two sensors can be added."""
+    variance = (std**2).sum(axis=1)
+    quiet = np.sort(variance[full])[:50]
+    least = max(float(np.median(quiet)), float(floor @ floor), 1e-300)
+    return np.asarray(variance / least)

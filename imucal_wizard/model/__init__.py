@@ -1,0 +1,1 @@
+"""The sensor model: physical effects, their parameters, columns, signatures and lessons."""

@@ -1,0 +1,217 @@
+"""The effects there are: every module of ``effects``, and a user's own Python file.
+
+A user's file defines one class; it is checked before it is used, and what goes wrong in it later is
+reported with its line.
+"""
+
+import importlib
+import importlib.util
+import inspect
+import pkgutil
+import re
+import sys
+import traceback
+from collections.abc import Callable, Iterable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TypeVar, get_args
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import effects
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    MAGNETOMETER,
+    Against,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Kind,
+)
+from imucal_wizard.model.lesson import session_of
+
+
+def classes_in(module: ModuleType) -> list[type[Effect]]:
+    """The effects that a module defines itself, in the order of their names."""
+    found = [
+        value
+        for value in vars(module).values()
+        if inspect.isclass(value)
+        and issubclass(value, Effect)
+        and not inspect.isabstract(value)
+        and value.__module__ == module.__name__
+    ]
+    return sorted(set(found), key=lambda cls: cls.__name__)
+
+
+def effects_in(package: ModuleType) -> tuple[Effect, ...]:
+    """One effect per module of a package, the plainest of a family first."""
+    modules = pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
+    found = [cls() for info in modules for cls in classes_in(importlib.import_module(info.name))]
+    return tuple(sorted(found, key=lambda effect: (effect.order, effect.name)))
+
+
+@cache
+def builtin_effects() -> tuple[Effect, ...]:
+    """The effects that come with the program, always in the same order."""
+    return effects_in(effects)
+
+
+def effects_for(sensor: str, extra: Iterable[Effect] = ()) -> tuple[Effect, ...]:
+    """The effects that this sensor may have, a user's own at the end."""
+    return tuple(effect for effect in (*builtin_effects(), *extra) if sensor in effect.sensors)
+
+
+def effect(name: str, extra: Iterable[Effect] = ()) -> Effect:
+    """The effect of this name.
+
+    Raises:
+        UsageError: there is none.
+    """
+    known = {effect.name: effect for effect in (*builtin_effects(), *extra)}
+    if name not in known:
+        raise UsageError(f"there is no effect {name!r}; choose one of {', '.join(known)}")
+    return known[name]
+
+
+_T = TypeVar("_T")
+_NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
+_SENSORS = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
+
+
+class OwnEffect(Effect):
+    """A user's effect behind a guard: whatever goes wrong in it is told with its file and line."""
+
+    def __init__(self, path: Path, inner: Effect) -> None:
+        self._path = path
+        self._inner = inner
+        self.__doc__ = type(inner).__doc__
+        self.name = inner.name
+        self.sensors = inner.sensors
+        self.family = inner.family
+        self.kind = inner.kind
+        self.title = inner.title
+        self.equation = inner.equation
+        self.order = inner.order
+        self.against = inner.against
+        self.stories = inner.stories
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """As the user's class says."""
+        return guarded(self._path, lambda: tuple(self._inner.parameters(sensor)))
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """As the user's class says, when the shape is right and all numbers are finite."""
+        made = guarded(
+            self._path,
+            lambda: np.asarray(self._inner.columns(sensor, c, variant), np.float64),
+        )
+        wanted = (len(c), 3, len(self.parameters(sensor)))
+        if made.shape != wanted:
+            raise UsageError(
+                f"{self._path}: columns() gives the shape {made.shape}; return {wanted}: rows, "
+                "axes, parameters"
+            )
+        if not np.isfinite(made).all():
+            raise UsageError(
+                f"{self._path}: columns() gives NaN or infinity for the {sensor}; guard against "
+                "unknown temperature, no pose before, and division by 0"
+            )
+        return made
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """As the user's class says."""
+        return guarded(self._path, lambda: tuple(self._inner.variants(c)))
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """As the user's class says."""
+        return guarded(self._path, lambda: self._inner.lacking(sensor, c))
+
+
+def load_effect(path: Path | str) -> Effect:
+    """The effect that a Python file defines, for ``--effects FILE``.
+
+    Raises:
+        UsageError: the file cannot be run, defines no effect or several, or the effect does not
+            keep its promises on a trial session.
+    """
+    path = Path(path)
+    module = _run(path)
+    classes = classes_in(module)
+    if not classes:
+        raise UsageError(f"{path}: no effect in it; define one class that derives from {_BASE}")
+    if len(classes) > 1:
+        names = ", ".join(cls.__name__ for cls in classes)
+        raise UsageError(f"{path}: {len(classes)} effects in it ({names}); leave one in each file")
+    inner = guarded(path, classes[0])
+    _check_words(path, inner)
+    own = OwnEffect(path, inner)
+    for sensor in own.sensors:
+        _try(path, own, sensor)
+    return own
+
+
+_BASE = "imucal_wizard.model.effect.Effect and has parameters() and columns()"
+
+
+def guarded(path: Path, work: Callable[[], _T]) -> _T:
+    """Do what a user's file asks; what it raises becomes a message with the file's line."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is told by the guard
+            return work()
+    except (Exception, SystemExit) as error:  # a user's file can raise anything; nothing is lost
+        places = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in places if frame.filename == str(path)]
+        where = f"{path}, line {lines[-1]}" if lines else str(path)
+        said = " ".join(str(error).split()) or "no message"
+        raise UsageError(f"{where}: {type(error).__name__}: {said}; mend the file") from error
+
+
+def _run(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"own_effect_{path.stem}", path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise UsageError(f"{path}: no Python file there; give a file that ends in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # a dataclass in the file looks its module up there
+    loader = spec.loader
+    guarded(path, lambda: loader.exec_module(module))
+    return module
+
+
+def _check_words(path: Path, effect: Effect) -> None:
+    """Name, sensors, kind, title and equation: there, and of the form that screens rely on."""
+    for word in ("name", "sensors", "kind", "title", "equation"):
+        if not getattr(effect, word, None):
+            raise UsageError(f"{path}: the class lacks {word}; write {word} = … in it")
+    if not _NAME.fullmatch(str(effect.name)):
+        raise UsageError(
+            f"{path}: name {effect.name!r}; write small letters, digits and hyphens: my-effect"
+        )
+    if effect.name in {known.name for known in builtin_effects()}:
+        raise UsageError(f"{path}: {effect.name!r} is a built-in effect; choose another name")
+    if isinstance(effect.sensors, str) or not set(effect.sensors) <= set(_SENSORS):
+        raise UsageError(f"{path}: sensors {effect.sensors!r}; write some of {_SENSORS}")
+    if effect.kind not in get_args(Kind):
+        raise UsageError(f"{path}: kind {effect.kind!r}; write one of {get_args(Kind)}")
+    if effect.against not in get_args(Against):
+        raise UsageError(f"{path}: against {effect.against!r}; write one of {get_args(Against)}")
+
+
+def _try(path: Path, effect: Effect, sensor: str) -> None:
+    """One call of everything, on a session in which everything varies."""
+    parameters = effect.parameters(sensor)
+    if not parameters or not all(isinstance(one, EffectParameter) for one in parameters):
+        raise UsageError(f"{path}: parameters() gives no EffectParameter; return a tuple of them")
+    if len({one.name for one in parameters}) < len(parameters):
+        raise UsageError(f"{path}: two parameters have one name; give each its own")
+    for one in parameters:
+        if not one.typical > 0.0:
+            raise UsageError(f"{path}: parameter {one.name}: typical must lie above 0")
+    c = session_of(sensor)
+    for variant in effect.variants(c):
+        effect.columns(sensor, c, variant)
+    effect.lacking(sensor, c)

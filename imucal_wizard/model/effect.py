@@ -1,0 +1,326 @@
+"""An effect: by how much each of its parameters moves the reading, and what to say of it.
+
+The model equation of a sensor is ``y = S·(x + ε) + b + noise``; an effect is one term of ``ε``,
+linear in its parameters, on top of bias, scale and non-orthogonality. ``AxisEffect`` is the base of
+effects with one parameter per axis, ``BiasEffect`` of those that move the zero, ``ForceEffect`` of
+those by which the specific force moves the rate.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION, RATE, STANDARD_GRAVITY
+
+
+@dataclass(frozen=True)
+class Story:
+    """What an author writes about an effect, for a student.
+
+    Attributes:
+        what: what happens in the sensor.
+        equation: the equation in words.
+        signature: what it looks like in the residuals.
+        needs: what data reveal it.
+    """
+
+    what: str
+    equation: str
+    signature: str
+    needs: str
+
+
+ACCELEROMETER = "accelerometer"
+GYROSCOPE = "gyroscope"
+MAGNETOMETER = "magnetometer"
+INPUT_OF = {ACCELEROMETER: "force", GYROSCOPE: "rate", MAGNETOMETER: "magnetic"}
+"""Which of the circumstances a sensor measures."""
+
+Kind = Literal["orientation", "time", "hold"]
+Against = Literal["input", "force", "temperature", "time", "previous", "vibration", "current"]
+Grades = Mapping[str, tuple[float, float]]
+Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
+
+
+@dataclass(frozen=True, eq=False)
+class Circumstances:
+    """All that an effect may depend on, one row per hold or per sample.
+
+    Temperature and drift are told from a reference, so that the bias keeps its meaning. The
+    reference belongs to the session: rows selected from it, or the samples of one of its rotations,
+    are given the same one.
+
+    Attributes:
+        force: true specific force in the body frame, m/s², shape (n, 3).
+        rate: true angular rate in the body frame, rad/s, shape (n, 3); zeros at rest.
+        temperature: °C, shape (n,); NaN where it is unknown.
+        time: s since the session's first sample, shape (n,).
+        previous: specific force of the hold before, m/s², shape (n, 3); NaN before the first.
+        vibration: mean square vibration, sum over the axes, (m/s²)², shape (n,).
+        magnetic: true flux density in the body frame, µT, shape (n, 3); NaN where none is given.
+        current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
+        current_unit: ``A`` or ``%``.
+        gravity: local gravity, m/s².
+        reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
+        reference_time: middle of the session, s; NaN takes the middle of the rows.
+    """
+
+    force: FloatArray
+    rate: FloatArray
+    temperature: FloatArray
+    time: FloatArray
+    previous: FloatArray
+    vibration: FloatArray
+    magnetic: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    current: FloatArray = field(default_factory=lambda: np.zeros(0))
+    current_unit: str = "A"
+    gravity: float = STANDARD_GRAVITY
+    reference_temperature: float = np.nan
+    reference_time: float = np.nan
+
+    def __post_init__(self) -> None:
+        if len(self.magnetic) != len(self):
+            object.__setattr__(self, "magnetic", np.full((len(self), 3), np.nan))
+        if len(self.current) != len(self):
+            object.__setattr__(self, "current", np.full(len(self), np.nan))
+        known = self.temperature[np.isfinite(self.temperature)]
+        if np.isnan(self.reference_temperature) and len(known):
+            object.__setattr__(self, "reference_temperature", float(known.mean()))
+        if np.isnan(self.reference_time) and len(self):
+            middle = 0.5 * float(self.time.min() + self.time.max())
+            object.__setattr__(self, "reference_time", middle)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
+        """The same with other true inputs of a sensor, SI, shape (n, 3)."""
+        return replace(self, **{INPUT_OF[sensor]: values})  # type: ignore[arg-type] # one array
+
+    def select(self, rows: Rows) -> "Circumstances":
+        """These rows, with the reference of the whole."""
+        return replace(
+            self,
+            force=self.force[rows],
+            rate=self.rate[rows],
+            temperature=self.temperature[rows],
+            time=self.time[rows],
+            previous=self.previous[rows],
+            vibration=self.vibration[rows],
+            magnetic=self.magnetic[rows],
+            current=self.current[rows],
+        )
+
+    def joined(self, other: "Circumstances") -> "Circumstances":
+        """These rows and then the other's, with the reference of these."""
+        return replace(
+            self,
+            force=np.concatenate([self.force, other.force]),
+            rate=np.concatenate([self.rate, other.rate]),
+            temperature=np.concatenate([self.temperature, other.temperature]),
+            time=np.concatenate([self.time, other.time]),
+            previous=np.concatenate([self.previous, other.previous]),
+            vibration=np.concatenate([self.vibration, other.vibration]),
+            magnetic=np.concatenate([self.magnetic, other.magnetic]),
+            current=np.concatenate([self.current, other.current]),
+        )
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One number of an effect.
+
+    Attributes:
+        name: output axis, then what moves it: ``x``, ``xy`` (x feels y), ``xyz`` (x feels y·z).
+        unit: the unit in which it is shown, ``mg/g²``.
+        typical: standard deviation of the prior, that of a consumer part, in ``unit``.
+        grades: realistic magnitudes (low, high) by sensor grade, in ``unit``.
+        chosen: the grades whose range is a typical choice and stands in no data sheet.
+    """
+
+    name: str
+    unit: str
+    typical: float
+    grades: Grades = field(default_factory=dict)
+    chosen: tuple[str, ...] = ()
+
+
+class Effect(ABC):
+    """One physical effect: a term of ``ε``, linear in its parameters.
+
+    Attributes:
+        name: as in the contract, ``second-order``.
+        sensors: which sensors may have it.
+        family: the family that 1 g cannot split, or None.
+        kind: what its size follows: the orientation, the time (or temperature), or the hold.
+        title: its name in plain words.
+        equation: its formula on axis ``i``, ``x`` being the true input.
+        order: place in lists; the plainest of a family first.
+        against: what to draw the residuals over, to see it.
+        graded: whether what lies between two of its ``variants`` is a setting, too.
+        stories: what to tell about it, by sensor.
+    """
+
+    name: str
+    sensors: tuple[str, ...]
+    family: str | None = None
+    kind: Kind
+    title: str
+    equation: str
+    order: int = 100
+    against: Against = "input"
+    graded: bool = False
+    stories: Mapping[str, Story] = {}
+
+    @abstractmethod
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """Its parameters on this sensor, p of them."""
+
+    @abstractmethod
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Error ``ε`` of the input per shown unit of each parameter.
+
+        Args:
+            sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+            c: n rows of circumstances.
+            variant: one of ``variants``, or None for the usual one.
+
+        Returns:
+            m/s², rad/s or µT per shown unit, shape (n, 3, p).
+        """
+
+    def suited(self, c: Circumstances) -> "Effect":
+        """The effect in the units of what these data have recorded.
+
+        Args:
+            c: all the session's rows.
+        """
+        del c
+        return self
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """Settings of what is not linear in it (a time constant, a moment), tried one by one.
+
+        Args:
+            c: one row per hold, in the order of time.
+        """
+        del c
+        return (None,)
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """What these data lack to show the effect at all; None where nothing is lacking.
+
+        Args:
+            sensor: whose effect it would be.
+            c: all the session's rows; for the gyroscope those in motion too.
+        """
+        del sensor, c
+        return None
+
+    def error(
+        self, sensor: str, c: Circumstances, sizes: FloatArray, variant: float | None = None
+    ) -> FloatArray:
+        """``ε`` of the input, m/s², rad/s or µT, shape (n, 3), for sizes (p,) in shown units."""
+        return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)
+
+
+MILLI_G = ACCELERATION["mg"]
+DEGREE = RATE["deg/s"]
+PPM = 1e-6
+AXES = "xyz"
+DATA_SHEET_UNIT = {ACCELEROMETER: ACCELERATION["g"], GYROSCOPE: DEGREE, MAGNETOMETER: 1.0}
+"""SI (or µT) per g, °/s, µT: the units in which data sheets quote effects."""
+
+
+def sensed(sensor: str, c: Circumstances) -> FloatArray:
+    """The true input of the sensor in the unit of data sheets: g, °/s or µT, shape (n, 3)."""
+    values: FloatArray = getattr(c, INPUT_OF[sensor])
+    return values / DATA_SHEET_UNIT[sensor]
+
+
+def warmth(c: Circumstances) -> FloatArray:
+    """Temperature from the session's mean, °C, shape (n,); 0 where it is unknown."""
+    return np.nan_to_num(c.temperature - c.reference_temperature, nan=0.0)
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large an effect is on one sensor.
+
+    Attributes:
+        unit: shown unit of its parameters.
+        si: m/s², rad/s or µT per shown unit and unit of what it multiplies.
+        typical: of a consumer part, the prior's standard deviation, in ``unit``.
+        grades: realistic magnitudes by sensor grade, in ``unit``.
+        chosen: grades whose range is a typical choice and stands in no data sheet.
+    """
+
+    unit: str
+    si: float
+    typical: float
+    grades: Grades = field(default_factory=dict)
+    chosen: tuple[str, ...] = ()
+
+    def parameter(self, name: str) -> EffectParameter:
+        """A parameter of this size."""
+        return EffectParameter(name, self.unit, self.typical, self.grades, self.chosen)
+
+
+class AxisEffect(Effect):
+    """An effect whose parameter ``K_i`` moves axis ``i`` only: ``ε_i = K_i · shape_i``."""
+
+    sizes: Mapping[str, Size]
+
+    @abstractmethod
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """What ``K_i`` multiplies on each axis, in data sheet units, shape (n, 3)."""
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """``x``, ``y``, ``z``."""
+        return tuple(self.sizes[sensor].parameter(axis) for axis in AXES)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Shape (n, 3, 3), diagonal in output axis and parameter."""
+        return self.sizes[sensor].si * self.shape(sensor, c, variant)[:, :, None] * np.eye(3)
+
+
+class BiasEffect(AxisEffect):
+    """An effect that moves the zero of all three axes by the same course: ``ε_i = K_i · s``."""
+
+    @abstractmethod
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``s``, in data sheet units, shape (n,)."""
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """The course on each axis."""
+        del sensor
+        return np.repeat(self.course(c, variant)[:, None], 3, axis=1)
+
+
+class ForceEffect(Effect):
+    """``ε_i = Σ_j K_ij felt_j`` with the nine parameters ``xx``, ``xy`` … ``zz``."""
+
+    size: Size
+
+    @abstractmethod
+    def felt(self, c: Circumstances) -> FloatArray:
+        """What the force does, in data sheet units, shape (n, 3)."""
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """Output axis, then input axis."""
+        del sensor
+        return tuple(self.size.parameter(out + inp) for out in AXES for inp in AXES)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Shape (n, 3, 9): output axis ``i`` has the three columns ``3i`` to ``3i + 2``."""
+        del sensor, variant
+        felt = self.size.si * self.felt(c)
+        columns = np.zeros((len(c), 3, 9))
+        for axis in range(3):
+            columns[:, axis, 3 * axis : 3 * axis + 3] = felt
+        return columns

@@ -1,0 +1,79 @@
+"""Scale factor asymmetry."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    MILLI_G,
+    AxisEffect,
+    Circumstances,
+    Size,
+    Story,
+    sensed,
+)
+
+
+class Asymmetry(AxisEffect):
+    """``ε_i = A |x_i|``: half the difference of the gains for + and −, K₁'/2 of IEEE 1293."""
+
+    name = "asymmetry"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "even-order"
+    kind = "orientation"
+    title = "scale factor asymmetry"
+    equation = "ε_i = Aᵢ |x_i|"
+    order = 11
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/g",
+            MILLI_G,
+            1.5,
+            {"consumer": (0.5, 4.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "1e-3",
+            1e-3 * DEGREE,
+            1.0,
+            {"consumer": (0.2, 2.0), "industrial": (0.05, 0.2), "tactical": (0.005, 0.05)},
+            chosen=("industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="A push from one side is measured with a slightly larger gain than a push from "
+            "the other: two springs, two electrode gaps or two halves of an amplifier that are "
+            "not alike.",
+            equation="error on an axis = coefficient × size of the force on that axis, whatever "
+            "its sign",
+            signature="Much like the second-order term: opposite signs at opposite faces. The "
+            "difference is a kink where the axis is level, instead of a smooth bend.",
+            needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
+            "Even so, 1 g hardly tells it from the second-order term; for use below 1 g it does "
+            "not matter which of the two is taken.",
+        ),
+        GYROSCOPE: Story(
+            what="A turn to the left is measured with a slightly larger gain than a turn to the "
+            "right.",
+            equation="error on an axis = coefficient × size of the rate, whatever its sense",
+            signature="Turns in one sense come out too large, in the other too small, by the same "
+            "share of the angle at any speed.",
+            needs="Turns in both senses. Three speeds or more, to tell it from the second-order "
+            "term, which grows with the speed.",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``|x_i|``, g or °/s."""
+        del variant
+        return np.abs(sensed(sensor, c))
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A gyroscope must have been turned in both senses."""
+        return requirements.both_senses(sensor, c)

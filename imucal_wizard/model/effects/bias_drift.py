@@ -1,0 +1,98 @@
+"""Bias that wanders with time."""
+
+from collections.abc import Mapping
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    MAGNETOMETER,
+    MILLI_G,
+    BiasEffect,
+    Circumstances,
+    Size,
+    Story,
+)
+
+_MINUTE = 60.0
+
+
+class BiasDrift(BiasEffect):
+    """``ε_i = d (t − t₀)``, ``t₀`` the middle of the session.
+
+    The trend, or rate ramp, of the bias in IEEE 1293 and IEEE 1431; the bias of the base model is
+    that of the session's middle.
+    """
+
+    name = "bias-drift"
+    sensors = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
+    family = "slow-bias"
+    against = "time"
+    kind = "time"
+    title = "bias drifts with time"
+    equation = "ε_i = dᵢ (t − t₀)"
+    order = 31
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/min",
+            MILLI_G,
+            0.3,
+            {"consumer": (0.05, 1.0), "industrial": (0.005, 0.05), "tactical": (0.0005, 0.005)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "°/s/min",
+            DEGREE,
+            0.01,
+            {"consumer": (0.002, 0.02), "industrial": (2e-4, 0.002), "tactical": (2e-5, 2e-4)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+        MAGNETOMETER: Size(
+            "µT/min",
+            1.0,
+            0.2,
+            {"consumer": (0.05, 0.5), "industrial": (0.01, 0.05), "tactical": (0.001, 0.01)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="Stress relaxes, charge gathers on the electrodes, the supply voltage sinks: the "
+            "zero moves a little every minute. Slow noise does the same for a while, without any "
+            "law behind it.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The same pose reads differently later; residuals open like a fan from the "
+            "middle of the session to both ends.",
+            needs="The same poses early, in the middle and late. Without repeats it cannot be told "
+            "from temperature or warm-up, and slow noise alone can look like it.",
+        ),
+        GYROSCOPE: Story(
+            what="The zero of the rate moves a little every minute: ageing drive, sinking supply, "
+            "or slow noise that follows no law.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The readings at rest climb or fall steadily, in every pose alike.",
+            needs="Still poses over the whole session at a steady temperature.",
+        ),
+        MAGNETOMETER: Story(
+            what="The iron of the board takes on the field it lies in, a battery empties and its "
+            "currents change, the amplifier's zero ages: hard iron that moves a little every "
+            "minute.",
+            equation="error on an axis = coefficient × (time − middle of the session)",
+            signature="The same direction reads differently later: the ellipsoid wanders, and the "
+            "residuals open like a fan from the middle of the session to both ends.",
+            needs="Whole circles early and late. Without them it cannot be told from temperature, "
+            "and a room whose field changes looks like it.",
+        ),
+    }
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``t − t₀``, min."""
+        del variant
+        return (c.time - c.reference_time) / _MINUTE
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A session of more than a minute."""
+        del sensor
+        return requirements.duration(c)

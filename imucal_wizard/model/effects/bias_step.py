@@ -1,0 +1,89 @@
+"""Bias that jumps once."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    MILLI_G,
+    BiasEffect,
+    Circumstances,
+    Size,
+    Story,
+)
+
+SMALLEST_SIDE = 3
+"""With fewer holds on one side, disturbed holds are the plainer explanation."""
+
+
+class BiasStep(BiasEffect):
+    """``ε_i = B`` from a moment on, 0 before: a bias shift, as after a shock (IEEE 1293, 1431).
+
+    The bias of the base model is that before the moment.
+    """
+
+    name = "bias-step"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    against = "time"
+    kind = "time"
+    title = "bias jumps once"
+    equation = "ε_i = Bᵢ from the moment on"
+    order = 33
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg",
+            MILLI_G,
+            3.0,
+            {"consumer": (1.0, 6.0), "industrial": (0.1, 1.0), "tactical": (0.01, 0.1)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "°/s",
+            DEGREE,
+            0.1,
+            {"consumer": (0.02, 0.3), "industrial": (0.002, 0.02), "tactical": (2e-4, 0.002)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="A bump, a fall or a tightened screw strains the package, and the proof mass "
+            "rests elsewhere ever after; or a power dip resets an offset inside the chip.",
+            equation="error on an axis = 0 before the moment, the same size ever after",
+            signature="Over time the residuals of a face stand on one level, jump between two "
+            "holds, and stand on another.",
+            needs="Repeated poses before and after. If somebody remembers the bump, that is worth "
+            "more than statistics: calibrate again from there on.",
+        ),
+        GYROSCOPE: Story(
+            what="A bump strains the package, or a power dip resets an offset inside the chip: the "
+            "zero of the rate is another one ever after.",
+            equation="error on an axis = 0 before the moment, the same size ever after",
+            signature="The readings at rest stand on one level, jump between two holds, and stand "
+            "on another.",
+            needs="Three still poses or more on either side of the jump.",
+        ),
+    }
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """Moments half way between neighbouring holds, s; None alone where there are too few."""
+        times = np.unique(c.time)
+        middles = 0.5 * (times[1:] + times[:-1])
+        inner = middles[SMALLEST_SIDE - 1 : len(middles) - SMALLEST_SIDE + 1]
+        return tuple(float(moment) for moment in inner) or (None,)
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """0 before the moment, 1 from it on; the middle of the session when none is given."""
+        moment = c.reference_time if variant is None else variant
+        return np.asarray(c.time >= moment, np.float64)
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Enough holds on either side, in a session of more than a minute."""
+        del sensor
+        return requirements.duration(c) or requirements.rows(c, 2 * SMALLEST_SIDE)

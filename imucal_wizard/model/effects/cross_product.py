@@ -1,0 +1,96 @@
+"""Products of the inputs of two axes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    AXES,
+    DEGREE,
+    GYROSCOPE,
+    MILLI_G,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Size,
+    Story,
+    sensed,
+)
+
+_PAIRS = ((0, 1), (0, 2), (1, 2))
+_SIZES: Mapping[str, Size] = {
+    ACCELEROMETER: Size(
+        "mg/g²",
+        MILLI_G,
+        2.0,
+        {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+        chosen=("industrial", "tactical"),
+    ),
+    GYROSCOPE: Size(
+        "1e-5/(°/s)",
+        1e-5 * DEGREE,
+        0.5,
+        {"consumer": (0.1, 0.8), "industrial": (0.02, 0.1), "tactical": (0.002, 0.02)},
+        chosen=("industrial", "tactical"),
+    ),
+}
+
+
+class CrossProduct(Effect):
+    """``ε_i = Σ K_ijk x_j x_k`` (j < k): K_ip, K_io and K_op of IEEE 1293 for each axis.
+
+    At rest under 1 g the nine coefficients show in only seven combinations (``u_y u_z`` on x, ``u_x
+    u_z`` on y and ``u_x u_y`` on z are one and the same ``xyz``), and these hold the second-order
+    term and the squares of the other axes as well, up to a bias: ``x³ = x − xy² − xz²``.
+    """
+
+    name = "cross-product"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "even-order"
+    kind = "orientation"
+    title = "cross-axis product"
+    equation = "ε_i = Σ Kᵢⱼₖ x_j x_k"
+    order = 12
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="A proof mass pushed aside along one direction answers to another with a changed "
+            "gain: its beams twist, its electrodes overlap a little less.",
+            equation="error on an axis = coefficient × force on one axis × force on another",
+            signature="The product of two axes is there on edges and not at faces; the fit meets "
+            "it half way with a bias, so that faces and edges end up with opposite errors. The "
+            "product of all three shows at corners only, its sign changing from each to the next.",
+            needs="Edges, and all eight corners: without corners the product of all three is never "
+            "seen. Several coefficients stand for the same residual, so only their sum is real.",
+        ),
+        GYROSCOPE: Story(
+            what="A turn about one axis moves the vibrating mass a little, so that a turn about "
+            "another is read out with a changed gain.",
+            equation="error on an axis = coefficient × rate about one axis × rate about another",
+            signature="Only turns about a tilted axis show it: the same turn about one sensor axis "
+            "alone is right.",
+            needs="Turns about axes half way between two sensor axes, in both senses and at "
+            "different speeds.",
+        ),
+    }
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """``xxy`` (x feels x·y), ``xxz``, ``xyz``, ``yxy`` … ``zyz``."""
+        names = [f"{axis}{AXES[j]}{AXES[k]}" for axis in AXES for j, k in _PAIRS]
+        return tuple(_SIZES[sensor].parameter(name) for name in names)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Shape (n, 3, 9): three products on each axis."""
+        del variant
+        x = sensed(sensor, c)
+        products = _SIZES[sensor].si * np.stack([x[:, j] * x[:, k] for j, k in _PAIRS], axis=1)
+        columns = np.zeros((len(c), 3, 9))
+        for axis in range(3):
+            columns[:, axis, 3 * axis : 3 * axis + 3] = products
+        return columns
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A gyroscope must have been turned."""
+        return requirements.rotations(sensor, c)

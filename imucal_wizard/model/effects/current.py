@@ -1,0 +1,69 @@
+"""Field of the board's own currents."""
+
+from collections.abc import Mapping
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import MAGNETOMETER, BiasEffect, Circumstances, Size, Story
+
+AMPERE, PERCENT = "A", "%"
+_SIZES = {
+    AMPERE: Size(
+        "µT/A",
+        1.0,
+        0.5,
+        {"consumer": (0.1, 1.5), "industrial": (0.02, 0.1), "tactical": (0.002, 0.02)},
+        chosen=("consumer", "industrial", "tactical"),
+    ),
+    PERCENT: Size(
+        "µT/%",
+        1.0,
+        0.1,
+        {"consumer": (0.02, 0.3), "industrial": (0.004, 0.02), "tactical": (4e-4, 0.004)},
+        chosen=("consumer", "industrial", "tactical"),
+    ),
+}
+
+
+class Current(BiasEffect):
+    """``ε_i = k_i I``, the field of a conductor by Biot and Savart, fixed to the board.
+
+    ``I`` is the current in A where it was recorded, else the throttle in per cent.
+    """
+
+    name = "current"
+    sensors = (MAGNETOMETER,)
+    against = "current"
+    kind = "time"
+    title = "field of the board's own current"
+    equation = "ε_i = kᵢ I"
+    order = 6
+    stories: Mapping[str, Story] = {
+        MAGNETOMETER: Story(
+            what="Every current has a field. The leads to motor or battery lie a hand's breadth "
+            "from the chip, and their field turns with the board: hard iron that comes and goes "
+            "with the throttle.",
+            equation="error on an axis = coefficient × current (or throttle)",
+            signature="The same direction reads differently while the motor runs; over the "
+            "current the residuals lie on a straight line through zero.",
+            needs="A column current[A] or throttle[%] in the recording, and each direction with "
+            "much current and with little.",
+        ),
+    }
+
+    def __init__(self, recorded: str = AMPERE) -> None:
+        self.sizes = {MAGNETOMETER: _SIZES[recorded]}
+
+    def suited(self, c: Circumstances) -> "Current":
+        """Per ampere, or per per cent of the throttle, as recorded."""
+        return Current(c.current_unit)
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``I``, A or %."""
+        del variant
+        return c.current
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A known current that changes."""
+        del sensor
+        return requirements.currents(c)

@@ -1,0 +1,72 @@
+"""The turning Earth."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    DEGREE,
+    GYROSCOPE,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Size,
+    Story,
+)
+
+EARTH_RATE = 7.292115e-5
+"""Sidereal rate of the Earth, rad/s (WGS 84): 15.041 °/h."""
+DEGREE_PER_HOUR = DEGREE / 3600.0
+
+
+class EarthRate(Effect):
+    """``ε = Ω_up u``: the part of the Earth's rate along the vertical, ``u`` the up direction.
+
+    IEEE 1431 adds the Earth's rate to the input of every test. Of its two parts, ``Ω sin φ`` lies
+    along up and is known in the body frame wherever gravity is; ``Ω cos φ`` points north, and
+    without a heading nothing says where that is: it stays in the noise floor, at most 0.0042 °/s.
+    The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
+    narrow prior of a known planet tells them apart.
+    """
+
+    name = "earth-rate"
+    sensors = (GYROSCOPE,)
+    against = "force"
+    kind = "orientation"
+    title = "the turning Earth"
+    equation = "ε = Ω_up u"
+    order = 60
+    stories: Mapping[str, Story] = {
+        GYROSCOPE: Story(
+            what="Nothing is wrong in the sensor: the Earth turns under it, fifteen degrees an "
+            "hour, and a gyroscope at rest turns along. Part of it is about the vertical, most at "
+            "the poles, none at the equator; the rest is about the line to north.",
+            equation="error = one rate × the direction that is up, on all three axes",
+            signature="The readings at rest follow the up direction with the same small slope on "
+            "each axis: positive on the northern half of the Earth.",
+            needs="A gyroscope whose zero is steady to a few degrees per hour and still poses all "
+            "round. The part towards north needs the heading of each pose, which gravity does not "
+            "tell; it stays in the noise floor.",
+        ),
+    }
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """``up``: the rate about the vertical; ``Ω sin φ`` with the sign of the latitude."""
+        del sensor
+        whole = EARTH_RATE / DEGREE_PER_HOUR
+        grades = dict.fromkeys(("consumer", "industrial", "tactical"), (0.0, whole))
+        return (Size("°/h", DEGREE_PER_HOUR, whole / np.sqrt(2.0), grades).parameter("up"),)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """``u``, shape (n, 3, 1)."""
+        del sensor, variant
+        length = np.linalg.norm(c.force, axis=1, keepdims=True)
+        up = np.divide(c.force, length, out=np.zeros_like(c.force), where=length > 0.0)
+        return np.asarray(DEGREE_PER_HOUR * up[:, :, None], np.float64)
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """More than one pose; the heading is lacking always and is told in the lesson."""
+        del sensor
+        return requirements.directions(c)

@@ -1,0 +1,52 @@
+"""Gyroscope that feels the square of gravity."""
+
+from collections.abc import Mapping
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances, ForceEffect, Size, Story
+
+
+class G2Sensitivity(ForceEffect):
+    """``ε_i = Σ H_ij f_j²``: the acceleration-squared-sensitive drift of IEEE 1431.
+
+    Under 1 g the three squares add up to a constant, so that for each axis one of its three
+    coefficients is a bias.
+    """
+
+    name = "g2-sensitivity"
+    sensors = (GYROSCOPE,)
+    against = "force"
+    kind = "orientation"
+    title = "the rate follows the square of gravity"
+    equation = "ε_i = Σ Hᵢⱼ f_j²"
+    order = 2
+    size = Size(
+        "°/s/g²",
+        DEGREE,
+        0.01,
+        {"consumer": (0.002, 0.02), "industrial": (2e-4, 0.002), "tactical": (1e-5, 2e-4)},
+        chosen=("consumer", "industrial", "tactical"),
+    )
+    stories: Mapping[str, Story] = {
+        GYROSCOPE: Story(
+            what="The springs that hold the vibrating mass are not equally stiff. Gravity bends "
+            "them, and a mass that is both bent aside and off its balance turns: twice the force, "
+            "four times the error, the same for up and for down.",
+            equation="error on an axis = sum over the three axes of coefficient × (force)²",
+            signature="The readings at rest are the same in two opposite poses and differ from "
+            "those with the axis level.",
+            needs="Still poses at opposite faces and half way between. The part that is the same "
+            "for all three axes is a bias and cannot be seen at 1 g.",
+        ),
+    }
+
+    def felt(self, c: Circumstances) -> FloatArray:
+        """``f_j²``, g²."""
+        return (c.force / ACCELERATION["g"]) ** 2
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """More than one pose."""
+        del sensor
+        return requirements.directions(c)

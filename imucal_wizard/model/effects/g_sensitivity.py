@@ -1,0 +1,47 @@
+"""Gyroscope that feels gravity."""
+
+from collections.abc import Mapping
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances, ForceEffect, Size, Story
+
+
+class GSensitivity(ForceEffect):
+    """``ε_i = Σ G_ij f_j``: the acceleration-sensitive drift of IEEE 1431, nine coefficients."""
+
+    name = "g-sensitivity"
+    sensors = (GYROSCOPE,)
+    against = "force"
+    kind = "orientation"
+    title = "the rate follows gravity"
+    equation = "ε_i = Σ Gᵢⱼ f_j"
+    order = 1
+    size = Size(
+        "°/s/g",
+        DEGREE,
+        0.1,
+        {"consumer": (0.01, 0.1), "industrial": (0.001, 0.015), "tactical": (1e-4, 0.001)},
+        chosen=("tactical",),
+    )
+    stories: Mapping[str, Story] = {
+        GYROSCOPE: Story(
+            what="The vibrating mass has weight. It sags to one side under gravity, its gaps and "
+            "its balance change, and part of the drive motion is taken for a turn.",
+            equation="error on an axis = sum over the three axes of coefficient × force",
+            signature="The readings at rest differ from pose to pose: along each force component "
+            "they lie on a straight line. Turns do not close, by an amount that depends on which "
+            "way is up.",
+            needs="Still poses all round: their mean rates show it ten times better than turns do.",
+        ),
+    }
+
+    def felt(self, c: Circumstances) -> FloatArray:
+        """``f_j``, g."""
+        return c.force / ACCELERATION["g"]
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """More than one pose."""
+        del sensor
+        return requirements.directions(c)

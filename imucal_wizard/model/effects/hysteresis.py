@@ -1,0 +1,62 @@
+"""Memory of the pose before."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    MILLI_G,
+    AxisEffect,
+    Circumstances,
+    Size,
+    Story,
+)
+
+
+class Hysteresis(AxisEffect):
+    """``ε_i = h f_i of the hold before``; nothing on the first hold.
+
+    Hysteresis as IEEE 1293 understands it, a reading that depends on which input came before, in
+    its plainest linear form.
+    """
+
+    name = "hysteresis"
+    sensors = (ACCELEROMETER,)
+    against = "previous"
+    kind = "hold"
+    title = "memory of the pose before"
+    equation = "ε_i = hᵢ x_i of the hold before"
+    order = 50
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/g",
+            MILLI_G,
+            0.5,
+            {"consumer": (0.1, 1.0), "industrial": (0.02, 0.1), "tactical": (0.002, 0.02)},
+            chosen=("industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="Glue and package creep: a proof mass that was just hanging to one side comes "
+            "back to rest a little on that side. A soft support of the board does the same.",
+            equation="error on an axis = coefficient × force on that axis in the hold before",
+            signature="A pose reads differently when it is reached from another side; it looks "
+            "like bad repeatability until the residuals are drawn over the pose before.",
+            needs="The same poses reached from different sides, in an order without system.",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``f_i`` of the hold before, g; 0 where there was none."""
+        del sensor, variant
+        return np.nan_to_num(c.previous, nan=0.0) / ACCELERATION["g"]
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Known poses before that differ."""
+        del sensor
+        return requirements.previous_poses(c)

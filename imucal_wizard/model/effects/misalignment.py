@@ -1,0 +1,66 @@
+"""Magnetometer turned against the accelerometer."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    AXES,
+    DEGREE,
+    MAGNETOMETER,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Size,
+    Story,
+)
+
+
+class Misalignment(Effect):
+    """``ε = m × φ``: the axes of the magnetometer are those of the accelerometer turned by φ.
+
+    To first order a sensor turned by φ sees ``m − φ × m``. Chips that are mounted a quarter of a
+    turn apart are counted from the nearest such position.
+    """
+
+    name = "misalignment"
+    sensors = (MAGNETOMETER,)
+    kind = "orientation"
+    title = "turned against the accelerometer"
+    equation = "ε = m × φ"
+    order = 5
+    size = Size(
+        "°",
+        DEGREE,
+        2.0,
+        {"consumer": (0.5, 3.0), "industrial": (0.1, 0.5), "tactical": (0.02, 0.1)},
+        chosen=("consumer", "industrial", "tactical"),
+    )
+    stories: Mapping[str, Story] = {
+        MAGNETOMETER: Story(
+            what="Two chips are soldered by hand or by a machine, and neither is quite straight: "
+            "the axes of the magnetometer are turned a little against those of the accelerometer.",
+            equation="error = field × angle, across both: about x, y and z an angle each",
+            signature="The strength of the field says nothing of it. At rest the field stands at "
+            "another angle to the vertical in every pose, although the dip of a place is one.",
+            needs="Six still poses or more, all round, and turned about the vertical in between.",
+        ),
+    }
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """The angles about ``x``, ``y``, ``z``."""
+        del sensor
+        return tuple(self.size.parameter(axis) for axis in AXES)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """``m × e_j`` per degree, shape (n, 3, 3)."""
+        del sensor, variant
+        turned = np.cross(c.magnetic[:, None, :], np.eye(3))
+        return np.asarray(self.size.si * np.swapaxes(turned, 1, 2))
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Still poses in which both gravity and the field are known."""
+        del sensor
+        return requirements.dips(c)

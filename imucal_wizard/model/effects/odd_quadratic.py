@@ -1,0 +1,55 @@
+"""Odd quadratic non-linearity."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    MILLI_G,
+    AxisEffect,
+    Circumstances,
+    Size,
+    Story,
+    sensed,
+)
+
+
+class OddQuadratic(AxisEffect):
+    """``ε_i = K_oq a_i |a_i|``: the odd quadratic coefficient of IEEE 1293."""
+
+    name = "odd-quadratic"
+    sensors = (ACCELEROMETER,)
+    family = "odd-order"
+    kind = "orientation"
+    title = "odd quadratic non-linearity"
+    equation = "ε_i = K_oqᵢ x_i |x_i|"
+    order = 21
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/g²",
+            MILLI_G,
+            2.0,
+            {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="The spring or the electrode gap gets stiffer, or softer, the farther the proof "
+            "mass is pushed, to either side alike: large forces read too small, or too large, on "
+            "both sides.",
+            equation="error on an axis = coefficient × force × size of the force",
+            signature="The same sign at both faces of the axis and the other sign around 45°. "
+            "Nearly nine tenths of it pass for a scale error, so little is left to be seen.",
+            needs="Faces, edges and corners, and low noise. Gravity hardly tells it from the "
+            "third-order term; several g would, on a shaker or a centrifuge.",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``x_i |x_i|``, g²."""
+        del variant
+        x = sensed(sensor, c)
+        return x * np.abs(x)

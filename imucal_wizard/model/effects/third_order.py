@@ -1,0 +1,74 @@
+"""Third-order non-linearity."""
+
+from collections.abc import Mapping
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    MILLI_G,
+    AxisEffect,
+    Circumstances,
+    Size,
+    Story,
+    sensed,
+)
+
+
+class ThirdOrder(AxisEffect):
+    """``ε_i = K₃ x_i³``: the term K₃ of the model equations of IEEE 1293 and IEEE 1431."""
+
+    name = "third-order"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "odd-order"
+    kind = "orientation"
+    title = "third-order non-linearity"
+    equation = "ε_i = K₃ᵢ x_i³"
+    order = 20
+    # a best-fit-line specification e of full scale F bounds a pure cubic: K₃ ≤ 4e/F²
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/g³",
+            MILLI_G,
+            2.0,
+            {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "1e-7/(°/s)²",
+            1e-7 * DEGREE,
+            0.3,
+            {"consumer": (0.05, 0.5), "industrial": (0.01, 0.05), "tactical": (0.001, 0.01)},
+            chosen=("industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="Near the end of its travel the proof mass is held back, or the amplifier begins "
+            "to saturate: the answer to a push flattens, to both sides alike.",
+            equation="error on an axis = coefficient × (force on that axis)³",
+            signature="The same sign at both faces of the axis and where it is level, the other "
+            "sign at 45° between. Three quarters of it pass for a scale error.",
+            needs="Faces, edges and corners. Gravity hardly tells it from the odd quadratic term; "
+            "several g would.",
+        ),
+        GYROSCOPE: Story(
+            what="At fast turns the read-out flattens, to both senses alike.",
+            equation="error on an axis = coefficient × (rate about that axis)³",
+            signature="Fast turns come out too small in both senses while slow ones come out a "
+            "little too large, because the scale is a compromise between them.",
+            needs="Turns at three speeds or more, the fastest near the range. At one speed it "
+            "cannot be told from the scale.",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``x_i³``, g³ or (°/s)³."""
+        del variant
+        return sensed(sensor, c) ** 3
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A gyroscope must have been turned."""
+        return requirements.rotations(sensor, c)

@@ -1,0 +1,63 @@
+"""Vibration that moves the mean."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    MILLI_G,
+    BiasEffect,
+    Circumstances,
+    Size,
+    Story,
+)
+
+
+class VibrationRectification(BiasEffect):
+    """``ε_i = K_v ⟨|a_vibration|²⟩``: the vibration rectification error of IEEE 1293.
+
+    The mean square is summed over the three axes.
+    """
+
+    name = "vibration-rectification"
+    sensors = (ACCELEROMETER,)
+    against = "vibration"
+    kind = "hold"
+    title = "vibration moves the mean"
+    equation = "ε_i = K_vᵢ ⟨vibration²⟩"
+    order = 51
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg/g²",
+            MILLI_G,
+            100.0,
+            {"consumer": (10.0, 300.0), "industrial": (1.0, 60.0), "tactical": (0.02, 1.0)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="A sensor that bends the straight line a little turns shaking into a constant: "
+            "each swing to one side counts more than the swing back, and the mean is off. Shaking "
+            "that is clipped at the end of the range does the same.",
+            equation="error on an axis = coefficient × mean square of the shaking",
+            signature="Poses with large variance have a residual, quiet ones have none; over the "
+            "variance it is a straight line.",
+            needs="The same poses on a quiet and on a shaking support. A pose taken by hand is not "
+            "only shaken but moved, which looks much the same.",
+        ),
+    }
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """Mean square vibration, g²; 0 where it is unknown."""
+        del variant
+        return np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION["g"] ** 2
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Quiet and shaky poses."""
+        del sensor
+        return requirements.vibrations(c)

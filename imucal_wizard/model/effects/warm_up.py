@@ -1,0 +1,91 @@
+"""Bias that settles after switching on."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    MILLI_G,
+    BiasEffect,
+    Circumstances,
+    Size,
+    Story,
+)
+
+TIME_CONSTANTS = (60.0, 100.0, 180.0, 300.0, 600.0, 1200.0)
+"""Time constants tried, s; the fit then settles on one between them."""
+USUAL_TIME_CONSTANT = 180.0
+
+
+class WarmUp(BiasEffect):
+    """``ε_i = W exp(−t/τ)``, ``t`` from the session's first sample.
+
+    The turn-on transient of IEEE 1293 and IEEE 1431 as a single exponential. The bias of the base
+    model is that of the warm sensor.
+    """
+
+    name = "warm-up"
+    sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-bias"
+    against = "time"
+    kind = "time"
+    graded = True
+    title = "warm-up after switching on"
+    equation = "ε_i = Wᵢ exp(−t/τ)"
+    order = 32
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg",
+            MILLI_G,
+            3.0,
+            {"consumer": (1.0, 6.0), "industrial": (0.1, 1.0), "tactical": (0.01, 0.1)},
+            chosen=("industrial", "tactical"),
+        ),
+        GYROSCOPE: Size(
+            "°/s",
+            DEGREE,
+            0.2,
+            {"consumer": (0.05, 0.5), "industrial": (0.005, 0.05), "tactical": (0.0005, 0.005)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="After switching on, the chip heats itself by a few degrees and the stress in the "
+            "package settles; the zero follows until it is warm through.",
+            equation="error on an axis = size at the start × a factor that falls to a third in "
+            "each time constant",
+            signature="Large in the first poses, gone in the last ones; up at one face and down at "
+            "the other.",
+            needs="Start cold and come back to the first poses at the end. Or let it warm up for "
+            "ten minutes first: then there is nothing to model.",
+        ),
+        GYROSCOPE: Story(
+            what="After switching on, the chip heats itself by a few degrees and the drive "
+            "settles; the zero follows until it is warm through.",
+            equation="error on an axis = size at the start × a factor that falls to a third in "
+            "each time constant",
+            signature="The readings at rest slide towards a final value, fast at first.",
+            needs="Still poses from the first minute to the last. Or let it warm up for ten "
+            "minutes first: then there is nothing to model.",
+        ),
+    }
+
+    def variants(self, c: Circumstances) -> tuple[float | None, ...]:
+        """Time constants, s."""
+        del c
+        return TIME_CONSTANTS
+
+    def course(self, c: Circumstances, variant: float | None) -> FloatArray:
+        """``exp(−t/τ)``."""
+        return np.exp(-c.time / (USUAL_TIME_CONSTANT if variant is None else variant))
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """A session of more than a minute."""
+        del sensor
+        return requirements.duration(c)

@@ -1,0 +1,190 @@
+"""Which parameters are identifiable: decided from the directions of the holds before any fit.
+
+At rest a calibration error shows only along the reading, as ``e(u) = j(u)·θ``: bias gives ``u``,
+scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. From the distinct directions
+alone follows what error a fit of some of the nine parameters would leave in any orientation,
+
+    E(u)² = σ² j_f(u)ᵀ (X_fᵀX_f)⁻¹ j_f(u) + | (j_d(u) − j_f(u) X_f⁺ X_d) s_d |²
+
+with f the parameters that are free, d those left at their nominal value, X their columns at the
+directions held, σ the noise of a hold and s the usual size of each parameter. The first term grows
+with the parameters that are fitted, the second with those that are not. Of all models that leave
+directions over to contradict them the one with the least E (rms over the sphere) is taken; it must
+be less than what the sensor errs without any calibration.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray
+
+BIAS, SCALE, NON_ORTHOGONALITY = (0, 1, 2), (3, 6, 8), (4, 5, 7)
+"""Places of the nine parameters: biases, then M's xx, xy, xz, yy, yz, zz."""
+SIZE = 9
+
+TYPICAL_SIZE = np.array([0.03, 0.03, 0.03, 0.02, 0.015, 0.015, 0.02, 0.015, 0.02])
+"""Usual errors of a sensor, in units of g and rad (datasheets: 20–80 mg, 1–4 %, 1–2 % cross axis),
+in the order of the parameters."""
+TYPICAL_NOISE = 1e-3
+"""How far repeated holds differ, in units of g: 0.1 mg on a table to 1 mg by hand."""
+SPARE_DIRECTIONS = 2
+"""For a model with angles: one to leave out and one to contradict what is left. Bias and scale
+alone need none: six faces are the classic minimum, and nothing judges them then."""
+ANGLES = {4: "theta_yz", 5: "theta_zy", 7: "theta_zx"}
+"""Name of the angle that each off-diagonal place holds."""
+EDGES_OF = {4: "x and y", 5: "x and z", 7: "y and z"}
+"""Between which faces the edges are that show an angle when they are on top."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiable:
+    """What these directions determine.
+
+    Attributes:
+        basis: free directions of the nine parameters, shape (9, p).
+        places: which parameters are free on their own.
+        terms: the terms of the model, in order.
+        dropped: names of parameters left at their nominal value.
+        reason: why, in one sentence, or "".
+        spare: directions left over.
+    """
+
+    basis: FloatArray
+    places: tuple[int, ...]
+    terms: tuple[str, ...]
+    dropped: tuple[str, ...]
+    reason: str
+    spare: int
+
+
+def design(up: FloatArray) -> FloatArray:
+    """Radial effect of each parameter at each direction, ordered as the parameters, (n, 9)."""
+    x, y, z = up[:, 0], up[:, 1], up[:, 2]
+    return np.column_stack([x, y, z, x * x, x * y, x * z, y * y, y * z, z * z])
+
+
+def amplification(directions: FloatArray, basis: FloatArray) -> FloatArray:
+    """What the noise of a hold becomes all over the sphere, as a factor, shape (400,).
+
+    ``sqrt(j(u)ᵀ (XᵀX)⁻¹ j(u))``; infinite where the directions do not determine the parameters.
+
+    Args:
+        directions: unit vectors, shape (n, 3).
+        basis: free directions of the parameters, shape (9, p).
+    """
+    rows = design(directions) @ basis
+    _, values, axes = np.linalg.svd(rows, full_matrices=False)
+    if len(rows) < rows.shape[1] or values[-1] < 1e-9 * values[0]:
+        return np.full(len(_SPHERE), np.inf)
+    everywhere = design(_SPHERE) @ basis @ axes.T / values
+    return np.asarray(np.sqrt((everywhere**2).sum(axis=1)))
+
+
+def expected_error(directions: FloatArray, basis: FloatArray, noise: float) -> float:
+    """E of a model, rms over the sphere, in units of g; infinite when it is not determined.
+
+    Args:
+        directions: unit vectors, shape (n, 3).
+        basis: free directions of the parameters, shape (9, p).
+        noise: σ, in units of g.
+    """
+    noisy = noise * amplification(directions, basis)
+    if not np.isfinite(noisy).all():
+        return np.inf
+    columns = design(directions)
+    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
+    left = design(_SPHERE) @ (np.eye(SIZE) - taken) * TYPICAL_SIZE
+    return float(np.sqrt((noisy**2 + (left**2).sum(axis=1)).mean()))
+
+
+def _sphere(count: int = 400) -> FloatArray:
+    """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
+    ring = np.sqrt(1.0 - z * z)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+_SPHERE = _sphere()
+UNCALIBRATED = float(np.sqrt(((design(_SPHERE) * TYPICAL_SIZE) ** 2).sum(axis=1).mean()))
+"""What a sensor errs without calibration, rms over the sphere, in units of g."""
+
+
+def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
+    """Columns that free single parameters, and one that moves the three scales together."""
+    columns = [np.eye(SIZE)[place] for place in places]
+    if common_scale:
+        columns.append(np.eye(SIZE)[list(SCALE)].sum(axis=0) / np.sqrt(3.0))
+    return np.column_stack(columns)
+
+
+def names_of(basis: FloatArray, names: Sequence[str]) -> list[str]:
+    """What the columns of a basis free; several parameters that move together are one scale.
+
+    Args:
+        basis: see ``basis_of``.
+        names: of all nine parameters.
+    """
+    return [
+        names[int(np.flatnonzero(column)[0])] if np.count_nonzero(column) == 1 else "scale"
+        for column in basis.T
+    ]
+
+
+def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:
+    """The best model that these distinct directions, shape (n, 3), carry.
+
+    Args:
+        directions: unit vectors.
+        noise: of a hold, in units of g, where it is larger than usual.
+
+    Raises:
+        DataError: none is better than no calibration.
+    """
+    level = max(noise, TYPICAL_NOISE)
+    errors = {
+        model: expected_error(directions, basis_of(*model), level)
+        for model in _models(len(directions))
+    }
+    best = min(errors, key=lambda model: errors[model])
+    if errors[best] < UNCALIBRATED:
+        return _carried(len(directions), *best)
+    raise DataError(
+        f"{len(directions)} distinct still position{'s' * (len(directions) != 1)} found; they do "
+        "not carry even bias and one scale. Hold the device still with each of its six faces up"
+    )
+
+
+def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
+    """Models that so many directions may carry: free places, and whether the scale is common.
+
+    Scales come before angles, since axes differ in scale by more than they are out of square.
+    """
+    spare = directions - len(BIAS) - len(SCALE) - SPARE_DIRECTIONS
+    for count in range(min(len(NON_ORTHOGONALITY), spare), 0, -1):
+        for angles in itertools.combinations(NON_ORTHOGONALITY, count):
+            yield (*BIAS, *SCALE, *angles), False
+    yield (*BIAS, *SCALE), False
+    yield BIAS, True
+
+
+def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
+    left = [place for place in NON_ORTHOGONALITY if place not in places]
+    dropped = tuple(ANGLES[place] for place in left)
+    names = [*dropped, *(["a scale of its own for each axis"] if common else [])]
+    reason = ""
+    if names:
+        pairs = "; ".join(EDGES_OF[place] for place in left)
+        reason = (
+            f"{count} directions do not carry {', '.join(names)}: left at the nominal value. "
+            f"Add holds with the edges between these faces on top: {pairs}"
+        )
+    angles = len(left) < len(NON_ORTHOGONALITY)
+    terms = ("bias", "scale", *(("non-orthogonality",) if angles else ()))
+    basis = basis_of(places, common)
+    return Identifiable(basis, places, terms, dropped, reason, count - basis.shape[1])

@@ -1,0 +1,378 @@
+"""The lesson of an effect: its story, its usual sizes, what ignoring it costs, and its picture.
+
+The cost is in degrees: of tilt, per rotation, per minute, of heading.
+
+The effect acts during one ordinary session of twenty minutes, in which the device warms by 20 °C,
+is held in every direction, turned at 50 to 300 °/s and shaken at times, in a field of 48 µT
+with a dip of 65°, its motors drawing up to 10 A. The base model (bias, scale, non-orthogonality) is
+fitted to it as the wizard does; what it does not absorb is the cost. Small errors are
+assumed, so that they add up linearly.
+"""
+
+import inspect
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from imucal_wizard.core.quantities import quantity, with_unit
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import ACCELERATION, STANDARD_GRAVITY
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    AXES,
+    DEGREE,
+    GYROSCOPE,
+    MAGNETOMETER,
+    MILLI_G,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Story,
+    sensed,
+)
+
+SESSION_MINUTES = np.array([0.0, 5.0, 10.0, 15.0, 20.0])
+SESSION_WARMTH = np.array([-10.0, -5.0, 0.0, 5.0, 10.0])
+SESSION_SHAKING = np.array([0.0, 0.1, 0.0, 0.2, 0.0])
+"""Vibration at these moments, g rms."""
+SESSION_AMPERES = np.array([0.0, 8.0, 2.0, 10.0, 5.0])
+FIELD, DIP = 48.0, np.radians(65.0)
+"""Flux density, µT, and its angle below the horizon."""
+SESSION_RATES = np.array([-300.0, -150.0, -50.0, 50.0, 150.0, 300.0])
+"""Rates of the rotations, °/s."""
+SESSION_DIRECTIONS = 60
+
+
+SMALLEST_ANGLE = 5e-5
+"""Degrees below which an error is not worth telling."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What is left of an effect after the base model has been fitted.
+
+    Attributes:
+        tilt_rms: error of the up direction, degrees; None for a gyroscope.
+        tilt_worst: the largest of them.
+        rotation_rms: error of a full rotation at 50 to 300 °/s, degrees; None for an accelerometer.
+        rotation_worst: the largest of them.
+        rest_rms: angle gathered in a minute at rest, degrees.
+        heading_rms: error of the heading, degrees; None but for a magnetometer.
+        heading_worst: the largest of them.
+    """
+
+    tilt_rms: float | None = None
+    tilt_worst: float | None = None
+    rotation_rms: float | None = None
+    rotation_worst: float | None = None
+    rest_rms: float | None = None
+    heading_rms: float | None = None
+    heading_worst: float | None = None
+
+    def words(self, *, worst: bool = False) -> str:
+        """``up wrong by 0.068° rms``, with the largest error where that is asked for."""
+        kinds = (
+            ("up wrong by", self.tilt_rms, self.tilt_worst),
+            ("the heading wrong by", self.heading_rms, self.heading_worst),
+            ("a full rotation wrong by", self.rotation_rms, self.rotation_worst),
+        )
+        parts = [
+            f"{what} {_degrees(rms)} rms" + (f", {_degrees(most)} at worst" if worst else "")
+            for what, rms, most in kinds
+            if rms is not None and most is not None and rms > SMALLEST_ANGLE
+        ]
+        if self.rest_rms is not None and self.rest_rms > SMALLEST_ANGLE:
+            parts.append(f"{_degrees(self.rest_rms)} accumulated in a minute at rest")
+        return ", and ".join(parts) or "no error"
+
+
+def _degrees(value: float) -> str:
+    return quantity(float(np.radians(value)), "rad", 2)
+
+
+def cost_of_ignoring(effect: Effect, sensor: str, sizes: FloatArray) -> Cost:
+    """What this effect with sizes (p,), in shown units, costs who ignores it."""
+    prices = {ACCELEROMETER: _tilt, GYROSCOPE: _rotation, MAGNETOMETER: _heading}
+    return prices[sensor](effect, sizes)
+
+
+def session_of(sensor: str) -> Circumstances:
+    """The ordinary session as this sensor sees it."""
+    return _SESSIONS[sensor]()
+
+
+def left_by_magnitude(force: FloatArray, error: FloatArray) -> FloatArray:
+    """What a fit of ``|x| = g`` leaves of an error of the specific force, shape (n, 3), m/s².
+
+    Such a fit sees only the component along the force; the nine parameters that explain it best
+    take part of the other components away and add to them. The same of a field and ``|m| = B``.
+    """
+    gains = [force[:, k, None] * np.eye(3)[i] for i in range(3) for k in range(i, 3)]
+    base = np.stack([*(np.tile(row, (len(force), 1)) for row in np.eye(3)), *gains], axis=2)
+    radial = np.einsum("nip,ni->np", base, force)
+    taken = np.linalg.lstsq(radial, (error * force).sum(axis=1), rcond=None)[0]
+    return np.asarray(error - base @ taken, np.float64)
+
+
+def left_by_rotations(rate: FloatArray, error: FloatArray) -> FloatArray:
+    """What a fit of the rotations leaves of an error of the rate, shape (n, 3), rad/s.
+
+    The readings at rest, far more exact than rotations, determine the bias; the rotations determine
+    the nine gains.
+    """
+    moving = rate.any(axis=1)
+    left = error - error[~moving].mean(axis=0)
+    gains = np.linalg.lstsq(rate[moving], left[moving], rcond=None)[0]
+    return np.asarray(left - rate @ gains, np.float64)
+
+
+def _tilt(effect: Effect, sizes: FloatArray) -> Cost:
+    c = session_poses()
+    left = left_by_magnitude(c.force, effect.error(ACCELEROMETER, c, sizes))
+    up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
+    across = left - up * (left * up).sum(axis=1, keepdims=True)
+    tilt = np.degrees(np.linalg.norm(across, axis=1) / c.gravity)
+    return Cost(tilt_rms=_rms(tilt), tilt_worst=float(tilt.max()))
+
+
+def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
+    c = session_rotations()
+    left = left_by_rotations(c.rate, effect.error(GYROSCOPE, c, sizes))
+    size, speed = np.linalg.norm(left, axis=1), np.linalg.norm(c.rate, axis=1)
+    moving = speed > 0.0
+    turn = 360.0 * size[moving] / speed[moving]
+    return Cost(
+        rotation_rms=_rms(turn),
+        rotation_worst=float(turn.max()),
+        rest_rms=60.0 * _rms(size[~moving]) / DEGREE,
+    )
+
+
+def _heading(effect: Effect, sizes: FloatArray) -> Cost:
+    c = session_poses()
+    left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes))
+    east = np.cross(c.magnetic, c.force)
+    east /= np.linalg.norm(east, axis=1, keepdims=True)
+    turned = np.degrees((left * east).sum(axis=1) / (FIELD * np.cos(DIP)))
+    return Cost(heading_rms=_rms(turned), heading_worst=float(np.abs(turned).max()))
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@cache
+def session_poses() -> Circumstances:
+    """The ordinary session's poses: every direction at every moment."""
+    k = np.arange(SESSION_DIRECTIONS) + 0.5
+    z = 1.0 - 2.0 * k / SESSION_DIRECTIONS
+    longitude = np.pi * (1.0 + np.sqrt(5.0)) * k
+    ring = np.sqrt(1.0 - z**2)
+    up = np.stack([ring * np.cos(longitude), ring * np.sin(longitude), z], axis=1)
+    return _session(up, np.zeros_like(up))
+
+
+@cache
+def session_rotations() -> Circumstances:
+    """The ordinary session's rotations about axes and diagonals under six gravities, and rests."""
+    faces = np.vstack([np.eye(3), -np.eye(3)])
+    between = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]) / np.sqrt(2.0)
+    axes = np.vstack([np.eye(3), between])
+    rates = np.vstack([np.zeros((1, 3)), *(speed * DEGREE * axes for speed in SESSION_RATES)])
+    return _session(np.repeat(faces, len(rates), axis=0), np.tile(rates, (len(faces), 1)))
+
+
+def _session(up: FloatArray, rate: FloatArray) -> Circumstances:
+    """All these directions and rates at each moment of the session, after different poses."""
+    moments, n = len(SESSION_MINUTES), len(up)
+    force = STANDARD_GRAVITY * up
+    before = np.vstack([np.roll(force, 7 * (moment + 1), axis=0) for moment in range(moments)])
+    return Circumstances(
+        force=np.tile(force, (moments, 1)),
+        rate=np.tile(rate, (moments, 1)),
+        temperature=np.repeat(25.0 + SESSION_WARMTH, n),
+        time=np.repeat(60.0 * SESSION_MINUTES, n),
+        previous=before,
+        vibration=np.repeat((SESSION_SHAKING * STANDARD_GRAVITY) ** 2, n),
+        magnetic=np.tile(_field(up), (moments, 1)),
+        current=np.repeat(SESSION_AMPERES, n),
+    )
+
+
+_SESSIONS = {
+    ACCELEROMETER: session_poses,
+    GYROSCOPE: session_rotations,
+    MAGNETOMETER: session_poses,
+}
+
+
+def _field(up: FloatArray) -> FloatArray:
+    """Field in the body frame, every pose with another heading, µT, shape (n, 3)."""
+    first = np.cross(up, np.eye(3)[np.abs(up).argmin(axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(len(up))[:, None]
+    north = np.cos(turn) * first + np.sin(turn) * np.cross(up, first)
+    return np.asarray(FIELD * (np.cos(DIP) * north - np.sin(DIP) * up))
+
+
+MIN_SHARE_IN_MAGNITUDE = 1e-6
+"""Share of an error in the magnitude, below which the magnitude does not show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Points to draw, in the order of ``x``.
+
+    Attributes:
+        x: what the effect depends on, shape (n,).
+        y: residual after the base model has been fitted, mg, °/s or µT, shape (n,).
+        x_label: with its unit.
+        y_label: with its unit.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    x_label: str
+    y_label: str
+
+
+def picture(
+    effect: Effect, sensor: str, sizes: FloatArray | None = None, variant: float | None = None
+) -> Picture:
+    """The residuals that this effect leaves.
+
+    Args:
+        effect: any.
+        sensor: ``accelerometer`` (residual of the magnitude), ``gyroscope`` (of the rate, on the
+            axis that the first parameter moves most) or ``magnetometer`` (of the magnitude; where
+            that shows nothing, of the component along gravity).
+        sizes: in shown units, shape (p,); a consumer part's on the first parameter when not given.
+        variant: one of the effect's variants.
+    """
+    c = session_of(sensor)
+    if sizes is None:
+        parameters = effect.parameters(sensor)
+        sizes = parameters[0].typical * np.eye(len(parameters))[0]
+    error = effect.error(sensor, c, sizes, variant)
+    axis = int(np.argmax((error**2).sum(axis=0)))
+    y, y_label = _RESIDUALS[sensor](c, error, axis)
+    x, x_label = abscissa(effect, sensor, c, _input_axis(effect, sensor, axis))
+    order = np.argsort(x, kind="stable")
+    return Picture(x[order], np.asarray(y[order], np.float64), x_label, y_label)
+
+
+def _of_force(c: Circumstances, error: FloatArray, _axis: int) -> tuple[FloatArray, str]:
+    left = left_by_magnitude(c.force, error)
+    return (left * c.force).sum(axis=1) / (c.gravity * MILLI_G), "|a| − g, mg"
+
+
+def _of_rate(c: Circumstances, error: FloatArray, axis: int) -> tuple[FloatArray, str]:
+    return left_by_rotations(c.rate, error)[:, axis] / DEGREE, f"rate about {AXES[axis]}, °/s"
+
+
+def _of_field(c: Circumstances, error: FloatArray, _axis: int) -> tuple[FloatArray, str]:
+    left = left_by_magnitude(c.magnetic, error)
+    size = np.linalg.norm(c.magnetic, axis=1)
+    along = (left * c.magnetic).sum(axis=1) / size
+    if np.abs(along).max() > MIN_SHARE_IN_MAGNITUDE * np.abs(error).max():
+        return np.asarray(along), "|m| − B, µT"
+    return (left * c.force).sum(axis=1) / c.gravity, "m along up, µT"
+
+
+_RESIDUALS = {ACCELEROMETER: _of_force, GYROSCOPE: _of_rate, MAGNETOMETER: _of_field}
+"""Residual and its label, of each sensor; the axis is the one that the effect moves most."""
+_INPUTS = {
+    ACCELEROMETER: "force along {}, g",
+    GYROSCOPE: "rate about {}, °/s",
+    MAGNETOMETER: "field along {}, µT",
+}
+
+
+def abscissa(effect: Effect, sensor: str, c: Circumstances, axis: int) -> tuple[FloatArray, str]:
+    """What the residuals of this effect are drawn over, shape (n,), and its label."""
+    letter, g = AXES[axis], ACCELERATION["g"]
+    if effect.against == "temperature":
+        return c.temperature, "temperature, °C"
+    if effect.against == "time":
+        return c.time / 60.0, "time, min"
+    if effect.against == "vibration":
+        return c.vibration / g**2, "mean square vibration, g²"
+    if effect.against == "previous":
+        return c.previous[:, axis] / g, f"force along {letter} in the hold before, g"
+    if effect.against == "current":
+        return c.current, f"current, {c.current_unit}"
+    of = ACCELEROMETER if effect.against == "force" else sensor
+    return sensed(of, c)[:, axis], _INPUTS[of].format(letter)
+
+
+def _input_axis(effect: Effect, sensor: str, output: int) -> int:
+    """The last axis in the first parameter's name: what moves it; else the output axis."""
+    name = effect.parameters(sensor)[0].name
+    return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """All there is to tell about an effect; sizes and costs are computed."""
+
+    what: str
+    equation: str
+    signature: str
+    sizes: str
+    needs: str
+    cost: str
+
+
+_CHOICE = "*"
+_SESSION = ", in a session of 20 minutes that warms the device by 20 °C,"
+_DRAWING = ", in a session whose motors draw up to 10 A,"
+
+
+def lesson(effect: Effect, sensor: str) -> Lesson:
+    """All there is to tell a student about this effect on this sensor."""
+    story = effect.stories.get(sensor) or _plain_story(effect)
+    return Lesson(
+        what=story.what,
+        equation=story.equation,
+        signature=story.signature,
+        sizes=usual_sizes_text(effect.parameters(sensor)[0]),
+        needs=story.needs,
+        cost=cost_text(effect, sensor),
+    )
+
+
+def usual_sizes_text(parameter: EffectParameter) -> str:
+    """``consumer 0.5 to 5 mg/g², …``; a star marks a typical choice that no data sheet gives."""
+    if not parameter.grades:
+        return f"about {with_unit(f'{parameter.typical:.3g}', parameter.unit)}, a guess"
+    parts = [
+        f"{grade} {low:.3g} to {high:.3g}{_CHOICE if grade in parameter.chosen else ''}"
+        for grade, (low, high) in parameter.grades.items()
+    ]
+    note = f" ({_CHOICE} a typical choice, from no data sheet)" if parameter.chosen else ""
+    return f"{with_unit(', '.join(parts), parameter.unit)}{note}"
+
+
+def cost_text(effect: Effect, sensor: str) -> str:
+    """What a consumer part's size on the first parameter costs, in degrees."""
+    parameters = effect.parameters(sensor)
+    first, sizes = parameters[0], np.zeros(len(parameters))
+    sizes[0] = first.typical
+    size = f"{with_unit(f'{first.typical:.3g}', first.unit)} on {first.name} alone"
+    when = "" if effect.kind == "orientation" else _SESSION
+    when = _DRAWING if effect.against == "current" else when
+    price = cost_of_ignoring(effect, sensor, sizes)
+    return f"{size}{when} leaves {price.words(worst=True)}, however well the base model is fitted"
+
+
+def _plain_story(effect: Effect) -> Story:
+    # a guard around a user's effect carries the words of what it guards
+    doc = vars(effect).get("__doc__", type(effect).__doc__)
+    told = inspect.cleandoc(doc) if doc else f"Its author does not tell: {effect.title}."
+    return Story(
+        what=told,
+        equation=effect.equation,
+        signature="Its author does not tell; look at the residuals over what it depends on.",
+        needs="Data in which what it depends on varies.",
+    )

@@ -1,0 +1,1 @@
+"""The rows of an experiment: one file for each kind of quantity that is measured and predicted."""

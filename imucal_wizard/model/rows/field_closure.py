@@ -1,0 +1,98 @@
+"""Closure of a rotation about the vertical, which gravity does not see, against the field.
+
+Gravity carried through a rotation shows its error θ across the vertical, ``e_g = θ − u (u·θ)``; the
+field shows it across the field, ``e_f = θ − f (f·θ)``. With ``n = (u − f (f·u))/s``,
+``s² = 1 − (f·u)²``, the part about the vertical follows,
+
+    ψ = u·θ = ( e_f·n + (f·u) (e_g·f)/s ) / s.
+
+It is one row per rotation, a linear combination of the rows of the two closures, and so are its
+derivatives.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
+from imucal_wizard.model.rows.source import Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.terms import Term, Terms
+
+MIN_SINE_SQUARE = 1e-6
+"""Of the angle between field and vertical; at the poles the field tells no heading."""
+
+
+class HeadingRows(Rows):
+    """ψ of each rotation."""
+
+    def __init__(
+        self, source: "FieldClosure", by_gravity: ClosureRows, by_field: ClosureRows
+    ) -> None:
+        self._source, self.by_gravity, self.by_field = source, by_gravity, by_field
+        self.residual = self._combined(by_gravity.residual, by_field.residual)
+        self.own = source.noise
+        self.direction = np.full((len(source.noise), 3), np.nan)
+        self.lever = self._combined(by_gravity.lever, by_field.lever)
+
+    def _combined(self, gravity: FloatArray, field: FloatArray) -> FloatArray:
+        """Rows of ψ from rows of both closures, (2 m, …) each to (m, …)."""
+        parts = 0.0
+        for weight, rows in zip(self._source.weights, (gravity, field), strict=True):
+            pairs = rows.reshape(len(weight), 2, *rows.shape[1:])
+            parts = parts + np.einsum("ma,ma...->m...", weight, pairs)
+        return np.asarray(parts)
+
+    def base_columns(self) -> FloatArray:
+        """See ``Rows``."""
+        return self._combined(self.by_gravity.base_columns(), self.by_field.base_columns())
+
+    def term_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        return self._combined(self.by_gravity.term_columns(term), self.by_field.term_columns(term))
+
+    def design_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        gravity = self.by_gravity.design_columns(term)
+        return self._combined(gravity, self.by_field.design_columns(term))
+
+
+@dataclass(frozen=True, eq=False)
+class FieldClosure(RowSource):
+    """One row per rotation, those about the vertical included.
+
+    Attributes:
+        by_gravity: the closures of these rotations against gravity.
+        by_field: the same against the field's direction.
+        noise: variance of each row by measured noise alone, rad², shape (m,).
+        labels: see ``RowSource``.
+    """
+
+    by_gravity: GravityClosure
+    by_field: GravityClosure
+    noise: FloatArray
+    labels: RowLabels
+    kind = "heading"
+    unit = "rad"
+    judged = False
+    group_word = "rotation"
+
+    @property
+    def weights(self) -> tuple[FloatArray, FloatArray]:
+        """Shares of the rows of both closures in ψ, shape (m, 2) each."""
+        up, field = self.by_gravity.after, self.by_field.after
+        along = (up * field).sum(axis=1)[:, None]
+        square = np.maximum(1.0 - along**2, MIN_SINE_SQUARE)
+        across, flat = (up - field * along) / square, (field - up * along) * along / square
+        return (
+            np.asarray(np.einsum("mai,mi->ma", self.by_gravity.basis, flat)),
+            np.asarray(np.einsum("mai,mi->ma", self.by_field.basis, across)),
+        )
+
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> HeadingRows:
+        """See ``RowSource``."""
+        close = near if isinstance(near, HeadingRows) else None
+        alone = Calibration(calibration.matrix, calibration.bias, calibration.sizes)
+        gravity = self.by_gravity.at(alone, terms, None if close is None else close.by_gravity)
+        field = self.by_field.at(alone, terms, None if close is None else close.by_field)
+        return HeadingRows(self, gravity, field)

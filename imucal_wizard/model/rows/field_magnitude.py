@@ -1,0 +1,90 @@
+"""The mean magnitude of the field in a group of samples, ``|x| − B``, ``x = M (y − b) − ε(x)``."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
+
+SHORTEST = 1e-12
+"""A field shorter than this, µT, has no direction."""
+
+
+class FieldRows(Rows):
+    """|x| − B of each group.
+
+    Attributes:
+        field: corrected field of the pieces, µT, shape (q, 3).
+    """
+
+    def __init__(self, source: "FieldMagnitude", calibration: Calibration, terms: Terms) -> None:
+        self._source, self._calibration = source, calibration
+        where = source.circumstances
+        self.field = corrected(
+            (calibration.matrix, calibration.bias), terms, calibration.sizes, source.reading, where
+        )
+        length = np.linalg.norm(self.field, axis=1)
+        self._unit = self.field / np.maximum(length, SHORTEST)[:, None]
+        self.residual = source.mean(length + source.extra) - source.magnitude
+        self.own = source.noise
+        self.lever = source.mean(self._unit)
+        size = np.linalg.norm(self.lever, axis=1)
+        self.direction = self.lever / np.maximum(size, SHORTEST)[:, None]
+
+    def base_columns(self) -> FloatArray:
+        """See ``Rows``."""
+        offset = self._source.reading - self._calibration.bias
+        out = np.empty((len(offset), ENTRIES))
+        out[:, :9] = (self._unit[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+        out[:, 9:] = -self._unit @ self._calibration.matrix
+        return self._source.mean(out)
+
+    def term_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        where = replace(self._source.circumstances, magnetic=self.field)
+        columns = columns_of(term, MAGNETOMETER, where)
+        return -self._source.mean(np.einsum("qi,qip->qp", self._unit, columns))
+
+
+@dataclass(frozen=True, eq=False)
+class FieldMagnitude(RowSource):
+    """One row per group of samples among which direction, current and time differ little.
+
+    Attributes:
+        reading: means of pieces of samples that follow one another, shape (q, 3).
+        count: samples in each piece, shape (q,).
+        extra: by how much the mean magnitude of a piece exceeds the magnitude of its mean, (q,).
+        offsets: first piece of each group and the end, shape (k + 1,).
+        noise: variance of each group's mean magnitude by noise alone, µT², shape (k,).
+        circumstances: of the pieces.
+        magnitude: of the field that corrected readings have, µT.
+        labels: see ``RowSource``.
+        unit: of corrected readings.
+    """
+
+    reading: FloatArray
+    count: FloatArray
+    extra: FloatArray
+    offsets: IntArray
+    noise: FloatArray
+    circumstances: Circumstances
+    magnitude: float
+    labels: RowLabels
+    unit: str = "uT"
+    kind = "field"
+    # a direction that comes again comes from another place of the room
+    repeats_are_noise = False
+
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> FieldRows:
+        """See ``RowSource``."""
+        del near  # these rows need no other ones
+        return FieldRows(self, calibration, terms)
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Means over the groups of values of the pieces, shape (q, …) to (k, …)."""
+        shape = (-1, *[1] * (values.ndim - 1))
+        sums = np.add.reduceat(values * self.count.reshape(shape), self.offsets[:-1], axis=0)
+        return np.asarray(sums / np.add.reduceat(self.count, self.offsets[:-1]).reshape(shape))

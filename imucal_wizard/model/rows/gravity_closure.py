@@ -1,0 +1,295 @@
+"""Closure of a rotation against gravity: up carried by the gyroscope, less up measured afterwards.
+
+Up in the body frame obeys ``du/dt = u × w``. Carried from the hold before, ``û = Cᵀ u_before`` with
+C the rotation in between; the closure is the rotation vector from ``û`` to ``u_after``. Its two
+components across gravity are the rows; the part of a rotation about gravity leaves no trace in it.
+
+``w = M (y − b) − ε(w, f, T, t)``, the force f at each sample being gravity carried there. ε is
+taken at the rates and forces of the rows before; it is so small against them that each further
+step of the fit adds two or three digits. A change δw of the rates turns û by ``û × ψ`` with
+``ψ = Cᵀ Σ L ∫δw dt``, L being the attitude averaged over a step (Simpson's rule; the attitude half
+way is the normalised sum of those at either end). With ``Σ L ∫ … dt`` written as weights of the
+samples, the derivative by anything is one product of these weights with what it does to each
+sample's rate. It leaves out what δw does to ε itself and to the coning: some thousandths of it.
+"""
+
+import itertools
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from imucal_wizard.core.attitude import Samples, attitudes
+from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.quaternions import cross, matrices, quaternions
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.terms import Term, Terms, columns_of
+
+COARSE_STEP = 1.0 / 30.0
+"""Seconds between the moments at which an effect outside the model is evaluated: a hand does
+nothing faster."""
+
+LEVI_CIVITA = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    LEVI_CIVITA[_i, _j, _k], LEVI_CIVITA[_i, _k, _j] = 1.0, -1.0
+
+
+class ClosureRows(Rows):
+    """Two rows per rotation.
+
+    Attributes:
+        rate: corrected rate of each sample, rad/s, shape (n, 3).
+        force: specific force at each sample, m/s², shape (n, 3).
+        ends: rotation from the hold before to the hold after, shape (m, 3, 3).
+        closure: closure of each rotation, rad, shape (m, 3).
+        weights: ``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3).
+    """
+
+    def __init__(
+        self,
+        source: "GravityClosure",
+        calibration: Calibration,
+        terms: Terms,
+        near: "ClosureRows | None",
+    ) -> None:
+        self._source, self._calibration = source, calibration
+        samples = source.samples
+        rate = (samples.reading - calibration.bias) @ calibration.matrix.T
+        if len(terms):
+            motion = source.motion if near is None else near.motion
+            rate = rate - terms.columns(motion) @ calibration.sizes
+        before, after = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
+        turned = matrices(samples.at_samples(before, after))
+        up = np.einsum("ijn,ni->nj", turned, source.before[samples.rotation])
+        weights = samples.spread(averaged(before, after)).reshape(3, 3, -1)
+        self.rate = rate
+        self.force = source.gravity * up
+        self.ends = np.moveaxis(matrices(after[:, samples.step_offsets[1:] - 1]), -1, 0)
+        self.closure = between(carry(self.ends, source.before), source.after)
+        self.weights = np.ascontiguousarray(np.moveaxis(weights, 1, 2))
+        self.residual = source.rows_of(self.closure[:, :, None])[:, 0]
+        self.own = np.repeat(source.noise, len(self.residual) // len(source.noise))
+        self.direction = np.full((len(self.residual), 3), np.nan)
+        self._coarse: _Moments | None = None
+
+    @property
+    def motion(self) -> Circumstances:
+        """Circumstances of the samples at this point."""
+        return replace(self._source.motion, rate=self.rate, force=self.force)
+
+    @property
+    def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
+        """See ``Rows``: the seconds that a rate error on each axis acts."""
+        turned = np.add.reduceat(self.weights, self._source.samples.offsets[:-1], axis=1)
+        return self._closed(np.moveaxis(turned, 1, 0))
+
+    def base_columns(self) -> FloatArray:
+        """See ``Rows``: ``∂w/∂M_ij = e_i (y − b)_j`` and ``∂w/∂b = −M``."""
+        samples = self._source.samples
+        offset = samples.reading - self._calibration.bias
+        turned = np.empty((len(self.closure), 3, ENTRIES))
+        for index, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
+            weights = self.weights[:, first:past]
+            product = np.swapaxes(weights, 1, 2) @ offset[first:past]
+            turned[index, :, :9] = product.reshape(3, 9)
+            turned[index, :, 9:] = -weights.sum(axis=1) @ self._calibration.matrix
+        return self._closed(turned)
+
+    def term_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        offsets = self._source.samples.offsets
+        return self._effect(term, _Moments(self.weights, offsets, self.motion))
+
+    def design_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``: evaluated at some thirty moments a second, straight lines in between."""
+        if self._coarse is None:
+            self._coarse = self._moments()
+        return self._effect(term, self._coarse)
+
+    def _moments(self) -> "_Moments":
+        samples = self._source.samples
+        every = max(int(np.round(COARSE_STEP / max(float(np.median(samples.dt)), 1e-9))), 1)
+        nodes, offsets = [], [0]
+        for first, past in itertools.pairwise(samples.offsets.tolist()):
+            own = np.append(np.arange(first, past - 1, every), past - 1)
+            nodes.append(own)
+            offsets.append(offsets[-1] + len(own))
+        chosen = np.concatenate(nodes)
+        left = np.searchsorted(chosen, np.arange(len(samples.time)), side="right") - 1
+        right = np.minimum(left + 1, len(chosen) - 1)
+        length = np.maximum(samples.time[chosen[right]] - samples.time[chosen[left]], 1e-12)
+        share = np.where(chosen[left] == np.arange(len(left)), 0.0, 1.0)
+        share *= (samples.time - samples.time[chosen[left]]) / length
+        ahead = np.add.reduceat(share[:, None] * self.weights, chosen, axis=1)
+        weights = np.add.reduceat((1.0 - share[:, None]) * self.weights, chosen, axis=1)
+        weights[:, 1:] += ahead[:, :-1]
+        return _Moments(weights, np.array(offsets, np.int64), self.motion.select(chosen))
+
+    def _effect(self, term: Term, moments: "_Moments") -> FloatArray:
+        moved = columns_of(term, GYROSCOPE, moments.motion)
+        turned = np.empty((len(self.closure), 3, moved.shape[2]))
+        for index, (first, past) in enumerate(itertools.pairwise(moments.offsets.tolist())):
+            weights = moments.weights[:, first:past].reshape(3, -1)
+            turned[index] = -weights @ moved[first:past].reshape(-1, moved.shape[2])
+        return self._closed(turned)
+
+    def shared_columns(self) -> FloatArray:
+        """See ``Rows``: change with each error of the reference by one standard deviation."""
+        source = self._source
+        carried = carry(self.ends, source.before)
+        moved = np.einsum("mji,mjk->mik", self.ends, source.before_doubt)
+        # the error runs from the carried to the measured direction: it falls with the one, and
+        # moves with the other as the other way round
+        change = error_slope(carried, source.after, moved)
+        return source.rows_of(change - error_slope(source.after, carried, source.after_doubt))
+
+    def _closed(self, turned: FloatArray) -> FloatArray:
+        """Derivative of the rows from ``Σ L ∫ ∂w dt``, shape (m, 3, p)."""
+        psi = np.einsum("mji,mjp->mip", self.ends, turned)
+        carried = carry(self.ends, self._source.before)
+        moved = np.einsum("iab,ma,mbp->mip", LEVI_CIVITA, carried, psi)
+        return self._source.rows_of(error_slope(carried, self._source.after, moved))
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """How rates at some moments turn the closures.
+
+    Attributes:
+        weights: of the moments' rates, s, shape (3, k, 3).
+        offsets: first moment of each rotation, and k, shape (m + 1,).
+        motion: circumstances of the moments.
+    """
+
+    weights: FloatArray
+    offsets: IntArray
+    motion: Circumstances
+
+
+@dataclass(frozen=True, eq=False)
+class GravityClosure(RowSource):
+    """Two rows per rotation.
+
+    Attributes:
+        samples: of the gyroscope in m rotations.
+        before: up at the hold before each, unit vectors, shape (m, 3).
+        after: up at the hold after, shape (m, 3).
+        before_doubt: change of ``before`` with each of the k ways in which the accelerometer may
+            be wrong by one standard deviation, shape (m, 3, k).
+        after_doubt: the same of ``after``.
+        noise: variance of a closure component by the noise of both directions and of the rates
+            between them, rad², shape (m,).
+        motion: circumstances of the samples; force and rate are replaced by those of the fit.
+        gravity: m/s².
+        labels: see ``RowSource``.
+        basis: two directions across ``after`` and one another, shape (m, 2, 3).
+    """
+
+    samples: Samples
+    before: FloatArray
+    after: FloatArray
+    before_doubt: FloatArray
+    after_doubt: FloatArray
+    noise: FloatArray
+    motion: Circumstances
+    gravity: float
+    labels: RowLabels
+    basis: FloatArray = field(init=False)
+    kind = "rotation"
+    unit = "rad"
+    group_word = "rotation"
+
+    def __post_init__(self) -> None:
+        # two directions across gravity and one another, the same at every calibration
+        axis = np.eye(3)[np.abs(self.after).argmin(axis=1)]
+        first = unit_vectors(np.cross(self.after, axis))
+        basis = np.stack([first, np.cross(self.after, first)], axis=1)
+        object.__setattr__(self, "basis", basis)
+
+    @property
+    def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
+        """See ``RowSource``."""
+        return tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
+
+    @property
+    def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return tuple(np.ones(self.before_doubt.shape[2]).tolist())
+
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> ClosureRows:
+        """See ``RowSource``."""
+        return ClosureRows(
+            self, calibration, terms, near if isinstance(near, ClosureRows) else None
+        )
+
+    def closures(self, matrix: FloatArray, bias: FloatArray) -> FloatArray:
+        """Closure of each rotation without effects, rad, shape (m, 3).
+
+        Args:
+            matrix: M, one (3, 3), or one per rotation (m, 3, 3).
+            bias: b, one (3,), or one per rotation (m, 3).
+        """
+        one = self.samples
+        if matrix.ndim == 3:
+            offset = one.reading - bias[one.rotation]
+            rate = np.einsum("nij,nj->ni", matrix[one.rotation], offset)
+        else:
+            rate = (one.reading - bias) @ matrix.T
+        _, after = attitudes(quaternions(one.turned(rate)), one.step_offsets)
+        ends = np.moveaxis(matrices(after[:, one.step_offsets[1:] - 1]), -1, 0)
+        return between(carry(ends, self.before), self.after)
+
+    def rows_of(self, closures: FloatArray) -> FloatArray:
+        """Rows from closures or their derivatives, (m, 3, p) to (2 m, p)."""
+        rows = np.einsum("mai,mip->map", self.basis, closures)
+        return np.asarray(rows.reshape(2 * len(closures), closures.shape[2]))
+
+
+def carry(ends: FloatArray, before: FloatArray) -> FloatArray:
+    """``Cᵀ u`` for each rotation, shape (m, 3)."""
+    return np.asarray(np.einsum("mji,mj->mi", ends, before))
+
+
+def between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Rotation vector from the direction of each a to that of b, rad, shape (m, 3).
+
+    Between opposite vectors, where every axis across serves, one of them.
+    """
+    normal = cross(a.T, b.T).T
+    sine = np.linalg.norm(normal, axis=1)
+    cosine = (a * b).sum(axis=1)
+    ratio = np.where(sine > 1e-12, np.arctan2(sine, cosine) / np.maximum(sine, 1e-12), 1.0)
+    opposite = (sine <= 1e-12) & (cosine < 0.0)
+    if opposite.any():
+        axis = np.eye(3)[np.abs(a[opposite]).argmin(axis=1)]
+        normal[opposite], ratio[opposite] = unit_vectors(np.cross(a[opposite], axis)), np.pi
+    return np.asarray(normal * ratio[:, None])
+
+
+def averaged(first: FloatArray, last: FloatArray) -> FloatArray:
+    """``L``: attitude averaged over each step, shape (9, n)."""
+    middle = first + last
+    middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
+    return np.asarray((matrices(first) + matrices(middle) + matrices(last)).reshape(9, -1) / 6.0)
+
+
+def error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:
+    """Derivative of ``between(carried, after)`` when ``carried`` moves by ``moved`` (m, 3, p).
+
+    With n = û × u, s = |n|, α = atan2(s, û·u), the error is ``(α/s) n``; α/s changes by
+    ``(α' − (α/s) s') / s`` with ``s' = n·n'/s`` and ``α' = (c s' − s c')``, c = û·u.
+    """
+    normal = cross(carried.T, after.T).T
+    slope = np.einsum("iab,map,mb->mip", LEVI_CIVITA, moved, after)
+    sine = np.linalg.norm(normal, axis=1)
+    cosine = (carried * after).sum(axis=1)
+    safe = np.maximum(sine, 1e-9)
+    ratio = np.where(sine > 1e-9, np.arctan2(sine, cosine) / safe, 1.0)
+    direction = normal / safe[:, None]
+    sine_slope = np.einsum("mi,mip->mp", direction, slope)
+    cosine_slope = np.einsum("mi,mip->mp", after, moved)
+    angle_slope = cosine[:, None] * sine_slope - sine[:, None] * cosine_slope
+    ratio_slope = (angle_slope - ratio[:, None] * sine_slope) / safe[:, None]
+    ratio_slope = np.where(sine[:, None] > 1e-6, ratio_slope, 0.0)
+    return np.asarray(ratio[:, None, None] * slope + normal[:, :, None] * ratio_slope[:, None, :])

@@ -1,0 +1,131 @@
+"""The magnitude of gravity in a hold: ``|x| − g`` with ``x = M (y − b) − ε(x)``.
+
+ε depends on x itself; it is small, so that x is found by inserting it a few times, each of which
+adds two to three digits.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.terms import Term, Terms, columns_of
+
+MAX_PASSES = 30
+CONVERGED = 1e-13
+"""Change of x, in units of gravity, at which the fixed point is reached."""
+DIVERGED = 1e6
+"""Factor on the residual where effects are so large that x is not determined."""
+STEP = 1e-4
+"""For the derivative of ε by x, in units of gravity."""
+SHORTEST = 1e-12
+"""A force shorter than this, in units of gravity, has no direction."""
+
+
+class MagnitudeRows(Rows):
+    """|x| − g of each hold.
+
+    Attributes:
+        force: corrected, m/s², shape (n, 3).
+    """
+
+    def __init__(self, source: "GravityMagnitude", calibration: Calibration, terms: Terms) -> None:
+        self._source, self._calibration, self._terms = source, calibration, terms
+        linear = (source.reading - calibration.bias) @ calibration.matrix.T
+        force, diverged = linear, False
+        for _ in range(MAX_PASSES if len(terms) else 0):
+            moved = linear - self._errors(force)
+            change = np.abs(moved - force).max()
+            if not change <= source.gravity:
+                force, diverged = linear, True
+                break
+            force = moved
+            if change <= CONVERGED * source.gravity:
+                break
+        length = np.linalg.norm(force, axis=1)
+        self.force = force
+        self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
+        self.own = source.noise
+        self.direction = force / np.maximum(length, SHORTEST * source.gravity)[:, None]
+        self.lever = self.direction
+        self._inverse: FloatArray | None = None
+
+    def _errors(self, force: FloatArray) -> FloatArray:
+        where = self._source.circumstances.sensing(ACCELEROMETER, force)
+        return np.asarray(self._terms.columns(where) @ self._calibration.sizes)
+
+    @property
+    def inverse(self) -> FloatArray:
+        """``∂x/∂(M (y − b)) = (I + ∂ε/∂x)⁻¹``, shape (n, 3, 3)."""
+        if self._inverse is None:
+            slope = np.tile(np.eye(3), (len(self.force), 1, 1))
+            step = STEP * self._source.gravity
+            for axis in range(3 if len(self._terms) else 0):
+                aside = step * np.eye(3)[axis]
+                change = self._errors(self.force + aside) - self._errors(self.force - aside)
+                slope[:, :, axis] += change / (2.0 * step)
+            inverse = np.linalg.inv(slope) if len(self._terms) else slope
+            self._inverse = np.asarray(inverse, np.float64)
+        return self._inverse
+
+    @property
+    def _along(self) -> FloatArray:
+        """How |x| moves with ``M (y − b)``, shape (n, 3)."""
+        return np.asarray(np.einsum("ni,nij->nj", self.direction, self.inverse))
+
+    def base_columns(self) -> FloatArray:
+        """See ``Rows``: ``∂|x|/∂M_ij = l_i (y − b)_j`` and ``∂|x|/∂b = −l M``."""
+        along, out = self._along, np.empty((len(self.force), ENTRIES))
+        offset = self._source.reading - self._calibration.bias
+        out[:, :9] = (along[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+        out[:, 9:] = -along @ self._calibration.matrix
+        return out
+
+    def term_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        return np.asarray(-np.einsum("ni,nip->np", self._along, self._of_effect(term)))
+
+    def up_columns(self) -> FloatArray:
+        """Derivative of the direction of x by M, b and the sizes in turn, shape (n, 3, 12 + p)."""
+        offset = self._source.reading - self._calibration.bias
+        moved = np.zeros((len(self.force), 3, ENTRIES))
+        for axis in range(3):
+            moved[:, axis, 3 * axis : 3 * axis + 3] = offset
+        moved[:, :, 9:] = -self._calibration.matrix
+        effects = [-self._of_effect(term) for term in self._terms.terms]
+        change = self.inverse @ np.concatenate([moved, *effects], axis=2)
+        length = np.linalg.norm(self.force, axis=1)[:, None, None]
+        along = np.einsum("ni,nip->np", self.direction, change)
+        return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
+
+    def _of_effect(self, term: Term) -> FloatArray:
+        where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
+        return columns_of(term, ACCELEROMETER, where)
+
+
+@dataclass(frozen=True, eq=False)
+class GravityMagnitude(RowSource):
+    """One row per hold.
+
+    Attributes:
+        reading: mean of each hold, shape (n, 3).
+        noise: variance of each row by the noise within holds alone, (m/s²)², shape (n,).
+        circumstances: of the holds; their force is replaced by the corrected one.
+        gravity: m/s².
+        labels: see ``RowSource``.
+    """
+
+    reading: FloatArray
+    noise: FloatArray
+    circumstances: Circumstances
+    gravity: float
+    labels: RowLabels
+    kind = "hold"
+    unit = "m/s^2"
+
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> MagnitudeRows:
+        """See ``RowSource``."""
+        del near  # these rows need no other ones
+        return MagnitudeRows(self, calibration, terms)

@@ -1,0 +1,71 @@
+"""The gyroscope's mean rate in a hold, which is zero: ``M (y − b) − ε``, three rows per hold."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.terms import Term, Terms, columns_of
+
+
+class RestRows(Rows):
+    """Corrected mean rates, hold by hold."""
+
+    def __init__(self, source: "RateAtRest", calibration: Calibration, terms: Terms) -> None:
+        self._source, self._calibration = source, calibration
+        rate = (source.reading - calibration.bias) @ calibration.matrix.T
+        self._error = np.zeros_like(rate)
+        if len(terms):
+            self._error = terms.columns(source.circumstances) @ calibration.sizes
+            rate = rate - self._error
+        self.residual = rate.ravel()
+        self.own = source.noise.ravel()
+        force = source.circumstances.force
+        up = force / np.linalg.norm(force, axis=1)[:, None]
+        self.direction = np.repeat(up, 3, axis=0)
+        self.lever = np.tile(np.eye(3), (len(rate), 1))
+
+    def base_columns(self) -> FloatArray:
+        """See ``Rows``: ``∂w/∂M_ij = e_i (y − b)_j`` and ``∂w/∂b = −M``.
+
+        ``y − b`` is taken as the model predicts it, ``M⁻¹ ε``. As it was read it is mostly noise,
+        and a fit that follows noise would lower the residual by shrinking M.
+        """
+        out = np.zeros((len(self._source.reading), 3, ENTRIES))
+        predicted = self._error @ np.linalg.pinv(self._calibration.matrix).T
+        for axis in range(3):
+            out[:, axis, 3 * axis : 3 * axis + 3] = predicted
+        out[:, :, 9:] = -self._calibration.matrix
+        return out.reshape(-1, ENTRIES)
+
+    def term_columns(self, term: Term) -> FloatArray:
+        """See ``Rows``."""
+        columns = columns_of(term, GYROSCOPE, self._source.circumstances)
+        return -columns.reshape(-1, columns.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
+class RateAtRest(RowSource):
+    """Three rows per hold.
+
+    Attributes:
+        reading: mean of each hold, shape (h, 3).
+        noise: variance of each corrected mean by noise alone, (rad/s)², shape (h, 3).
+        circumstances: of these holds.
+        labels: see ``RowSource``; one variance component per axis.
+    """
+
+    reading: FloatArray
+    noise: FloatArray
+    circumstances: Circumstances
+    labels: RowLabels
+    kind = "still"
+    unit = "rad/s"
+    judged = False
+
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> RestRows:
+        """See ``RowSource``."""
+        del near  # these rows need no other ones
+        return RestRows(self, calibration, terms)

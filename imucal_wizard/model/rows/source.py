@@ -1,0 +1,160 @@
+"""What every kind of row has in common: a residual, its derivatives, its noise and its labels.
+
+Every sensor's model is ``x = M (y − b) − ε`` with any 3×3 matrix M. Rows differentiate by the
+twelve *entries* of M (by rows) and b; a base model is a set of directions in these twelve (a
+triangular M frees six of its nine entries). The sizes of the effects in ε follow, then *shared*
+parameters that are neither: the dip of the place, errors of the reference.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.model.terms import Term, Terms
+
+ENTRIES = 12
+"""M's nine entries by rows, then the three biases."""
+MATRIX = slice(0, 9)
+BIAS = slice(9, 12)
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """One point in the space of parameters.
+
+    Attributes:
+        matrix: M, SI per reading unit, shape (3, 3).
+        bias: b, reading unit, shape (3,).
+        sizes: of the effects, shown units, shape (p,).
+        shared: parameters that belong to the reference, shape (k,).
+    """
+
+    matrix: FloatArray
+    bias: FloatArray
+    sizes: FloatArray = field(default_factory=lambda: np.zeros(0))
+    shared: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def entries(self) -> FloatArray:
+        """M by rows and b, shape (12,)."""
+        return np.concatenate([self.matrix.ravel(), self.bias])
+
+    def moved(self, entries: FloatArray, sizes: FloatArray, shared: FloatArray) -> "Calibration":
+        """The calibration with these changes added."""
+        return Calibration(
+            self.matrix + entries[MATRIX].reshape(3, 3),
+            self.bias + entries[BIAS],
+            self.sizes + sizes,
+            self.shared + shared,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RowLabels:
+    """What each of n rows is.
+
+    Attributes:
+        index: which hold, rotation or group of samples, shape (n,).
+        axis: which component of its quantity, −1 where there is one only, shape (n,).
+        group: what is left out together when the fit is judged on what it has not seen (a
+            direction, a rotation), −1 for rows that always stay, shape (n,).
+        visit: number of the rest that a row is a piece of, −1 where it is of none, shape (n,).
+        time: s since the session's first sample, shape (n,).
+        span: beginning and end in the recording's time, s, shape (n, 2).
+        component: which of the source's variance components the row belongs to, shape (n,).
+    """
+
+    index: IntArray
+    axis: IntArray
+    group: IntArray
+    visit: IntArray
+    time: FloatArray
+    span: FloatArray
+    component: IntArray
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+
+class Rows(ABC):
+    """The rows of one source at one calibration.
+
+    Attributes:
+        residual: measured less predicted, without the part that is linear in the shared
+            parameters, in the row's unit, shape (n,).
+        own: variance of each row by measured noise alone, shape (n,).
+        direction: up (or the field) as the row sees it, unit vectors, NaN in motion, (n, 3).
+        lever: by how much each row moves with an error of the input on each axis, shape (n, 3).
+    """
+
+    residual: FloatArray
+    own: FloatArray
+    direction: FloatArray
+    lever: FloatArray
+
+    @abstractmethod
+    def base_columns(self) -> FloatArray:
+        """Derivative of the residual by the twelve entries of M and b, shape (n, 12)."""
+
+    @abstractmethod
+    def term_columns(self, term: Term) -> FloatArray:
+        """Derivative of the residual by the sizes of an effect, per shown unit, shape (n, p)."""
+
+    def design_columns(self, term: Term) -> FloatArray:
+        """The same for an effect that is not in the model: a cheaper approximation may do."""
+        return self.term_columns(term)
+
+    def shared_columns(self) -> FloatArray:
+        """Derivative by the source's shared parameters, shape (n, k)."""
+        return np.zeros((len(self.residual), 0))
+
+
+class RowSource(ABC):
+    """One kind of row of one experiment.
+
+    Attributes:
+        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
+        unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
+        judged: its errors are those reported for the sensor.
+        group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
+            sources with the same word and the same number are one.
+        repeats_are_noise: rows of one group differ by noise alone.
+        labels: what each row is.
+        shared: names of the shared parameters that move its rows.
+        shared_precision: precision of the prior of each, 0 where it is free.
+    """
+
+    kind: str
+    unit: str
+    judged: bool = True
+    group_word: str = "direction"
+    repeats_are_noise: bool = True
+    labels: RowLabels
+    shared: tuple[str, ...] = ()
+    shared_precision: tuple[float, ...] = ()
+
+    @abstractmethod
+    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> Rows:
+        """The rows at a calibration.
+
+        Args:
+            calibration: the parameters; ``shared`` are those of this source.
+            terms: the effects.
+            near: the rows of a calibration close by, from which effects may be evaluated.
+        """
+
+    def place(self, row: int) -> str:
+        """What a row is, in words."""
+        return f"{self.kind} {self.labels.index[row] + 1}"
+
+    def plotted(self) -> dict[str, FloatArray]:
+        """What the residuals may be drawn against besides time, shape (n,) each, by label."""
+        return {}
+
+
+def joined(parts: Sequence[FloatArray]) -> FloatArray:
+    """Arrays of several sources one below the other."""
+    return np.concatenate(list(parts)) if parts else np.zeros(0)

@@ -1,0 +1,154 @@
+"""The residual table of a fit: every row with its error, its noise, its labels and its derivatives.
+
+Everything that is asked about a fit (which effect is missing, what is disturbed, what a picture
+shows) is asked of this table. With small changes ``d`` of the fitted parameters and ``s`` of the
+sizes of a new effect, the residual becomes ``residual + columns·d + design_columns·s``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.rows.source import Rows, RowSource
+from imucal_wizard.model.terms import Term
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualTable:
+    """n rows at the end of a fit; errors in the unit of each row.
+
+    Attributes:
+        sources: the kinds of rows, in the order in which their rows follow one another.
+        at: the rows of each source at the calibration that was found.
+        residual: error that the fit minimises, shape (n,).
+        reported: error with the reference taken as it is, shape (n,).
+        held_out: the same without the row's group, shape (n,); None where the others do not
+            determine the model.
+        columns: derivative of the residual by the fitted parameters, shape (n, p).
+        names: of these parameters.
+        precision: of their priors, 0 where there is none, shape (p,).
+        variance: of each row as the fit found it, shape (n,).
+        own: variance of each row by measured noise alone, shape (n,).
+    """
+
+    sources: tuple[RowSource, ...]
+    at: tuple[Rows, ...]
+    residual: FloatArray
+    reported: FloatArray
+    held_out: FloatArray | None
+    columns: FloatArray
+    names: tuple[str, ...]
+    precision: FloatArray
+    variance: FloatArray
+    own: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.residual)
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard deviation of each row as the fit found it."""
+        return np.sqrt(self.variance)
+
+    @property
+    def floor(self) -> FloatArray:
+        """Standard deviation of each row by measured noise alone."""
+        return np.sqrt(self.own)
+
+    @property
+    def kind(self) -> NDArray[np.str_]:
+        """What each row measures, see ``RowSource``."""
+        return np.repeat([one.kind for one in self.sources], self._counts)
+
+    @property
+    def unit(self) -> NDArray[np.str_]:
+        """Of each row's error."""
+        return np.repeat([one.unit for one in self.sources], self._counts)
+
+    @property
+    def judged(self) -> BoolArray:
+        """Whether a row's error is part of the errors that are reported for the sensor."""
+        return np.repeat([one.judged for one in self.sources], self._counts)
+
+    @property
+    def repeats_are_noise(self) -> BoolArray:
+        """Whether rows of one group differ by noise alone."""
+        return np.repeat([one.repeats_are_noise for one in self.sources], self._counts)
+
+    @property
+    def index(self) -> IntArray:
+        """Which hold, rotation or group of samples each row is of."""
+        return np.concatenate([one.labels.index for one in self.sources])
+
+    @property
+    def axis(self) -> IntArray:
+        """Which component of its quantity each row is; −1 where there is one only."""
+        return np.concatenate([one.labels.axis for one in self.sources])
+
+    @property
+    def visit(self) -> IntArray:
+        """Number of the rest that a row is a piece of; −1 for rotations. Unique in the table."""
+        return numbered([one.labels.visit for one in self.sources])
+
+    @property
+    def group(self) -> IntArray:
+        """What is left out together; −1 for rows that always stay. Unique in the table."""
+        return groups_of(self.sources)
+
+    @property
+    def time(self) -> FloatArray:
+        """Of each row, s since the session's first sample."""
+        return np.concatenate([one.labels.time for one in self.sources])
+
+    @property
+    def span(self) -> FloatArray:
+        """Beginning and end of each row in the recording's time, s, shape (n, 2)."""
+        return np.concatenate([one.labels.span for one in self.sources])
+
+    @property
+    def direction(self) -> FloatArray:
+        """Up (of a magnetometer: the field) as each row sees it, NaN in motion, shape (n, 3)."""
+        return np.concatenate([one.direction for one in self.at])
+
+    @property
+    def lever(self) -> FloatArray:
+        """How far each row moves with an error of the input on each axis, shape (n, 3)."""
+        return np.concatenate([one.lever for one in self.at])
+
+    def design_columns(self, effect: Effect, variant: float | None = None) -> FloatArray:
+        """Derivative of the residual by an effect's sizes, per shown unit, shape (n, p)."""
+        term = Term(effect, variant)
+        return np.concatenate([one.design_columns(term) for one in self.at])
+
+    def place(self, row: int) -> str:
+        """What a row is, in words."""
+        for source, count in zip(self.sources, self._counts, strict=True):
+            if row < count:
+                return source.place(row)
+            row -= count
+        raise IndexError(row)
+
+    @property
+    def _counts(self) -> list[int]:
+        return [len(one.residual) for one in self.at]
+
+
+def groups_of(sources: Sequence[RowSource]) -> IntArray:
+    """What is left out together, over all sources: the same number under the same word."""
+    found = np.concatenate([one.labels.group for one in sources])
+    words = list(dict.fromkeys(one.group_word for one in sources))
+    word = [np.full(len(one.labels), words.index(one.group_word)) for one in sources]
+    return np.where(found < 0, -1, found * len(words) + np.concatenate(word))
+
+
+def numbered(parts: Sequence[IntArray]) -> IntArray:
+    """Numbers of several sources made unique over all of them; −1 stays."""
+    found, first = [], 0
+    for part in parts:
+        found.append(np.where(part < 0, -1, part + first))
+        first += int(part.max(initial=-1)) + 1
+    return np.concatenate(found) if found else np.zeros(0, np.int64)

@@ -1,0 +1,154 @@
+"""The effects that a model contains, as columns of one matrix with a prior on each."""
+
+import itertools
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.effect import Circumstances, Effect, EffectParameter
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect in a model.
+
+    Attributes:
+        effect: which.
+        variant: its setting of what is not linear in it, or None for the usual one.
+    """
+
+    effect: Effect
+    variant: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The effect's name, as in the contract."""
+        return self.effect.name
+
+
+class Terms:
+    """The effects of one sensor's model side by side: ``ε = Σ columns · sizes``.
+
+    Attributes:
+        sensor: ``accelerometer`` or ``gyroscope``.
+        terms: the effects.
+        parameters: all their parameters in order, p of them.
+        names: of the parameters, ``second-order_x``; a term that is there twice is numbered.
+        precision: 1 / variance of the prior of each size, (1 / shown unit)², shape (p,).
+    """
+
+    def __init__(self, sensor: str, terms: Sequence[Term]) -> None:
+        for term in terms:
+            if sensor not in term.effect.sensors:
+                raise UsageError(f"{term.name} is no effect of the {sensor}")
+        self.sensor = sensor
+        self.terms = tuple(terms)
+        self._each = [term.effect.parameters(sensor) for term in terms]
+        self.parameters: tuple[EffectParameter, ...] = tuple(p for each in self._each for p in each)
+        self.names = tuple(self._names())
+        self.precision = np.array([_precision(parameter) for parameter in self.parameters])
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def columns(self, c: Circumstances) -> FloatArray:
+        """Error of the input per shown unit of each size, m/s² or rad/s, shape (n, 3, p)."""
+        if not self.terms:
+            return np.zeros((len(c), 3, 0))
+        return np.concatenate([columns_of(term, self.sensor, c) for term in self.terms], axis=2)
+
+    @property
+    def groups(self) -> tuple[slice, ...]:
+        """Which parameters belong to each term."""
+        ends = np.cumsum([0, *(len(each) for each in self._each)]).tolist()
+        return tuple(slice(*pair) for pair in itertools.pairwise(ends))
+
+    def split(self, sizes: FloatArray) -> tuple[FloatArray, ...]:
+        """Sizes (…, p) term by term."""
+        return tuple(sizes[..., group] for group in self.groups)
+
+    def _names(self) -> list[str]:
+        seen: Counter[str] = Counter()
+        names = []
+        for term, each in zip(self.terms, self._each, strict=True):
+            seen[term.name] += 1
+            number = f"-{seen[term.name]}" if seen[term.name] > 1 else ""
+            names += [f"{term.name}{number}_{parameter.name}" for parameter in each]
+        return names
+
+
+def columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray:
+    """Error of the input per shown unit of one effect's parameters, shape (n, 3, p).
+
+    Raises:
+        DataError: the effect has no value for some of the data.
+    """
+    columns = np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
+    if not np.isfinite(columns).all():
+        raise DataError(
+            f"{term.name} has no value for some of these data: what it depends on was not "
+            "recorded, or its formula divides by zero"
+        )
+    return columns
+
+
+def _precision(parameter: EffectParameter) -> float:
+    """Of the Gaussian prior; 0 for a parameter of which nothing is known."""
+    typical = parameter.typical
+    return typical**-2 if 0.0 < typical < np.inf else 0.0
+
+
+WIDE = 100.0
+"""By how much the variance of a prior is widened to begin with."""
+
+
+def widened(precision: FloatArray, sizes: FloatArray, groups: Sequence[slice]) -> FloatArray:
+    """Precision of the priors, less where the sizes of a term go far beyond what is typical.
+
+    A sensor may be worse than a consumer part. The variance of a term's prior is then the mean
+    square of its sizes: below it nothing changes, and above it only sizes that are some 2 √p times
+    their standard error can keep it wide.
+    """
+    out = precision.copy()
+    for group in groups:
+        out[group] /= max(1.0, float(np.mean(precision[group] * sizes[group] ** 2)))
+    return out
+
+
+MAX_PASSES = 30
+"""Of the fixed point by which readings are corrected."""
+CONVERGED = 1e-13
+"""Change at which it is reached, as a share of the largest reading."""
+
+
+def corrected(
+    calibration: tuple[FloatArray, FloatArray],
+    terms: Terms,
+    sizes: FloatArray,
+    readings: FloatArray,
+    circumstances: Circumstances,
+) -> FloatArray:
+    """``x = M (y − b) − ε(x, circumstances)``, SI, shape (n, 3).
+
+    Args:
+        calibration: matrix M and bias b.
+        terms: the effects of the sensor.
+        sizes: of all of them one after the other, shown units, shape (p,).
+        readings: y, in the bias's unit, shape (n, 3).
+        circumstances: of each reading. What the sensor itself measures (the force of an
+            accelerometer, the rate of a gyroscope) is put in here and need not be right.
+    """
+    matrix, bias = calibration
+    linear = (readings - bias) @ matrix.T
+    found = linear
+    for _ in range(MAX_PASSES if len(terms) else 0):
+        moved = linear - terms.columns(circumstances.sensing(terms.sensor, found)) @ sizes
+        change = np.abs(moved - found).max(initial=0.0)
+        found = moved
+        if not change > CONVERGED * np.abs(linear).max(initial=0.0):
+            break
+    return np.asarray(found)

@@ -1,0 +1,1 @@
+"""Output: text, tables, JSON documents, the calibration file, exports."""

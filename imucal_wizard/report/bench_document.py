@@ -1,0 +1,143 @@
+"""The JSON of ``bench --json``, as those who script the program read it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from imucal_wizard.core.quantities import finite
+from imucal_wizard.diagnose.bench import Rung
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.suspects import Suspect
+from imucal_wizard.estimate.result import SensorFit
+
+SCHEMA = "imucal-wizard/bench/1"
+
+
+def bench_document(statements: Sequence[Diagnosis], warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """What was found, as the document of the contract; lists and numbers only."""
+    return {
+        "schema": SCHEMA,
+        "warnings": list(warnings),
+        "sensors": {one.sensor: _sensor(one) for one in statements},
+    }
+
+
+def _sensor(said: Diagnosis) -> dict[str, Any]:
+    bench, findings = said.bench, said.findings
+    opinion = None if findings is None else findings.opinion
+    return {
+        "model": [] if bench is None else list(bench.fit.model),
+        "unit": None if bench is None else bench.fit.unit,
+        "parameters": {} if bench is None else _parameters(bench.fit),
+        "degrees_of_freedom": None if bench is None else bench.fit.degrees_of_freedom,
+        "ladder": [_rung(one) for one in said.ladder],
+        "noise": None if bench is None else _noise(bench.ladder[-1]),
+        "suspects": _suspects(said.suspects),
+        "not_tested": _not_tested(said),
+        "explanations": [list(terms) for terms in said.explanations],
+        "verdict": said.verdict.value,
+        "families": [] if opinion is None else list(opinion.families),
+        "added": list(said.added),
+        "p": None if findings is None else findings.p,
+        "accelerometer_passed": not said.waiting,
+        "disturbed_holds": list(said.disturbed_holds),
+        "disturbed_rotations": list(said.disturbed_rotations),
+        "disturbed_stretches": [list(one) for one in said.disturbed_stretches],
+        "next_poses": [
+            {
+                "direction": pose.direction.tolist(),
+                "why": pose.why,
+                "pose": pose.pose,
+                "warm": pose.warm,
+                "axis": pose.axis or None,
+                "turns": pose.turns,
+            }
+            for pose in said.next_poses
+        ],
+        "apart": [
+            {
+                "terms": [one.first, one.second],
+                "before": finite(one.before),
+                "after": finite(one.after),
+                "size": finite(one.size),
+                "unit": one.unit,
+            }
+            for one in said.apart
+        ],
+        "says": said.says,
+    }
+
+
+def _parameters(fit: SensorFit) -> dict[str, Any]:
+    return {
+        one.name: {
+            "value": finite(one.value),
+            "standard_error": finite(one.standard_error),
+            "unit": one.unit,
+        }
+        for one in fit.parameters
+    }
+
+
+def _rung(one: Rung) -> dict[str, Any]:
+    return {
+        "model": list(one.model),
+        "added": one.added,
+        "rms_fitted": finite(one.rms_fitted),
+        "rms_held_out": finite(one.rms_held_out),
+        "rms_late": finite(one.rms_late),
+        "floor": finite(one.floor),
+    }
+
+
+def _noise(one: Rung) -> dict[str, Any]:
+    floors = one.floors
+    return {
+        "unit": floors.unit,
+        "within_holds": finite(floors.within),
+        "rounding": finite(floors.rounding),
+        "dithered": floors.dithered,
+        "repeats": finite(floors.repeats),
+        "repeats_without_drift": finite(floors.steady),
+        "degrees_of_freedom": floors.freedom,
+        "p_repeatable": finite(floors.p),
+        "repeatable": floors.repeatable,
+        "floor": finite(floors.floor),
+    }
+
+
+def _suspects(suspects: Sequence[Suspect]) -> list[dict[str, Any]]:
+    """The effects; a disturbed hold competes with them, and is told as ``disturbed_holds``."""
+    return [_suspect(one) for one in suspects if one.candidate is not None]
+
+
+def _suspect(one: Suspect) -> dict[str, Any]:
+    trial, candidate = one.trial, one.candidate
+    sizes = np.zeros(0) if trial is None else trial.size
+    errors = np.zeros(0) if trial is None else trial.standard_error
+    return {
+        "term": one.term,
+        "p": finite(one.p),
+        "parameters": [] if candidate is None else list(candidate.names),
+        "size": [finite(value) for value in sizes],
+        "standard_error": [finite(value) for value in errors],
+        "unit": "" if candidate is None else candidate.unit,
+        "variant": None if candidate is None else candidate.variant,
+        "rms_after": None if trial is None else finite(trial.rms_fitted),
+        "rms_held_out_after": None if trial is None else finite(trial.rms_held_out),
+        "detectable": finite(one.detectable_on_any_axis),
+        "told_apart": not one.like,
+        "like": list(one.like),
+        "log_odds": finite(one.log_odds),
+    }
+
+
+def _not_tested(said: Diagnosis) -> dict[str, str]:
+    """The effects that these data cannot show at all, and why."""
+    bench = said.bench
+    if bench is None:
+        return {}
+    known = set(bench.fit.model)
+    found = {one.name: bench.lacking(one) for one in bench.catalogue if one.name not in known}
+    return {name: why for name, why in found.items() if why is not None}

@@ -1,0 +1,191 @@
+"""What the bench found, as text for a terminal that is not the app's."""
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.quantities import amount, quantity, true_minus
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.bench import Bench, Rung, noise_of_ladder
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.residuals import place_of
+from imucal_wizard.diagnose.suspects import Suspect
+from imucal_wizard.diagnose.verdict_text import sizes_text
+from imucal_wizard.model.rows.table import ResidualTable
+
+BENCH_COLUMNS = 79
+BAR = 22
+SHOWN_SUSPECTS = 8
+LISTED_ROWS = 12
+"""Rows of a magnetometer that are listed: those that fit worst."""
+DOT_PLOT_COLUMNS = 21
+"""Columns of the small plot of a residual, its zero in the middle."""
+
+
+def bench_text(statements: Sequence[Diagnosis]) -> str:
+    """Comparison, suspects, ladder and verdict of every sensor."""
+    return "\n\n".join("\n".join(_sensor(one)) for one in statements)
+
+
+def _sensor(said: Diagnosis) -> list[str]:
+    lines = [f"{said.sensor.upper()}  {said.verdict.value.upper()}"]
+    if said.bench is not None and said.findings is not None:
+        lines[0] += f"  model: {' + '.join(said.bench.fit.model)}"
+        lines += ["", *_comparison(said)]
+        lines += ["", *_suspects(said, said.bench)]
+        lines += ["", *_ladder(said.bench)]
+    lines += ["", *_wrapped(said.says)]
+    if said.next_poses:
+        lines += ["", "NEXT POSES"]
+        lines += [
+            line
+            for number, pose in enumerate(said.next_poses, 1)
+            for line in _wrapped(pose.why, f"{number:3}  ")
+        ]
+    return lines
+
+
+def _comparison(said: Diagnosis) -> list[str]:
+    """Measurement against model, a line per hold or rotation."""
+    bench = said.bench
+    if bench is None:
+        return []
+    table, unit = bench.rows, bench.fit.unit
+    if "field" in table.kind:
+        return _worst_rows(table)
+    moving = table.kind == "rotation"
+    what, rows = ("rotation", moving) if moving.any() else ("hold", ~moving)
+    error, number = table.residual, table.index[rows]
+    lines = [f"COMPARE  measurement − model, {what} by {what} (× noise)"]
+    size = float(np.abs(error[rows] / table.floor[rows]).max(initial=1.0))
+    for index in np.unique(number):
+        own = np.flatnonzero(rows)[number == index]
+        value = _signed(error[own])
+        ratio = _signed(error[own] / table.floor[own]) / np.sqrt(len(own))
+        cell = true_minus(f"{quantity(value, unit)} ({ratio:+.1f})")
+        lines.append(
+            f"  {index + 1:3}  {_direction(said, what, index):8} {cell:22} {_dot(ratio, size)}"
+        )
+    return lines
+
+
+def _worst_rows(table: ResidualTable) -> list[str]:
+    """Measurement against model of a magnetometer, the rows that fit worst."""
+    ratio = table.residual / table.floor
+    order = np.argsort(-np.abs(ratio), kind="stable")[:LISTED_ROWS]
+    worst = f"the {len(order)} means of {len(ratio)} that fit worst"
+    lines = [f"COMPARE  measurement − model, {worst} (× noise)"]
+    for row in sorted(order.tolist()):
+        cell = true_minus(f"{quantity(float(table.residual[row]), 'uT')} ({ratio[row]:+.1f})")
+        lines.append(f"  {place_of(table, row):34} {cell}")
+    return lines
+
+
+def _signed(values: FloatArray) -> float:
+    """The value itself, or the length of two components."""
+    return float(values[0]) if len(values) == 1 else float(np.linalg.norm(values))
+
+
+def _direction(said: Diagnosis, what: str, index: int) -> str:
+    """The pose of a hold, the axis of a rotation."""
+    report = said.report
+    if report is None:
+        return ""
+    found = report.holds[index].pose if what == "hold" else report.rotations[index].axis
+    return true_minus(found or "–")
+
+
+def _dot(ratio: float, size: float) -> str:
+    half = DOT_PLOT_COLUMNS // 2
+    place = half + round(half * float(np.clip(ratio / size, -1.0, 1.0)))
+    cells = ["·" if column == half else " " for column in range(DOT_PLOT_COLUMNS)]
+    cells[place] = "∘"
+    return "".join(cells).rstrip()
+
+
+def _suspects(said: Diagnosis, bench: Bench) -> list[str]:
+    """Ranked, with what adding each would do."""
+    unit = bench.fit.unit
+    if said.findings is None:
+        return []
+    now = quantity(said.findings.fit.rms_held_out, unit)
+    lines = [f"SUSPECTS  held out now {now}, would be:"]
+    for number, one in enumerate(said.findings.suspects[:SHOWN_SUSPECTS], 1):
+        lines += _suspect(bench, unit, number, one)
+    return [*lines, *_would_show(said, bench)]
+
+
+def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
+    """The size from which the plainest effect that is not in the model would have been seen."""
+    if not said.settled:
+        return []
+    suspects = {one.term: one for one in said.suspects}
+    for effect in bench.catalogue:
+        if effect.name in suspects and effect.kind == "orientation":
+            size = suspects[effect.name].detectable_on_any_axis
+            unit = effect.parameters(bench.sensor)[0].unit
+            if np.isfinite(size):
+                shown = amount(size, unit)
+                return [f"  {effect.name} would have shown from {shown} on"]
+    return []
+
+
+def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
+    p = "p < 0.001" if one.p < 0.001 else f"p {one.p:.3f}"
+    if one.trial is None or one.candidate is None:
+        row = int(np.flatnonzero(bench.rows.index == one.hold)[0])
+        return [f"  {number}  disturbed: {place_of(bench.rows, row)}   {p}"]
+    after = quantity(one.trial.rms_held_out, unit)
+    effect = next(effect for effect in bench.catalogue if effect.name == one.term)
+    size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
+    seen = one.detectable_on_any_axis
+    least = amount(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
+    like = f"; looks like {', '.join(one.like)}" if one.like else ""
+    return [
+        f"  {number}  {one.term:24} {after:10} {p}",
+        *_wrapped(f"{size}; seen from {least}{like}", "       "),
+    ]
+
+
+def _ladder(bench: Bench) -> list[str]:
+    """The models so far with their errors: fitted, held out, floor."""
+    unit = bench.fit.unit
+    errors = [rung.rms_held_out or rung.rms_fitted for rung in bench.ladder]
+    longest = max(*errors, noise_of_ladder(bench.ladder), 1e-300)
+    lines = ["LADDER  fitted, held out"]
+    for rung, error in zip(bench.ladder, errors, strict=True):
+        name = " + ".join(rung.model) if rung.added is None else f"+ {rung.added}"
+        bar = _bar(error / longest)
+        cells = f"{quantity(rung.rms_fitted, unit):>9} {quantity(rung.rms_held_out, unit):>9}"
+        lines.append(f"  {name or 'nothing':34}{cells} {bar}")
+    floor = noise_of_ladder(bench.ladder)
+    lines.append(f"  {'noise':34}{'':9} {quantity(floor, unit):>9} {_bar(floor / longest)}")
+    return [*lines, *_wrapped(_floors(bench.ladder[-1]), "  ")]
+
+
+def _bar(share: float) -> str:
+    return "█" * max(round(BAR * share), 1)
+
+
+def _floors(rung: Rung) -> str:
+    floors = rung.floors
+    rounding = "not known"
+    if floors.rounding is not None:
+        dithered = ", averaged away by the noise" if floors.dithered else ""
+        rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
+    repeats = "no direction was held twice"
+    if floors.repeats is not None:
+        word = "as good as that" if floors.repeatable else "worse than that"
+        repeats = (
+            f"{quantity(floors.repeats, floors.unit)} ({floors.freedom} degrees of freedom), {word}"
+        )
+    place = "within directions" if floors.unit == "uT" else "at rest: within holds"
+    return f"{place} {quantity(floors.within, floors.unit)}; repeats {repeats}; rounding {rounding}"
+
+
+def _wrapped(text: str, lead: str = "") -> list[str]:
+    blank = " " * len(lead)
+    return textwrap.wrap(text, BENCH_COLUMNS, initial_indent=lead, subsequent_indent=blank) or [
+        lead
+    ]

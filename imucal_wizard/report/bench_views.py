@@ -1,0 +1,69 @@
+"""The pictures of the bench as text and as data."""
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from imucal_wizard.core.quantities import finite, number
+from imucal_wizard.diagnose.views import ResidualView
+from imucal_wizard.report.plot import scatter
+
+VIEW_COLUMNS, VIEW_ROWS = 79, 21
+"""Columns and rows of a picture; a terminal has 80 and 24."""
+SCHEMA = "imucal-wizard/view/1"
+
+
+def view_text(sensor: str, view: ResidualView) -> str:
+    """A picture with its title, and what to look for in it."""
+    noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)} {view.unit}"
+    title = view.title if view.slope is not None else f"{view.title}, {view.unit}"
+    drawn = scatter(
+        view.x, view.y, VIEW_COLUMNS, VIEW_ROWS, x_label=view.x_label, error=view.error,
+        slope=view.slope, model=view.model,
+    )  # fmt: skip
+    head = f"{sensor.upper()}  {view.part}: {title}{noise}"
+    return "\n".join([head, *drawn, "", *textwrap.wrap(view.look_for, VIEW_COLUMNS)])
+
+
+def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
+    """The names of all pictures, by sensor."""
+    rows = []
+    for sensor, views in known.items():
+        names = " ".join(view.name for view in views)
+        rows += [
+            sensor,
+            *textwrap.wrap(
+                names,
+                VIEW_COLUMNS,
+                initial_indent="  ",
+                subsequent_indent="  ",
+                break_on_hyphens=False,
+            ),
+        ]
+    return "\n".join(rows)
+
+
+def view_document(chosen: Sequence[tuple[str, ResidualView]]) -> dict[str, Any]:
+    """Pictures as data: lists and numbers only."""
+    return {
+        "schema": SCHEMA,
+        "views": [{"sensor": sensor, **_data(view)} for sensor, view in chosen],
+    }
+
+
+def _data(view: ResidualView) -> dict[str, Any]:
+    return {
+        "name": view.name,
+        "part": view.part,
+        "title": view.title,
+        "x_label": view.x_label,
+        "unit": view.unit,
+        "x": [finite(value) for value in view.x],
+        "y": [finite(value) for value in view.y],
+        "error": None if view.error is None else [finite(value) for value in view.error],
+        "model": None if view.model is None else [finite(value) for value in view.model],
+        "slope": view.slope,
+        "noise": view.floor,
+        "source": view.source.tolist(),
+        "look_for": view.look_for,
+    }

@@ -1,0 +1,390 @@
+"""The calibration on disk: versioned JSON with units that reads back to the same numbers.
+
+``load(path)["accelerometer"].apply(readings)`` corrects readings with what the file holds; nothing
+else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`` and the result of
+``calibrate`` in Python, so that all of them give the same figures.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.output import encode, harmless, write_whole
+from imucal_wizard.core.quantities import finite
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.version import VERSION
+from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import ACCELEROMETER, Circumstances, Effect
+from imucal_wizard.model.terms import Term, Terms, corrected
+
+SCHEMA = "imucal-wizard/calibration/1"
+
+
+class Value(msgspec.Struct, frozen=True):
+    """A number with its unit and standard error.
+
+    Attributes:
+        value: in ``unit``.
+        unit: unit word.
+        standard_error: one standard deviation, or None where the data leave nothing to judge by.
+        carried: False where the data cannot determine it, so that it has its nominal value.
+        standard_error_repeats: from the repeated poses alone, or None.
+    """
+
+    value: float
+    unit: str
+    standard_error: float | None = None
+    carried: bool = True
+    standard_error_repeats: float | None = None
+
+
+class SavedEffect(msgspec.Struct, frozen=True):
+    """One effect: ``x = matrix · (reading − bias) − ε(x)`` with ``ε = Σ size · shape``.
+
+    Attributes:
+        term: its name.
+        sensor: whose.
+        equation: as it is written, sizes in ``unit``.
+        parameters: names of the sizes.
+        sizes: in ``unit``.
+        unit: of the first size.
+        variant: setting of what is not linear in it.
+        reference_temperature: °C at which an effect of the temperature is zero.
+        reference_time: s after the session's first sample at which a drift is zero.
+    """
+
+    term: str
+    sensor: str
+    equation: str
+    parameters: list[str]
+    sizes: list[float]
+    unit: str
+    variant: float | None = None
+    reference_temperature: float | None = None
+    reference_time: float | None = None
+
+
+class HoldMeans(msgspec.Struct, frozen=True):
+    """One hold that the calibration rests on, so that the file alone can prove what it corrects.
+
+    Attributes:
+        start: s.
+        end: s.
+        accelerometer: mean reading in the accelerometer's ``bias_unit``.
+        accelerometer_covariance: of that mean, 3×3.
+        gyroscope: mean reading in the gyroscope's ``bias_unit``, or None.
+        temperature: °C, or None.
+        pose: name, or None.
+    """
+
+    start: float
+    end: float
+    accelerometer: list[float]
+    accelerometer_covariance: list[list[float]]
+    gyroscope: list[float] | None = None
+    temperature: float | None = None
+    pose: str | None = None
+
+
+class Sensor(msgspec.Struct, frozen=True):
+    """One sensor: ``corrected = matrix · (reading − bias)``, in SI.
+
+    Attributes:
+        model: terms.
+        method: name of the method.
+        frame: ``own`` or ``accelerometer``.
+        matrix: SI per reading unit, 3×3.
+        bias: in ``bias_unit``.
+        bias_unit: unit of the readings.
+        parameters: every parameter by name.
+        unit: of the errors below.
+        rms_before: error with the nominal conversion only, or None.
+        rms_fitted: error on the data fitted.
+        rms_held_out: error on directions or rotations left out one at a time, or None.
+        floor: what a complete model would leave of ``rms_held_out`` by measured noise, or None.
+        floor_fitted: the same of ``rms_fitted``, or None.
+        rms_validation: error on poses taken after the fit, or None.
+        repeatability: rms between repeats of a pose, or None without repeats.
+        not_determined: parameters that the data cannot determine.
+        verdict: of the bench on this model; None where it was not asked for.
+        usable: whether applying it is better than not; None where the bench was not asked.
+        covariance: of the parameters, or None.
+        warnings: what the user must know.
+        effects: of the model; ``corrected`` is then the above less their error.
+    """
+
+    model: list[str]
+    method: str
+    frame: str
+    matrix: list[list[float]]
+    bias: list[float]
+    bias_unit: str
+    parameters: dict[str, Value]
+    unit: str
+    rms_before: float | None
+    rms_fitted: float
+    rms_held_out: float | None
+    floor: float | None = None
+    floor_fitted: float | None = None
+    rms_validation: float | None = None
+    repeatability: float | None = None
+    not_determined: list[str] = []
+    verdict: str | None = None
+    usable: bool | None = None
+    covariance: list[list[float]] | None = None
+    warnings: list[str] = []
+    effects: list[SavedEffect] = []
+
+    def apply(
+        self, readings: FloatArray, where: Circumstances | None = None, own: Sequence[Effect] = ()
+    ) -> FloatArray:
+        """Corrected vectors, SI, shape (n, 3).
+
+        With effects ``x = M (y − b) − ε(x)`` is solved by fixed-point iteration.
+
+        Args:
+            readings: y, in ``bias_unit``, shape (n, 3).
+            where: circumstances of each reading, for effects that follow more than the reading.
+            own: effects of the user's own that the model has.
+
+        Raises:
+            UsageError: an effect is not known here, or follows what was not given.
+        """
+        matrix, bias = np.array(self.matrix), np.array(self.bias)
+        if not self.effects:
+            return np.asarray((readings - bias) @ matrix.T)
+        first = self.effects[0]
+        terms = [Term(effect(one.term, own), one.variant) for one in self.effects]
+        where = replace(
+            _readings_alone(first.sensor, terms, len(readings)) if where is None else where,
+            reference_temperature=_or_nan(first.reference_temperature),
+            reference_time=_or_nan(first.reference_time),
+        )
+        sizes = np.concatenate([one.sizes for one in self.effects])
+        return corrected((matrix, bias), Terms(first.sensor, terms), sizes, readings, where)
+
+
+def _readings_alone(sensor: str, terms: Sequence[Term], count: int) -> Circumstances:
+    """Circumstances of which nothing is known but the reading itself."""
+    alone = ("input", "force") if sensor == ACCELEROMETER else ("input",)
+    for term in terms:
+        if term.effect.against not in alone:
+            raise UsageError(
+                f"{term.name} follows the {term.effect.against}: give the circumstances of each "
+                "reading too"
+            )
+    unknown, nothing = np.full(count, np.nan), np.zeros((count, 3))
+    return Circumstances(nothing, nothing, unknown, np.zeros(count), nothing, np.zeros(count))
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+class Calibration(msgspec.Struct, frozen=True):
+    """A result on disk; ``calibration["accelerometer"]`` is one of its sensors.
+
+    Attributes:
+        schema: names this format and its version.
+        program: version of the program that wrote it.
+        created: date and time, ISO 8601 with offset.
+        source: what was calibrated, in words.
+        gravity: local gravity used.
+        temperature: lowest and highest during the measurement, °C, or None.
+        holds: how many still positions it rests on.
+        rotations: how many rotations.
+        sensors: the calibration of each sensor.
+        warnings: what the user must know.
+        hold_means: readings of the holds; empty in files of version 0.1.
+    """
+
+    schema: str
+    program: str
+    created: str
+    source: str
+    gravity: Value
+    temperature: tuple[float, float] | None
+    holds: int
+    rotations: int
+    sensors: dict[str, Sensor]
+    warnings: list[str] = []
+    hold_means: list[HoldMeans] = []
+
+    def __getitem__(self, sensor: str) -> Sensor:
+        """The calibration of a sensor.
+
+        Raises:
+            KeyError: it is not calibrated.
+        """
+        return self.sensors[sensor]
+
+    def save(self, path: str | Path) -> Path:
+        """Write it whole or not at all.
+
+        Raises:
+            UsageError: the place cannot be written.
+        """
+        write_whole(Path(path), encode(self))
+        return Path(path)
+
+    def means(self) -> FloatArray:
+        """Mean readings of the accelerometer in the holds, shape (n, 3)."""
+        return np.array([hold.accelerometer for hold in self.hold_means]).reshape(-1, 3)
+
+    def circumstances(self) -> Circumstances | None:
+        """Circumstances of the holds as far as the file has them; None without holds."""
+        if not self.hold_means:
+            return None
+        sensor, holds = self["accelerometer"], self.hold_means
+        force = (self.means() - np.array(sensor.bias)) @ np.array(sensor.matrix).T
+        unknown = np.full((1, 3), np.nan)
+        return Circumstances(
+            force=force,
+            rate=np.zeros_like(force),
+            temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
+            time=np.array([0.5 * (hold.start + hold.end) for hold in holds]) - holds[0].start,
+            previous=np.concatenate([unknown, force[:-1]]),
+            vibration=np.zeros(len(holds)),
+            gravity=self.gravity.value,
+        )
+
+
+def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
+    """A sensor's fit as it stands in JSON, without a verdict.
+
+    Args:
+        fit: with or without effects.
+        where: the circumstances that it was fitted under, which effects are referred to.
+    """
+    effects = []
+    for term, sizes in zip(fit.terms, fit.sizes, strict=True):
+        parameters = term.effect.parameters(fit.sensor)
+        effects.append(
+            SavedEffect(
+                term=term.name,
+                sensor=fit.sensor,
+                equation=term.effect.equation,
+                parameters=[one.name for one in parameters],
+                sizes=sizes.tolist(),
+                unit=parameters[0].unit,
+                variant=term.variant,
+                reference_temperature=None
+                if where is None
+                else finite(where.reference_temperature),
+                reference_time=None if where is None else finite(where.reference_time),
+            )
+        )
+    return Sensor(
+        model=list(fit.model),
+        method=fit.method,
+        frame=fit.frame,
+        matrix=fit.matrix.tolist(),
+        bias=fit.bias.tolist(),
+        bias_unit=fit.bias_unit,
+        parameters={
+            p.name: Value(p.value, p.unit, p.standard_error, p.carried, p.standard_error_repeats)
+            for p in fit.parameters
+        },
+        unit=fit.unit,
+        rms_before=fit.rms_before,
+        rms_fitted=fit.rms_fitted,
+        rms_held_out=fit.rms_held_out,
+        floor=fit.floor,
+        floor_fitted=fit.floor_fitted,
+        rms_validation=fit.validation_rms,
+        repeatability=fit.repeat_rms,
+        not_determined=list(fit.not_determined),
+        covariance=None if fit.covariance is None else fit.covariance.tolist(),
+        warnings=list(fit.warnings),
+        effects=effects,
+    )
+
+
+def from_report(
+    report: FitReport,
+    source: str,
+    created: str,
+    models: Mapping[str, tuple[SensorFit, Circumstances]] | None = None,
+) -> Calibration:
+    """The calibration that a report contains.
+
+    Args:
+        report: the fit.
+        source: what was calibrated, in words.
+        created: date and time, ISO 8601.
+        models: of sensors that the bench has added effects to, with their circumstances.
+    """
+    sensors = {name: sensor_record(fit) for name, fit in report.sensors.items()}
+    for name, (model, where) in (models or {}).items():
+        warnings = report.sensors[name].warnings
+        sensors[name] = sensor_record(replace(model, warnings=warnings), where)
+    known = [hold.temperature for hold in report.holds if hold.temperature is not None]
+    return Calibration(
+        schema=SCHEMA,
+        program=VERSION,
+        created=created,
+        source=harmless(source),
+        gravity=Value(report.gravity, "m/s^2"),
+        temperature=(min(known), max(known)) if known else None,
+        holds=len(report.holds),
+        rotations=sum(rotation.problem is None for rotation in report.rotations),
+        sensors=sensors,
+        warnings=list(report.warnings),
+        hold_means=[_means(hold) for hold in report.holds],
+    )
+
+
+def _means(hold: Hold) -> HoldMeans:
+    return HoldMeans(
+        start=hold.start,
+        end=hold.end,
+        accelerometer=hold.accelerometer.tolist(),
+        accelerometer_covariance=hold.accelerometer_covariance.tolist(),
+        gyroscope=None if hold.gyroscope is None else hold.gyroscope.tolist(),
+        temperature=hold.temperature,
+        pose=hold.pose,
+    )
+
+
+def says_the_same(path: Path, calibration: Calibration) -> bool:
+    """Whether a file holds this calibration, whenever it was made."""
+    try:
+        found = read_calibration(path)
+    except RecordingError:
+        return False
+    return encode(msgspec.structs.replace(found, created=calibration.created)) == encode(
+        calibration
+    )
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration back.
+
+    Raises:
+        RecordingError: the file is missing, is no calibration, or of another version.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    try:
+        loose: Any = msgspec.json.decode(data)
+    except msgspec.DecodeError as error:
+        raise RecordingError(f"{path} is not JSON ({error}): give a saved calibration") from error
+    schema = loose.get("schema") if isinstance(loose, dict) else None
+    if schema != SCHEMA:
+        raise RecordingError(
+            f"{path} says {schema!r} where {SCHEMA!r} is expected: it is no calibration that this "
+            "version reads"
+        )
+    try:
+        return msgspec.json.decode(data, type=Calibration)
+    except msgspec.ValidationError as error:
+        raise RecordingError(f"{path} is damaged: {error}") from error

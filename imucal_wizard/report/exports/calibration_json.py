@@ -1,0 +1,33 @@
+"""The calibration file of this program, under another name."""
+
+import msgspec
+
+from imucal_wizard.core.output import encode
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.exports import Correction, ExportTarget
+
+
+def _read(data: bytes) -> Correction:
+    """What the file's own matrix, bias and effects make of readings.
+
+    Raises:
+        ValueError: it is no calibration file.
+    """
+    try:
+        calibration = msgspec.json.decode(data, type=Calibration)
+    except msgspec.MsgspecError as error:
+        raise ValueError(str(error)) from error
+    sensor, where = calibration["accelerometer"], calibration.circumstances()
+    return lambda readings: sensor.apply(readings, where)
+
+
+TARGET = ExportTarget(
+    name="json",
+    title="this program's own calibration file",
+    formula="x = M · (reading − b) − ε(x)",
+    suffix=".json",
+    cannot_hold=(),
+    holds_effects=True,
+    write=encode,
+    read=_read,
+)

@@ -1,0 +1,75 @@
+"""ROS ``imu_calib`` (dpkoch): the YAML file of its node ``apply_calib``.
+
+The node computes ``corrected = SM · raw − bias`` for ``sensor_msgs/Imu``, in m/s². Our ``corrected
+= M (raw − b)`` is that with ``SM = M`` and ``bias = M b``: the bias acts after the matrix. The node
+measures the gyroscope's bias itself when it starts.
+"""
+
+import json
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.exports import Correction, ExportTarget
+
+_SIZES = {"SM": 9, "bias": 3}
+"""Keys of the file, and how many numbers each has."""
+
+
+def _write(calibration: Calibration) -> bytes:
+    """Row-major matrix and bias, with all digits.
+
+    Raises:
+        UsageError: the calibration is of raw counts, which ``sensor_msgs/Imu`` does not carry.
+    """
+    sensor = calibration["accelerometer"]
+    if sensor.bias_unit != "m/s^2":
+        raise UsageError(
+            "ros-imu-calib corrects accelerations in m/s², and this calibration is of readings in "
+            f"{sensor.bias_unit}: calibrate what the driver publishes"
+        )
+    matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
+    numbers = {"SM": matrix.ravel(), "bias": matrix @ bias}
+    lines = [f"{key}: {json.dumps(values.tolist())}" for key, values in numbers.items()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _read(data: bytes) -> Correction:
+    """``SM · raw − bias`` of a file.
+
+    Raises:
+        ValueError: it is no file of ``imu_calib``.
+    """
+    found = {}
+    for line in data.decode().splitlines():
+        key, _, text = line.partition(":")
+        values = np.array(json.loads(text), np.float64)
+        if values.shape != (_SIZES.get(key),):
+            raise ValueError(f"{key} is no key of imu_calib with its numbers")
+        found[key] = values
+    if found.keys() != _SIZES.keys():
+        raise ValueError("SM or bias is missing")
+    matrix, bias = found["SM"].reshape(3, 3), found["bias"]
+
+    def correct(raw: FloatArray) -> FloatArray:
+        return np.asarray(raw @ matrix.T - bias)
+
+    return correct
+
+
+TARGET = ExportTarget(
+    name="ros-imu-calib",
+    title="ROS imu_calib: YAML for the node apply_calib",
+    formula="corrected = SM · raw − bias",
+    suffix=".yaml",
+    cannot_hold=(
+        "gyroscope: the node measures its bias itself at start",
+        "magnetometer",
+        "standard errors",
+    ),
+    holds_effects=False,
+    write=_write,
+    read=_read,
+)

@@ -1,0 +1,79 @@
+"""The comparison of methods as a table of text."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
+
+from imucal_wizard.core.quantities import quantity
+from imucal_wizard.estimate.fitting.methods import (
+    MethodRow,
+    difference,
+    least_held_out,
+    offset_difference,
+)
+
+BEST = "▸"
+"""Marks the methods with the least held-out error."""
+_COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
+_WIDTHS = (11, 11, 11, 11, 12)
+_NOTE = (
+    f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Errors: of "
+    "|corrected| − g over holds; of the gyroscope's closure over rotations (offset: rate at rest); "
+    "of |corrected| − field over directions. Relative: rms of the relative error of the magnitude "
+    "(N's figure of merit), on what was held out where something was. M and b off by: largest "
+    "difference from the first method's matrix, as a share of it, and from its bias."
+)
+
+
+def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
+    """A block of rows per sensor; the methods with the least held-out error are marked.
+
+    There is no row between the blocks, so that three sensors fit a terminal of 24 rows.
+
+    Args:
+        rows: all methods of all sensors.
+        width: columns of the terminal; the numbers take 76.
+    """
+    lines: list[str] = []
+    for sensor in dict.fromkeys(row.sensor for row in rows):
+        mine = [row for row in rows if row.sensor == sensor]
+        first = next((row for row in mine if row.fit is not None), mine[0])
+        lines.append(f"{sensor.upper():20}{_cells(_COLUMNS)}")
+        if first.fit is not None and first.fit.rms_before is not None:
+            lines.append(
+                f"  {'not calibrated':18}{quantity(first.fit.rms_before, first.fit.unit):>11}"
+            )
+        best = least_held_out(mine)
+        for row in mine:
+            mark = BEST if row in best else " "
+            text, *others = _row(row, first, width)
+            lines += [mark + text[1:], *others]
+    return "\n".join([*lines, "", *textwrap.wrap(_NOTE, width)])
+
+
+def _row(row: MethodRow, first: MethodRow, width: int) -> list[str]:
+    name = f"{row.method} {f'({row.paper})' if row.paper else ''}".rstrip()
+    if row.fit is None:
+        text = f"  {name:18}no result: {row.why}"
+        return textwrap.wrap(text, width, subsequent_indent=" " * 20)
+    held_out, relative = row.fit.rms_held_out, row.relative_error_held_out or row.relative_error
+    cells = [
+        quantity(row.fit.rms_fitted, row.fit.unit),
+        "–" if held_out is None else quantity(held_out, row.fit.unit),
+        "–" if relative is None else f"{100.0 * relative:.3f} %",
+        *_off(row, first),
+    ]
+    return [f"  {name:18}{_cells(cells)}".rstrip()]
+
+
+def _cells(texts: Sequence[str]) -> str:
+    return "".join(f"{text:>{width}}" for text, width in zip(texts, _WIDTHS, strict=True))
+
+
+def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:
+    """Difference of matrix and bias from the first method; empty for that method itself."""
+    matrix, bias = difference(row, first), offset_difference(row, first)
+    if row is first or row.fit is None or matrix is None or bias is None:
+        return "", ""
+    rate = replace(row.fit, unit="rad/s") if row.sensor == "gyroscope" else row.fit
+    return f"{100.0 * matrix:.3f} %", quantity(bias, rate.unit, 2)

@@ -1,0 +1,186 @@
+"""A fit as plain text for the terminal and the result screen."""
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.quantities import decimals, quantity, true_minus
+from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
+from imucal_wizard.estimate.methods.six_position import NAME as SIX
+from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
+from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
+from imucal_wizard.estimate.second_stage.heading import turned
+
+TEXT_COLUMNS = 80
+MIN_DIP_OF_HEMISPHERE = 10.0
+"""Dip, degrees, from which it tells the northern from the southern hemisphere."""
+MAX_HEADINGS = 6
+"""Headings listed in the text; the JSON has all of them."""
+_LACKING = "not determined by these data"
+
+
+def summary(report: FitReport, says: Sequence[str] = ()) -> str:
+    """The result in lines of at most 80 columns.
+
+    Args:
+        report: the fit.
+        says: the verdicts in sentences, one text per sensor.
+    """
+    lines = [
+        _wrapped(
+            f"{len(report.holds)} holds, {_motions(report)}, "
+            + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
+        ),
+    ]
+    for name, fit in report.sensors.items():
+        lines += ["", *_sensor(name, fit)]
+        if name == "magnetometer" and report.magnetic is not None:
+            lines += field_lines(report.magnetic, fit)
+    if report.second_stage is not None:
+        lines += ["", *second_stage_lines(report.second_stage)]
+    if report.comparison:
+        lines += ["", *_comparison(report)]
+    if report.warnings:
+        lines += ["", *(_wrapped(f"! {warning}") for warning in report.warnings)]
+    return "\n".join([*lines, "", *map(_wrapped, says)]).rstrip()
+
+
+def _motions(report: FitReport) -> str:
+    """Number of rotations, and of those about one axis, which the later table lists."""
+    count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
+    about = f" ({single} of them about one axis)" if single else ""
+    return f"{count} rotations{about}"
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, TEXT_COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
+
+
+def _sensor(name: str, fit: SensorFit) -> list[str]:
+    lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
+    lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
+    errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
+    before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
+    text = f"  error: before {before}, fitted {fitted}, held out {held_out}, noise {floor}"
+    if fit.validation_rms is not None:
+        text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
+    lines += textwrap.wrap(text, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
+    return lines
+
+
+def field_lines(found: MagnetometerFit, fit: SensorFit) -> list[str]:
+    """Magnitude of the field, N's figure of merit, and the covered directions."""
+    held_out = found.relative_error_held_out
+    out = "" if held_out is None else f", held out {100.0 * held_out:.2f} %"
+    error = f"relative error {100.0 * found.relative_error:.2f} %{out}"
+    covered = f"{int((found.filled > 0).sum())} of {len(found.filled)} directions covered"
+    used = f"{int(found.kept.sum())} of {len(found.kept)} samples used"
+    return [f"  field {quantity(found.magnitude, fit.unit)}, {error}", f"  {covered}, {used}"]
+
+
+def _parameter(parameter: Parameter, method: str) -> str:
+    value = f"{parameter.value:.7g}"
+    unit = "" if parameter.unit == "1" else parameter.unit
+    if not parameter.carried:
+        why = f"the {method} method does not fit it" if method == SIX else _LACKING
+        return f"{parameter.name:16} {value:>14} {unit}".rstrip() + f"  nominal: {why}"
+    if not parameter.standard_error:
+        note = "± not known"
+    else:
+        places = min(12, decimals(parameter.standard_error))
+        value = f"{parameter.value:.{places}f}"
+        note = f"± {parameter.standard_error:.{places}f}"
+        if parameter.standard_error_repeats:
+            note += f" (repeats ± {parameter.standard_error_repeats:.{places}f})"
+    return f"{parameter.name:16} {value:>14} {note} {unit}".rstrip()
+
+
+def _comparison(report: FitReport) -> list[str]:
+    lines = ["GYROSCOPE SCALE by three methods (correction, rad/s per reading)"]
+    lines.append("  axis  turns   static          dynamic         vector")
+    for row in report.comparison:
+        cells = [
+            "-" if value is None else f"{value:#.6g}"
+            for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
+        ]
+        row_text = "".join(f"{cell:16}" for cell in cells)
+        lines.append(f"  {row.axis:4}  {row.rotations:5}   {row_text}".rstrip())
+    return lines
+
+
+def second_stage_lines(stage: SecondStage) -> list[str]:
+    """Alignment, clocks, what the gyroscope gains, headings; lines of at most 80 columns."""
+    alignment = stage.alignment
+    dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
+    used = int(alignment.used.sum())
+    where = f"equal in {used} holds to {rms:.2f}° rms"
+    lines = [
+        "SECOND STAGE  alignment of the sensors to one another",
+        f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
+    ]
+    if abs(dip) > MIN_DIP_OF_HEMISPHERE:
+        here, there = ("north", "south") if dip > 0.0 else ("south", "north")
+        # m and −m fit gravity and every rotation equally: only the user knows the hemisphere
+        lines.append(
+            f"  that is {here} of the magnetic equator: if you are {there}, an axis is mirrored"
+        )
+    left = len(alignment.used) - used
+    if left:
+        lines.append(f"  {left} holds do not fit and were left out (iron near them?)")
+    if stage.clock is not None:
+        late = true_minus(f"{1e3 * stage.clock.seconds:+.2f}")
+        error = f"{1e3 * stage.clock.standard_error:.2f}"
+        lines.append(f"  the magnetometer's clock is {late} ± {error} ms off the gyroscope's")
+    lines += _gyroscope(stage) + _headings(stage.headings)
+    return lines + [f"  {note}" for note in stage.notes]
+
+
+def _gyroscope(stage: SecondStage) -> list[str]:
+    added = stage.added
+    if added is None:
+        return []
+    before, after = np.degrees([added.heading_before, added.heading_after])
+    tilt = np.degrees([added.tilt_before, added.tilt_after])
+    lines = [
+        f"  gyroscope over {added.turns} rotations, also about the vertical, held out:",
+        f"    closure about the vertical {before:.3f}° by gravity alone, {after:.3f}° by both",
+        f"    closure across it          {tilt[0]:.3f}° by gravity alone, {tilt[1]:.3f}° by both",
+    ]
+    if added.standard_errors is not None:
+        share = 100.0 * added.standard_errors
+        lines.append(f"    standard errors of its gains are {share:.0f} % of what they were")
+    return lines
+
+
+def _headings(headings: Headings) -> list[str]:
+    """Rms over all holds, and the first few headings."""
+    change, expected = heading_summary(headings)
+    if not np.isfinite(change):
+        return []
+    lines = [
+        "  heading of the x axis, tilt-compensated, before and after the calibration:",
+        f"    they differ by {np.degrees(change):.1f}° rms, error left {np.degrees(expected):.2f}°",
+    ]
+    seen = np.flatnonzero(np.isfinite(headings.after) & np.isfinite(headings.before))
+    for index in seen[:MAX_HEADINGS]:
+        before, after, error = np.degrees(
+            [headings.before[index], headings.after[index], headings.error[index]]
+        )
+        lines.append(
+            f"    hold {headings.hold[index] + 1:3}: before {before % 360.0:6.1f}°, after "
+            f"{after % 360.0:6.1f} ± {error:.2f}°"
+        )
+    return lines
+
+
+def heading_summary(headings: Headings) -> tuple[float, float]:
+    """Rms change of heading by the calibration, and rms of the error expected after it, rad."""
+    change = turned(headings.after, headings.before)
+    seen = np.isfinite(change)
+    if not seen.any():
+        return float("nan"), float("nan")
+    return (
+        float(np.sqrt(np.mean(change[seen] ** 2))),
+        float(np.sqrt(np.mean(headings.error[seen] ** 2))),
+    )

@@ -1,0 +1,287 @@
+"""Traces, attitude and snapshot for the screen, built only when the screen asks."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.quaternions import matrices, quaternions
+from imucal_wizard.core.readings import FloatArray, Readings, join
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.guide.state import Event, Status
+from imucal_wizard.guide.up_direction import guessed_offset
+from imucal_wizard.run.snapshot import Snapshot, StreamStatus
+
+_LEANING = 0.3
+"""Seconds in which the drawing leans to where gravity says up is, while the gyroscope turns it."""
+_LEANING_ALONE = 0.05
+"""The same where no gyroscope in rad/s helps."""
+_RATE_PIECE_SECONDS = 0.01
+"""Seconds over which the rate is averaged."""
+_MAX_RATE_PIECES = 200
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Attitude:
+    """Turned by the gyroscope, held upright by the accelerometer (a complementary filter).
+
+    Attributes:
+        matrix: body to world, shape (3, 3); None before up is known.
+    """
+
+    def __init__(self) -> None:
+        self.matrix: FloatArray | None = None
+
+    def feed(self, readings: Readings, up: tuple[float, float, float] | None) -> None:
+        """Follow new samples.
+
+        Args:
+            readings: samples of all sensors at the same times.
+            up: up direction in the body frame as the procedure sees it, for accelerations in
+                counts, from which it cannot be read directly; None while it is not known.
+        """
+        if not len(readings):
+            return
+        turned = self._turn(readings)
+        measured = _up_from(readings) if readings.accelerometer.unit == "m/s^2" else None
+        if measured is None and up is not None:
+            measured = np.array(up)
+        if measured is not None:
+            time = readings.accelerometer.time
+            seconds = float(time[-1] - time[0]) + _RATE_PIECE_SECONDS
+            self._lean(measured, seconds / (_LEANING if turned else _LEANING_ALONE))
+
+    def _turn(self, readings: Readings) -> bool:
+        """Turn by the rate; whether it could be."""
+        gyroscope = readings.gyroscope
+        if gyroscope is None or gyroscope.unit != "rad/s" or len(gyroscope) < 2:
+            return False
+        if self.matrix is None:
+            return True
+        step = float(gyroscope.time[-1] - gyroscope.time[0]) / (len(gyroscope) - 1)
+        size = max(1, round(_RATE_PIECE_SECONDS / step)) if step > 0 else len(gyroscope)
+        starts = np.arange(0, len(gyroscope), size)[-_MAX_RATE_PIECES:]
+        vectors = np.add.reduceat(gyroscope.values, starts, axis=0) * step
+        for turn in _rotations(vectors):
+            self.matrix = self.matrix @ turn
+        return True
+
+    def _lean(self, up: FloatArray, time_constants: float) -> None:
+        """Turn the drawing about a level axis until ``up`` points up, or part of the way."""
+        if self.matrix is None:
+            self.matrix, time_constants = np.eye(3), np.inf
+        shown = self.matrix @ up
+        level = np.cross(shown, _UP)
+        sine = float(np.linalg.norm(level))
+        axis = level / sine if sine > 1e-9 else np.array([1.0, 0.0, 0.0])
+        angle = float(np.arctan2(sine, shown[2])) * (1.0 - float(np.exp(-time_constants)))
+        self.matrix = _rotations((axis * angle)[None])[0] @ self.matrix
+
+
+def _rotations(vectors: FloatArray) -> FloatArray:
+    """Rotation matrices, shape (n, 3, 3), of rotation vectors, shape (n, 3)."""
+    return np.moveaxis(matrices(quaternions(vectors.T)), -1, 0)
+
+
+def _up_from(readings: Readings) -> FloatArray | None:
+    mean = readings.accelerometer.values.mean(axis=0)
+    size = float(np.linalg.norm(mean))
+    return mean / size if size > 0.0 else None
+
+
+SECONDS = 10.0
+"""What the traces span."""
+_POINTS = 500
+"""About how many points a trace has: more than the widest terminal can show."""
+_CHANNELS = 6
+
+
+class Ring:
+    """The newest rows of a table.
+
+    Args:
+        rows: how many are kept.
+        columns: how wide the table is.
+    """
+
+    def __init__(self, rows: int, columns: int) -> None:
+        self._rows = np.zeros((rows, columns))
+        self._next = 0
+        self._count = 0
+
+    def add(self, rows: FloatArray) -> None:
+        """Take new rows, shape (n, columns)."""
+        size = len(self._rows)
+        rows = rows[-size:]
+        first = min(len(rows), size - self._next)
+        self._rows[self._next : self._next + first] = rows[:first]
+        self._rows[: len(rows) - first] = rows[first:]
+        self._next = (self._next + len(rows)) % size
+        self._count = min(self._count + len(rows), size)
+
+    def newest(self) -> FloatArray:
+        """A copy of what is kept, oldest first."""
+        if self._count < len(self._rows):
+            return self._rows[: self._count].copy()
+        return np.concatenate([self._rows[self._next :], self._rows[: self._next]])
+
+
+class Traces:
+    """The newest readings, as the preview and the traces show them.
+
+    Args:
+        rate: samples per second.
+        counts: the accelerometer's readings are raw counts, which may have an offset.
+    """
+
+    def __init__(self, rate: float, *, counts: bool = False) -> None:
+        self._counts = counts
+        self._step = max(1, math.floor(rate * SECONDS / _POINTS))
+        self._thin = Ring(max(2, math.ceil(rate * SECONDS / self._step)), _CHANNELS)
+        self._second = Ring(max(1, round(rate)), 3)
+        self._index = 0
+        self.accelerometer: tuple[float, float, float] | None = None
+        self.gyroscope: tuple[float, float, float] | None = None
+        self.magnetometer: tuple[float, float, float] | None = None
+        self.temperature: float | None = None
+
+    def feed(self, readings: Readings) -> None:
+        """Take new samples; every so many of them, counted from the first, is drawn."""
+        count = len(readings)
+        if not count:
+            return
+        a = readings.accelerometer.values
+        g = readings.gyroscope.values if readings.gyroscope is not None else None
+        first = -self._index % self._step
+        self._index += count
+        self._second.add(a)
+        drawn = a[first :: self._step]
+        rates = np.full_like(drawn, np.nan) if g is None else g[first :: self._step]
+        self._thin.add(np.hstack([drawn, rates]))
+        self.accelerometer = _three(a[-1])
+        self.gyroscope = None if g is None else _three(g[-1])
+        field = readings.magnetometer
+        if field is not None and len(field):  # slower than the others, it may not be in every piece
+            self.magnetometer = _three(field.values[-1])
+        if readings.temperature is not None and len(readings.temperature):
+            self.temperature = float(readings.temperature.values[-1, 0])
+
+    def drawn(self) -> FloatArray:
+        """The newest seconds of all six channels, shape (n, 6); NaN where there is no gyroscope."""
+        return self._thin.newest()
+
+    @property
+    def gravity(self) -> float | None:
+        """Magnitude of the newest second's mean acceleration; None before the first sample.
+
+        Counts that are centred at half the converter's range count from there.
+        """
+        if self.accelerometer is None:
+            return None
+        mean = self._second.newest().mean(axis=0)
+        return float(np.linalg.norm(mean - (guessed_offset(mean) if self._counts else 0.0)))
+
+
+def _three(row: FloatArray) -> tuple[float, float, float]:
+    return float(row[0]), float(row[1]), float(row[2])
+
+
+_GATHERED = 64
+"""Pieces of the stream that wait to be drawn at most."""
+
+
+class SnapshotMaker:
+    """Gathers samples cheaply and makes snapshots of them.
+
+    Args:
+        serial: number of the last snapshot that another view has made.
+    """
+
+    def __init__(self, serial: int = 0) -> None:
+        self.rate = 0.0
+        self._traces: Traces | None = None
+        self._attitude = Attitude()
+        self._unseen: list[Readings] = []
+        self._units = ("m/s^2", "rad/s", "uT")
+        self._dirty = True
+        self._latest = Snapshot(serial)
+
+    def begin(self, rate: float, readings: Readings) -> None:
+        """Rate and units are known."""
+        self.rate = rate
+        self._traces = Traces(rate, counts=readings.accelerometer.unit == COUNT)
+        gyroscope, magnetometer = readings.gyroscope, readings.magnetometer
+        self._units = (
+            readings.accelerometer.unit,
+            "rad/s" if gyroscope is None else gyroscope.unit,
+            "uT" if magnetometer is None else magnetometer.unit,
+        )
+
+    def feed(self, readings: Readings) -> None:
+        """Take new samples."""
+        self._unseen.append(readings)
+        self._dirty = True
+        if len(self._unseen) >= _GATHERED:
+            self._draw(None)
+
+    def changed(self) -> None:
+        """Something else than the samples is new."""
+        self._dirty = True
+
+    def snapshot(
+        self,
+        stream: Callable[[], StreamStatus],
+        status: Callable[[], Status],
+        events: tuple[tuple[Event, ...], int],
+        finished: bool,
+    ) -> Snapshot:
+        """A picture of everything; the last one again when nothing is new."""
+        if not self._dirty:
+            return self._latest
+        now = status()
+        self._draw(now.up)
+        self._latest = Snapshot(
+            serial=self._latest.serial + 1,
+            stream=self._with_values(stream()),
+            status=now,
+            events=events[0],
+            event_count=events[1],
+            traces=self._latest.traces if self._traces is None else self._traces.drawn(),
+            attitude=self._attitude.matrix,
+            finished=finished,
+        )
+        self._dirty = False
+        return self._latest
+
+    def bare(self, stream: StreamStatus) -> Snapshot:
+        """A picture of the stream alone, whatever is known of the rest."""
+        self._latest, self._dirty = Snapshot(self._latest.serial + 1, stream), True
+        return self._latest
+
+    @property
+    def serial(self) -> int:
+        """Number of the newest snapshot."""
+        return self._latest.serial
+
+    def _draw(self, up: tuple[float, float, float] | None) -> None:
+        unseen, self._unseen = self._unseen, []
+        if unseen and self._traces is not None:
+            readings = join(unseen)
+            self._traces.feed(readings)
+            self._attitude.feed(readings, up)
+
+    def _with_values(self, stream: StreamStatus) -> StreamStatus:
+        if self._traces is None:
+            return stream
+        return replace(
+            stream,
+            temperature=self._traces.temperature,
+            accelerometer=self._traces.accelerometer,
+            gyroscope=self._traces.gyroscope,
+            magnetometer=self._traces.magnetometer,
+            accelerometer_unit=self._units[0],
+            gyroscope_unit=self._units[1],
+            magnetometer_unit=self._units[2],
+            gravity=self._traces.gravity,
+        )

@@ -1,0 +1,258 @@
+"""From bytes to decisions without threads: stream, procedure, snapshot and journal.
+
+Bytes and commands in the same order make the same state to the last bit, whenever they come.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.state_machine import Listener, StateMachine
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.measurement.stillness import Noise
+from imucal_wizard.run.drawing import SnapshotMaker
+from imucal_wizard.run.journal import Journal
+from imucal_wizard.run.procedure_settings import ProcedureSettings
+from imucal_wizard.run.snapshot import Snapshot, StreamStatus
+from imucal_wizard.run.stream import DecodedStream
+
+EVENTS_KEPT = 50
+_QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
+"""Events that change nothing of what has been measured."""
+
+
+class Engine:
+    """One stream and its procedure.
+
+    Before the first sample there is no procedure, as rate and units are not known; commands wait
+    for it.
+
+    Args:
+        setup: what is known of the stream.
+        settings: how the procedure is carried out.
+        source: what is read, in words.
+        journal: where everything is written down.
+
+    Attributes:
+        journal: the same.
+        settings: the same.
+        samples: how many samples the procedure has been fed.
+        finished: nothing more will come.
+    """
+
+    def __init__(
+        self,
+        setup: StreamSetup | None = None,
+        settings: ProcedureSettings | None = None,
+        *,
+        source: str = "",
+        journal: Journal | None = None,
+    ) -> None:
+        self.journal = journal or Journal()
+        self.settings = settings or ProcedureSettings()
+        self._listener: Listener | None = None
+        self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
+        self._event_count = 0
+        self._stream = DecodedStream(setup or StreamSetup(), source)
+        self._waiting: list[tuple[str, str]] = []
+        self._view = SnapshotMaker()
+        self._begin_again()
+
+    def _begin_again(self, noise: Noise | None = None) -> None:
+        """Restart the procedure with the next sample."""
+        self._machine: StateMachine | None = None
+        self._noise = noise
+        self._time = 0.0
+        self._view = SnapshotMaker(self._view.serial)
+        self.samples = 0
+        self.finished = False
+
+    def listen(self, listener: Listener | None) -> None:
+        """Call a listener with the instruction after each block of samples and each command.
+
+        Args:
+            listener: called from the first sample on; set it before that.
+        """
+        self._listener = listener
+
+    def restart(self, noise: Noise | None = None) -> None:
+        """Drop the samples but keep the event counters.
+
+        Args:
+            noise: of the device at rest, where it is known already.
+        """
+        self._stream.restart()
+        self._waiting.clear()
+        self._begin_again(noise)
+
+    @property
+    def source(self) -> str:
+        """Description of the source for the user."""
+        return self._stream.source
+
+    def receive(self, data: bytes, arrival: float) -> None:
+        """Take bytes.
+
+        Args:
+            data: as they came.
+            arrival: when, s, on a clock that never goes back.
+        """
+        self.receive_all(((data, arrival),))
+
+    def receive_all(self, pieces: Sequence[tuple[bytes, float]]) -> None:
+        """Take several pieces, each with its arrival: the same decisions as one by one, sooner."""
+        for data, arrival in pieces:
+            self.journal.raw(arrival, data)
+        was_ready = self._stream.intake.ready
+        readings = self._stream.read(pieces)
+        if not was_ready:
+            self._resolved()
+        self._view.changed()
+        if readings is not None:
+            self.receive_readings(readings)
+        self._remark()
+
+    def _resolved(self) -> None:
+        """Write down how the stream is read once everything about it is known."""
+        if self._stream.intake.ready:
+            self.journal.resolved(self._stream.intake.setup)
+
+    def _remark(self) -> None:
+        """Emit the new notifications about the stream and the session."""
+        for kind, text in self._stream.remarks(self.step, self.journal.problem):
+            self.tell(kind, text)
+
+    def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
+        """Take samples that are decoded already, all sensors at the same times.
+
+        Args:
+            readings: the samples.
+            rate: samples per second of the whole, where it is known; 0 to take it from these.
+        """
+        if not len(readings):
+            return
+        self._stream.note(readings.warnings)
+        if self._machine is None:
+            rate = self._stream.intake.rate or rate or readings.accelerometer.rate
+            self._view.begin(rate, readings)
+            self._machine = self.settings.machine(readings, rate, self._noise, self._listener)
+            waiting, self._waiting = self._waiting, []
+            for order in waiting:
+                self._happened(self._obey(self._machine, *order))
+        self.samples += len(readings)
+        self._time = float(readings.accelerometer.time[-1])
+        self._view.feed(readings)
+        self._happened(self._machine.feed(readings))
+
+    def command(self, name: str, argument: str = "") -> None:
+        """Carry out a command; before the first sample, commands wait for that sample."""
+        self.journal.command(self.samples, name, argument)
+        if self._machine is None:
+            self._waiting.append((name, argument))
+        else:
+            self._happened(self._obey(self._machine, name, argument))
+        self._view.changed()
+
+    def _obey(self, machine: StateMachine, name: str, argument: str) -> Sequence[Event]:
+        try:
+            return machine.command(name, argument)
+        except UsageError as error:
+            return (Event(EventKind.WARNING, self._time, str(error)),)
+
+    def set_setup(self, setup: StreamSetup) -> None:
+        """Read the stream with another setup from now on; the procedure restarts."""
+        self.journal.new_setup(self.samples, setup)
+        begun, readings = self._machine is not None, self._stream.reconfigure(setup)
+        self._begin_again()
+        if begun:
+            self.tell(EventKind.WARNING, "the stream is read anew: the procedure begins again")
+        self._resolved()
+        if readings is not None:
+            self.receive_readings(readings)
+
+    def end(self) -> None:
+        """The source has ended: complete the hold and the circle in progress."""
+        rest = self._stream.intake.flush()
+        if rest is not None:
+            self.receive_readings(rest)
+        if self._machine is not None:
+            self._happened(self._machine.flush())
+        self.finished = True
+        self._view.changed()
+
+    def close(self) -> None:
+        """Close the session."""
+        self.finished = True
+        self.journal.close()
+        self._view.changed()
+
+    def idle(self, arrival: float, *, expected: bool = False) -> None:
+        """No data until now; ``expected`` silence is no problem."""
+        self.journal.idle()
+        if expected:
+            self._stream.flow.heard(arrival)
+        self._remark()
+        if self._stream.flow.silent(arrival):
+            self._view.changed()
+
+    def connected(self, source: str) -> None:
+        """The port is open; ``source`` describes it."""
+        self._stream.source = source
+        self.link("")
+
+    def link(self, problem: str) -> None:
+        """Set the problem of the port; ``""`` for none."""
+        self._stream.flow.link(problem)
+        self._view.changed()
+
+    def tell(self, kind: EventKind, text: str) -> None:
+        """Emit an event from outside the procedure."""
+        self._happened((Event(kind, self._time, text),))
+
+    def note(self, text: str) -> None:
+        """Emit a warning and add it to the warnings of the stream and of the result."""
+        self._stream.note((text,))
+        self.tell(EventKind.WARNING, text)
+
+    def _happened(self, events: Sequence[Event]) -> None:
+        if not events:
+            return
+        self._events.extend(events)
+        self._event_count += len(events)
+        self._view.changed()
+        if any(event.kind not in _QUIET_EVENTS for event in events):
+            self.journal.found(self.collected(), events)
+            self.journal.step(str(self.step))
+
+    @property
+    def step(self) -> StepKind:
+        """Current step, without building the full status."""
+        return StepKind.SOURCE if self._machine is None else self._machine.step
+
+    def status(self) -> Status:
+        """The procedure at this moment."""
+        return Status() if self._machine is None else self._machine.status()
+
+    @property
+    def makeshift(self) -> Noise | None:
+        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
+        return None if self._machine is None else self._machine.makeshift
+
+    def collected(self) -> Collected:
+        """The measurements."""
+        return Collected((), ()) if self._machine is None else self._machine.collected()
+
+    def snapshot(self) -> Snapshot:
+        """A frozen snapshot; the same object again if nothing has changed."""
+        events = (tuple(self._events), self._event_count)
+        return self._view.snapshot(self._stream_status, self.status, events, self.finished)
+
+    def busy(self, text: str) -> Snapshot:
+        """A snapshot that shows only the work in progress."""
+        return self._view.bare(StreamStatus(source=self.source, problem=text))
+
+    def _stream_status(self) -> StreamStatus:
+        return self._stream.status(self._view.rate, self.samples, self.journal.problem)

@@ -1,0 +1,51 @@
+"""Unexpected errors: the traceback goes to a file, one line to the user."""
+
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from types import TracebackType
+
+from imucal_wizard.core.output import note
+
+
+def keep_traceback(error: BaseException) -> Path | None:
+    """Write the traceback of a fault to a file of its own; None where that is not possible."""
+    from platformdirs import user_log_path
+
+    lines = traceback.format_exception(error)
+    try:
+        folder = user_log_path("imucal-wizard", appauthor=False, ensure_exists=True)
+        path = folder / f"fault-{time.strftime('%Y-%m-%d_%H%M%S')}.txt"
+        path.write_text("".join(lines), encoding="utf-8", errors="backslashreplace")
+    except OSError:
+        return None
+    return path
+
+
+def fault_line(error: BaseException, path: Path | None) -> str:
+    """One line for the user: the fault and what to do next."""
+    what = f"{type(error).__name__}: {error}".strip(": ").replace("\n", " ")[:200]
+    where = f"the traceback in {path}" if path is not None else "how you came here"
+    return (
+        f"imucal-wizard has a fault ({what}). What was measured is written down. Please report it "
+        f"with {where}"
+    )
+
+
+def watch() -> None:
+    """From now on no traceback reaches the user, from whichever thread."""
+    sys.excepthook = _unforeseen
+    threading.excepthook = _unforeseen_in_thread
+
+
+def _unforeseen(
+    _kind: type[BaseException], error: BaseException, _trace: TracebackType | None
+) -> None:
+    note(fault_line(error, keep_traceback(error)))
+
+
+def _unforeseen_in_thread(fault: threading.ExceptHookArgs) -> None:
+    if fault.exc_value is not None:
+        keep_traceback(fault.exc_value)  # the thread's owner says on the screen that it has stopped

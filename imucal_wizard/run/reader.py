@@ -1,0 +1,179 @@
+"""The thread that pulls a source: it writes down, decodes, decides, waits for a lost device."""
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from imucal_wizard.acquire.intake import LINK_BREAK
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.errors import LinkError
+from imucal_wizard.core.instruction import Instruction
+from imucal_wizard.guide.state import EventKind
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.run.engine import Engine
+from imucal_wizard.run.runner import Runner, Stopped
+
+REOPEN_RETRY = 0.25
+"""Seconds between two looks for a device that is missing."""
+_READ_SECONDS = 0.04
+"""Seconds a read waits; an order waits no longer."""
+Prepare = Callable[[Engine, Callable[[float], None]], float]
+"""Brings an engine to where a session ended, telling the share done; the time it goes on at, s."""
+
+
+class ByteSource(Protocol):
+    """Where bytes come from: a port (``Pump``) or the virtual IMU. Only the thread touches it."""
+
+    @property
+    def hand(self) -> object | None:
+        """The object that moves a virtual device; None for a real one."""
+
+    @property
+    def description(self) -> str:
+        """Description of the source for the user."""
+
+    @property
+    def waiting(self) -> bool:
+        """Whether it stands still until the next instruction, so that silence is no fault."""
+
+    def open(self) -> None:
+        """Open it, or raise LinkError."""
+
+    def read(self, timeout: float = 0.05) -> bytes:
+        """The next bytes; waits at most ``timeout`` seconds for some. Raises LinkError."""
+
+    def rest(self) -> bytes:
+        """All bytes until it stands still; empty where it does not."""
+
+    def follow(self, instruction: Instruction, samples: int) -> None:
+        """Receive the instruction after so many of the source's samples."""
+
+    def reopen(self) -> bool:
+        """Look once for the same device."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+class Reader(Runner):
+    """Reads a source until it is stopped.
+
+    Args:
+        source: where the bytes come from, not yet open.
+        engine: what they go through.
+        prepare: run first by the thread, before the source is opened (a session is read again).
+        clock: seconds that never go back.
+
+    Attributes:
+        hand: what moves the device, or None.
+    """
+
+    def __init__(
+        self,
+        source: ByteSource,
+        engine: Engine,
+        *,
+        prepare: Prepare | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(engine, clock=clock)
+        engine.listen(self._hear)
+        self.hand = source.hand
+        self._source = source
+        self._first: int | None = None
+        self._prepare = prepare
+        self._resumed = prepare is not None
+        self._started = 0.0
+        engine.link("opening the port …")
+
+    def _work(self) -> None:
+        try:
+            if self._prepare is not None:
+                self._progress(0.0)
+                self._started = self._prepare(self._engine, self._progress)
+            self._started -= self._clock()
+            if self._open():
+                self._read_on()
+        finally:
+            self._source.close()
+
+    def _progress(self, share: float) -> None:
+        """Say how far the reading again has come; the procedure is shown once it is done."""
+        if self._stopping.is_set():
+            raise Stopped
+        if self._due:
+            text = f"Reading again what was measured before: {share:.0%} done."
+            self._publish_this(self._engine.busy(text))
+
+    @property
+    def _now(self) -> float:
+        """Seconds on the session's own clock, which goes on where an earlier run ended."""
+        return self._started + self._clock()
+
+    def _open(self) -> bool:
+        """Open the port, with retries; False if stopped before."""
+        while not self._stopping.is_set():
+            try:
+                self._source.open()
+            except LinkError as error:
+                self._engine.link(str(error))
+                self._publish()
+                self._obey(REOPEN_RETRY)
+            else:
+                self._engine.connected(self._source.description)
+                if self._resumed:
+                    self._engine.receive(LINK_BREAK, self._now)
+                self._first = self._engine.samples
+                return True
+        return False
+
+    def _hear(self, instruction: Instruction, samples: int) -> None:
+        """Pass on an instruction, by the source's own count of samples."""
+        if self._first is not None:
+            self._source.follow(instruction, samples - self._first)
+
+    def _catch_up(self) -> None:
+        """Read until the source stands still: an order falls on the same sample in every run."""
+        while self._first is not None and (data := self._source.rest()):
+            self._engine.receive(data, self._now)
+
+    def _command(self, name: str, argument: str) -> None:
+        self._catch_up()
+        super()._command(name, argument)
+
+    def _collected(self) -> Collected:
+        self._catch_up()
+        return super()._collected()
+
+    def _set_setup(self, setup: StreamSetup) -> None:
+        if self._first is not None:
+            self._first = 0  # the source is read anew from its first byte
+        super()._set_setup(setup)
+
+    def _read_on(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                data = self._source.read(_READ_SECONDS)
+            except LinkError as error:
+                self._wait_for_return(str(error))
+                continue
+            if data:
+                self._engine.receive(data, self._now)
+            else:
+                self._engine.idle(self._now, expected=self._source.waiting)
+            self._obey()
+            self._publish()
+
+    def _wait_for_return(self, problem: str) -> None:
+        """The device is lost: look for it until it is back or the reader is stopped."""
+        self._engine.link(problem)
+        self._engine.tell(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
+        while not self._stopping.is_set():
+            self._engine.journal.idle()
+            self._publish()
+            self._obey(REOPEN_RETRY)
+            if self._source.reopen():
+                self._engine.connected(self._source.description)
+                self._engine.receive(LINK_BREAK, self._now)
+                self._engine.tell(EventKind.LINK_BACK, "The device is back; it goes on.")
+                return

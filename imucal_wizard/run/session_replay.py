@@ -1,0 +1,225 @@
+"""Sessions begun, resumed and replayed: bytes and commands make the same state to the last bit."""
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.errors import SessionError, UsageError
+from imucal_wizard.guide.state import EventKind
+from imucal_wizard.run.engine import Engine
+from imucal_wizard.run.journal import SETUP, Journal
+from imucal_wizard.run.procedure_settings import ProcedureSettings
+from imucal_wizard.sessions import Command, KeptSession, Session
+
+Pieces = tuple[tuple[bytes, float], ...]
+"""Bytes with their arrivals, s."""
+GATHER_SECONDS = 0.25
+"""Seconds of arrivals that go through the engine at once: it costs by the piece."""
+
+
+def _as_it_is(setup: StreamSetup) -> StreamSetup:
+    return setup
+
+
+class SessionReplay:
+    """The data and commands of a session; replaying them brings an engine to the same state.
+
+    Args:
+        session: where it was written down.
+        known: adds to every setup of the stream what the user says of it now.
+
+    Attributes:
+        session: the same.
+        about: all its settings.
+        settings: how the procedure was carried out.
+
+    Raises:
+        SessionError: the settings are not there, or those of another version.
+    """
+
+    def __init__(
+        self, session: KeptSession, known: Callable[[StreamSetup], StreamSetup] = _as_it_is
+    ) -> None:
+        self.session = session
+        self._known = known
+        self._share = 0.0
+        self.about: dict[str, Any] = session.meta()
+        try:
+            self._setup = StreamSetup.from_json(self.about["asked"])
+            self.settings = ProcedureSettings.from_json(self.about["settings"])
+        except (KeyError, AttributeError, TypeError, ValueError, UsageError) as error:
+            raise SessionError(
+                f"{session.path} lacks its settings ({error}); begin a new session"
+            ) from error
+
+    def engine(self) -> Engine:
+        """An engine in the state in which the session began."""
+        source = str(self.about.get("source", ""))
+        return Engine(self._known(self._setup), self.settings, source=source)
+
+    def steps(self) -> Iterator[Pieces | Command]:
+        """The pieces of data, gathered, and the commands in their places between them."""
+        commands = deque(self.session.commands())
+        pieces: list[tuple[bytes, float]] = []
+        for number, arrival, data in self.session.raw():
+            due = bool(commands) and commands[0].after_raw < number
+            if pieces and (due or arrival - pieces[0][1] > GATHER_SECONDS):
+                yield tuple(pieces)
+                pieces = []
+            while commands and commands[0].after_raw < number:
+                yield commands.popleft()
+            pieces.append((data, arrival))
+            self._share = number / self.session.last_raw
+        if pieces:
+            yield tuple(pieces)
+        yield from commands
+
+    def replay_step(self, engine: Engine, step: Pieces | Command) -> None:
+        """Replay one piece of data or one command."""
+        if isinstance(step, tuple):
+            engine.receive_all(step)
+            return
+        if step.sample_index != engine.samples:
+            engine.tell(
+                EventKind.WARNING,
+                "this version decodes the session differently: check the measurements",
+            )
+        if step.name == SETUP:
+            engine.set_setup(self._known(_setup_of(step.argument)))
+        else:
+            engine.command(step.name, step.argument)
+
+    def replay(self, engine: Engine, progress: Callable[[float], None] | None = None) -> None:
+        """Replay everything.
+
+        Args:
+            engine: as ``engine`` makes it.
+            progress: called now and then with the share that is done.
+        """
+        for step in self.steps():
+            self.replay_step(engine, step)
+            if progress is not None:
+                progress(self._share)
+
+
+def _setup_of(text: str) -> StreamSetup:
+    """The setup that was written down with a command.
+
+    Raises:
+        SessionError: it is none.
+    """
+    try:
+        return StreamSetup.from_json(msgspec.json.decode(text))
+    except (msgspec.MsgspecError, AttributeError, UsageError) as error:
+        raise SessionError(
+            f"the stored setup of the stream is damaged ({error}); begin a new session"
+        ) from error
+
+
+MIN_RESUME_PAUSE = 1.0
+"""The shortest time that lies between two runs of one session, s."""
+
+
+def begin(
+    path: Path,
+    setup: StreamSetup | None = None,
+    settings: ProcedureSettings | None = None,
+    *,
+    source: str = "",
+    about: dict[str, Any] | None = None,
+) -> Engine:
+    """An engine that writes a new session.
+
+    Args:
+        path: the file to write.
+        setup: what is known of the stream.
+        settings: how the procedure is carried out.
+        source: what is read, in words.
+        about: what the caller needs to open the same source again (port, speed …).
+
+    Raises:
+        SessionError: the file cannot be written.
+    """
+    setup, settings = setup or StreamSetup(), settings or ProcedureSettings()
+    known = {"asked": setup.to_json(), "setup": setup.to_json(), "settings": settings.to_json()}
+    session = Session.create(path, {"source": source, "step": "source", **known, **(about or {})})
+    return Engine(setup, settings, source=source, journal=Journal(session))
+
+
+@dataclass(frozen=True)
+class Resumed:
+    """A session taken up again.
+
+    Attributes:
+        engine: in its first state; ``prepare`` brings it to where the session ended.
+        past: what it has seen.
+        session: the file, open for writing.
+        created: when it was begun, seconds since 1970.
+    """
+
+    engine: Engine
+    past: SessionReplay
+    session: Session
+    created: float
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """All settings of the session."""
+        return self.past.about
+
+    def prepare(
+        self,
+        engine: Engine,
+        progress: Callable[[float], None] | None = None,
+        now: Callable[[], float] = time.time,
+    ) -> float:
+        """Run everything through the engine again, and let it go on writing.
+
+        Args:
+            engine: ``self.engine``.
+            progress: called now and then with the share that is done; an error that it raises ends
+                the work and closes the session.
+            now: seconds since 1970.
+
+        Returns:
+            The time on the session's own clock, s, at which it goes on.
+        """
+        with ExitStack() as on_failure:
+            on_failure.callback(self.session.close)
+            self.past.replay(engine, progress)
+            on_failure.pop_all()
+        engine.journal = Journal(self.session)
+        last = self.session.last_arrival
+        passed = now() - self.created
+        return passed if last is None else max(last + MIN_RESUME_PAUSE, passed)
+
+
+def resume(path: Path) -> Resumed:
+    """Open a session to go on with it.
+
+    Raises:
+        SessionError: it cannot be read, or its settings are those of another version.
+    """
+    session = Session.open(path)
+    try:
+        past = SessionReplay(session)
+        return Resumed(past.engine(), past, session, _created(past))
+    except SessionError:
+        session.close()
+        raise
+
+
+def _created(past: SessionReplay) -> float:
+    try:
+        return float(past.about["created"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise SessionError(
+            f"{past.session.path} lacks its settings ({error}); begin a new session"
+        ) from error

@@ -1,0 +1,110 @@
+"""The frozen snapshot that the reader thread hands to the screen."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.core.limits.procedure import MAX_PREVIEW_GRAVITY_ERROR, MIN_PRINTED_DECIMALS
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.guide.state import Event, Status
+
+
+@dataclass(frozen=True)
+class StreamStatus:
+    """The stream at one moment.
+
+    Attributes:
+        source: what is read, in words ("virtual IMU", "/dev/ttyACM0, Arduino Nano").
+        format: name of the format, or "" before it is known.
+        connected: False while the port is lost or not yet open.
+        problem: what is wrong and what to do, or "".
+        unwritten: why what arrives is not written down at present, or "".
+        rate: samples per second, 0 before it is known.
+        samples: samples decoded so far.
+        lost: samples missing by the device's own count or time.
+        malformed: lines or frames thrown away.
+        temperature: newest, °C, or None.
+        accelerometer: newest reading, or None.
+        gyroscope: newest reading, or None.
+        magnetometer: newest reading, or None.
+        accelerometer_unit: ``m/s^2`` or ``count``.
+        gyroscope_unit: ``rad/s`` or ``count``.
+        magnetometer_unit: ``uT`` or ``count``.
+        gravity: magnitude of the newest second's mean acceleration, in its unit, or None.
+        digits: printed decimals of the accelerometer columns, or None where not text.
+        warnings: what was noticed, newest last, each once.
+        needs: what must be asked before samples can be read (``columns``, ``gyroscope unit`` …).
+        columns: the columns as far as they are known, with a proposal where they must be asked.
+        line: the newest line as it came, safe to show.
+        values: the numbers read from it, one per column.
+    """
+
+    source: str = ""
+    format: str = ""
+    connected: bool = False
+    problem: str = ""
+    unwritten: str = ""
+    rate: float = 0.0
+    samples: int = 0
+    lost: int = 0
+    malformed: int = 0
+    temperature: float | None = None
+    accelerometer: tuple[float, float, float] | None = None
+    gyroscope: tuple[float, float, float] | None = None
+    magnetometer: tuple[float, float, float] | None = None
+    accelerometer_unit: str = "m/s^2"
+    gyroscope_unit: str = "rad/s"
+    magnetometer_unit: str = "uT"
+    gravity: float | None = None
+    digits: int | None = None
+    warnings: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
+    line: str = ""
+    values: tuple[float, ...] = ()
+
+    @property
+    def gravity_right(self) -> bool | None:
+        """Whether the accelerometer's unit is plausible; None where that cannot be told."""
+        if self.gravity is None or self.accelerometer_unit == COUNT:
+            return None
+        return math.isclose(self.gravity, STANDARD_GRAVITY, rel_tol=MAX_PREVIEW_GRAVITY_ERROR)
+
+    @property
+    def few_digits(self) -> bool:
+        """Whether so few decimals are printed that they hide the noise."""
+        known = self.digits is not None and self.accelerometer_unit != COUNT
+        return known and (self.digits or 0) < MIN_PRINTED_DECIMALS
+
+
+def _no_traces() -> FloatArray:
+    return np.zeros((0, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """Everything a screen shows at one moment.
+
+    Attributes:
+        serial: grows by one with every snapshot that differs from the one before.
+        stream: the stream.
+        status: the procedure.
+        events: the newest events, oldest first, at most 50.
+        event_count: how many events there have been in all; the screen plays the new ones.
+        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing; NaN where
+            there is no gyroscope.
+        attitude: body-to-world rotation matrix for the drawing, shape (3, 3), or None.
+        finished: the source has ended (a file) or the reader has stopped.
+    """
+
+    serial: int = 0
+    stream: StreamStatus = field(default_factory=StreamStatus)
+    status: Status = field(default_factory=Status)
+    events: tuple[Event, ...] = ()
+    event_count: int = 0
+    traces: FloatArray = field(default_factory=_no_traces)
+    attitude: FloatArray | None = None
+    finished: bool = False

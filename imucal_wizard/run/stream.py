@@ -1,0 +1,206 @@
+"""The stream of an engine: its decoded bytes, the health of its link, its notifications."""
+
+from collections.abc import Iterator, Sequence
+
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.run.snapshot import StreamStatus
+
+SILENCE_SECONDS = 3.0
+"""Seconds without data after which the silence is a problem."""
+
+_SILENT = "is the device switched on and sending, and is the baud rate right?"
+
+
+class LinkHealth:
+    """The problems of the stream, the most urgent first.
+
+    Attributes:
+        connected: whether the port is open.
+    """
+
+    def __init__(self) -> None:
+        self.connected = True
+        self._link = ""
+        self._last: float | None = None
+        self._silent = 0.0
+
+    def link(self, problem: str) -> None:
+        """The port is open (``""``), or its problem."""
+        self.connected, self._link = not problem, problem
+        self._last, self._silent = None, 0.0
+
+    def heard(self, arrival: float) -> None:
+        """Data came."""
+        self._last, self._silent = arrival, 0.0
+
+    def silent(self, arrival: float) -> bool:
+        """No data until now; whether the message about it changes."""
+        if self._last is None:
+            self._last = arrival
+        before, self._silent = self._silent, arrival - self._last
+        return self._silent >= SILENCE_SECONDS and int(self._silent) != int(before)
+
+    def stalled(self, intake: Intake) -> str:
+        """Why no samples come although the port is open, or ``""``."""
+        if self._link:
+            return ""
+        return (
+            f"No data comes any more: {_SILENT}"
+            if self._silent >= SILENCE_SECONDS
+            else intake.problem
+        )
+
+    def problem(self, intake: Intake, journal: str) -> str:
+        """The problem and what to do next, or ``""``.
+
+        Args:
+            intake: what reads the stream.
+            journal: why nothing is written down at present, or ``""``.
+        """
+        unwritten = f"the session is {journal}" if journal else ""
+        if self._link or unwritten or intake.problem:
+            return self._link or unwritten or intake.problem
+        if self._silent >= SILENCE_SECONDS:
+            return f"no data for {int(self._silent)} s: {_SILENT}"
+        if intake.needs:
+            return f"the stream does not state its {', '.join(intake.needs)}: enter it"
+        return ""
+
+
+Notification = tuple[EventKind, str]
+_AT_EASE = (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE)
+"""Steps in which nothing is measured."""
+
+
+class Notifications:
+    """Notifications besides the procedure's events, each given once."""
+
+    def __init__(self) -> None:
+        self._warned: set[str] = set()
+        self._stalled = False
+        self._unwritten = False
+
+    def new(
+        self, step: StepKind, warnings: Sequence[str], stalled: str, unwritten: str
+    ) -> Iterator[Notification]:
+        """The new notifications.
+
+        Args:
+            step: the step at work.
+            warnings: all that the stream's reader has noticed so far.
+            stalled: why no samples come, or "".
+            unwritten: why nothing is written down at present, or "".
+        """
+        noticed = self._noticed(warnings)
+        if step is not StepKind.SOURCE:  # there the preview shows it
+            yield from ((EventKind.WARNING, text) for text in noticed)
+        if step not in _AT_EASE:
+            yield from self._flow(stalled)
+        yield from self._session(unwritten)
+
+    def _noticed(self, warnings: Sequence[str]) -> list[str]:
+        if len(warnings) == len(self._warned):
+            return []
+        new = [text for text in warnings if text not in self._warned]
+        self._warned.update(new)
+        return new
+
+    def _flow(self, stalled: str) -> Iterator[Notification]:
+        before, self._stalled = self._stalled, bool(stalled)
+        if stalled and not before:
+            yield EventKind.STALLED, stalled
+        elif before and not stalled:
+            yield EventKind.FLOWING, "Samples come again."
+
+    def _session(self, unwritten: str) -> Iterator[Notification]:
+        before, self._unwritten = self._unwritten, bool(unwritten)
+        if unwritten and not before:
+            yield EventKind.WARNING, f"The session is {unwritten}."
+        elif before and not unwritten:
+            yield EventKind.WRITTEN_AGAIN, "The session is written down again, without a gap."
+
+
+class DecodedStream:
+    """Decodes bytes to samples and collects warnings and problems.
+
+    Args:
+        setup: what is known of it.
+        source: what is read, in words.
+
+    Attributes:
+        source: the same; a port tells more once it is open.
+        intake: what reads the bytes; it has read none where a recording is played.
+        flow: whether anything comes.
+    """
+
+    def __init__(self, setup: StreamSetup, source: str) -> None:
+        self.source = source
+        self.flow = LinkHealth()
+        self._setup = setup
+        self.restart()
+
+    def restart(self) -> None:
+        """Start again with the next bytes and the same setup."""
+        self._begin(Intake(self._setup))
+
+    def _begin(self, intake: Intake) -> None:
+        self.intake = intake
+        self._noted: tuple[str, ...] = ()
+        self._remarks = Notifications()
+
+    def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
+        """The samples in new bytes, each piece with its arrival; None when there are none."""
+        for _, arrival in pieces:
+            self.flow.heard(arrival)
+        return self.intake.feed_all(pieces)
+
+    def reconfigure(self, setup: StreamSetup) -> Readings | None:
+        """Use another setup from now on; returns the samples in the bytes that are still kept."""
+        intake, readings = self.intake.reconfigured(setup)
+        self._setup = setup
+        self._begin(intake)
+        return readings
+
+    def note(self, texts: Sequence[str]) -> None:
+        """Add warnings from elsewhere, each once."""
+        self._noted = tuple(dict.fromkeys((*self._noted, *texts)))
+
+    def remarks(self, step: StepKind, unwritten: str) -> Iterator[Notification]:
+        """The new notifications.
+
+        Args:
+            step: the step at work.
+            unwritten: why nothing is written down at present, or "".
+        """
+        stalled = self.flow.stalled(self.intake)
+        return self._remarks.new(step, self.intake.warnings, stalled, unwritten)
+
+    def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
+        """The stream as the screens show it.
+
+        Args:
+            rate: samples per second where no bytes are read.
+            samples: how many samples the procedure has been fed.
+            unwritten: why nothing is written down at present, or "".
+        """
+        intake = self.intake
+        return StreamStatus(
+            source=self.source,
+            format=intake.format,
+            connected=self.flow.connected,
+            problem=self.flow.problem(intake, unwritten),
+            unwritten=unwritten,
+            rate=intake.measured_rate if intake.samples > 0 else rate,
+            samples=samples,
+            lost=intake.lost,
+            malformed=intake.malformed,
+            digits=intake.digits,
+            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
+            needs=intake.needs,
+            columns=intake.columns,
+            line=intake.preview.line,
+            values=intake.preview.values,
+        )

@@ -1,0 +1,122 @@
+"""The actions of the virtual hand, and the names of poses."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+
+AXES = "xyz"
+TILTED = "~"
+TILT = np.pi / 6.0
+"""``+z~+x``: the +z face on top, tilted 30° towards +x."""
+PLACEMENT_ERROR_DEG = 1.5
+"""How far a hand misses a pose, standard deviation per axis."""
+
+
+@dataclass(frozen=True)
+class LieStill:
+    """Lie still for ``seconds``."""
+
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Rotate:
+    """Turn about one body axis, with the wobble of a hand about the others.
+
+    Attributes:
+        axis: ``x``, ``y`` or ``z``.
+        degrees: signed angle, right-handed about the axis.
+        fastest: peak rate, °/s; None for a leisurely one.
+        error: standard deviation per axis of the final attitude, degrees.
+    """
+
+    axis: str
+    degrees: float
+    fastest: float | None = None
+    error: float = 0.5
+
+
+@dataclass(frozen=True)
+class Place:
+    """Bring a direction on top by the shortest way.
+
+    Attributes:
+        target: pose name as in ``+x-y``, or an up direction in the body frame.
+        error: how far it is missed, standard deviation per axis, degrees.
+        fastest: peak rate, °/s; None for a leisurely one.
+    """
+
+    target: str | tuple[float, float, float]
+    error: float = PLACEMENT_ERROR_DEG
+    fastest: float | None = None
+
+
+@dataclass(frozen=True)
+class Tremble:
+    """Hold the device in the hand (True) or lay it down (False) from now on."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Shake:
+    """From now on the support vibrates with this rms per axis, m/s²; 0 for a quiet one."""
+
+    rms: float
+
+
+@dataclass(frozen=True)
+class PassSteel:
+    """From now on something of steel passes by, for as long as ``moves.STEEL_SECONDS``.
+
+    Attributes:
+        field: what it adds to the field at its nearest, µT: east, north, up.
+    """
+
+    field: tuple[float, float, float] = (9.0, 13.0, -11.0)
+
+
+Action = LieStill | Rotate | Place | Tremble | Shake | PassSteel
+
+
+def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArray:
+    """The unit up direction of a pose: ``+x``, ``+x-y``, ``+x-y+z``, or any vector.
+
+    Raises:
+        UsageError: no such pose, or a vector without a direction.
+    """
+    vector = _named(target) if isinstance(target, str) else np.array(target, float)
+    length = float(np.sqrt((vector * vector).sum()))
+    if vector.shape != (3,) or not np.isfinite(length) or length == 0.0:
+        raise UsageError(f"{target!r} is not a direction; give three numbers or a pose like +x-y")
+    return vector / length
+
+
+def check_action(action: Action) -> None:
+    """Refuse a command that cannot be carried out.
+
+    Raises:
+        UsageError: a pose or an axis that there is not.
+    """
+    match action:
+        case Place(target):
+            direction(target)
+        case Rotate(axis) if axis not in tuple(AXES):
+            raise UsageError(f"{axis!r} is not an axis; turn about x, y or z")
+
+
+def _named(name: str) -> FloatArray:
+    if TILTED in name:
+        top, _, side = name.partition(TILTED)
+        return np.asarray(np.cos(TILT) * _named(top) + np.sin(TILT) * _named(side))
+    vector = np.zeros(3)
+    signs, letters = name[::2], name[1::2]
+    known = len(signs) == len(letters) > 0 and set(signs) <= set("+-") and set(letters) <= set(AXES)
+    if not known or len(set(letters)) != len(letters):
+        raise UsageError(f"{name!r} is not a pose; give faces that point up, like +x, +x-y, -x+y+z")
+    for sign, letter in zip(signs, letters, strict=True):
+        vector[AXES.index(letter)] = 1.0 if sign == "+" else -1.0
+    return vector

@@ -1,0 +1,129 @@
+"""How the virtual hand follows the procedure's instructions."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.instruction import Instruction, RotationRequest
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.simulate.actions import AXES, Action, Place, Rotate, Shake, direction
+from imucal_wizard.simulate.scripts import (
+    CIRCLE_SPEED_DEG,
+    LARGEST_TILT_DEG,
+    SHAKEN_EVERY,
+    SPEEDS_DEG,
+    VALIDATION,
+    next_angle,
+)
+
+HOLD_PATIENCE = 8.0
+"""How much longer than needed a pose is held, s, before the hand places it again."""
+TURN_PATIENCE = 4.0
+"""How much longer than needed the hand waits, s, for a turn to be counted."""
+START_ERROR_DEG = 12.0
+"""A turn begins with its axis level within this; else the hand goes to the start pose first."""
+FACE_SECONDS = 1.2
+"""A face lies on the table for so long before it is turned, s."""
+HAND_CIRCLE_DEG = 372.0
+"""A hand that turns a device once round turns a little more."""
+FOLLOW_SHAKE_RMS = 0.5
+"""Vibration per axis of an idling machine on which every third pose is held, m/s²."""
+
+
+class Follower:
+    """Decides what the hand does about an instruction, and remembers what it has done for which.
+
+    Args:
+        shaken: every third of the poses is held on a support that vibrates.
+    """
+
+    def __init__(self, *, shaken: bool = False) -> None:
+        self._shaken = shaken
+        self._placed = 0
+        self._request: tuple[object, ...] | None = None
+        self._turns = 0
+        self._axis = ""
+
+    def decide(self, asked: Instruction, rested: float, up: FloatArray) -> Sequence[Action]:
+        """What to do about an instruction to a device at rest.
+
+        Args:
+            asked: the instruction.
+            rested: how long the device had been at rest when it was given, s.
+            up: up direction in the body frame.
+        """
+        if asked.rotation is not None:
+            return self._rotate(asked, asked.rotation, rested, up)
+        if asked.circles:
+            return self._circle(asked.face, rested, up)
+        pose = asked.pose
+        if pose is None and asked.step == "validate":
+            pose = VALIDATION[asked.holds % len(VALIDATION)]
+        if pose is None:
+            return ()
+        # a pose may be wanted twice: the next request for it begins with the hold of the last one
+        request = (asked.step, pose, asked.holds if asked.step == "more" else 0)
+        if request == self._request and rested < asked.needed + HOLD_PATIENCE:
+            return ()
+        self._placed += request != self._request
+        self._request = request
+        return [*self._support(asked.step), Place(pose)]
+
+    def _support(self, step: str) -> Sequence[Action]:
+        """What the device is laid on."""
+        if not self._shaken:
+            return ()
+        shakes = step == "poses" and self._placed % SHAKEN_EVERY == 0
+        return [Shake(FOLLOW_SHAKE_RMS if shakes else 0.0)]
+
+    def _circle(self, face: str | None, rested: float, up: FloatArray) -> Sequence[Action]:
+        """Once round with a face on the table; about one axis after the other without one."""
+        request = ("field", face)
+        if face is None:
+            self._turns += 1
+            return [Rotate(AXES[self._turns % 3], HAND_CIRCLE_DEG, CIRCLE_SPEED_DEG)]
+        down = direction(face)
+        tilted = np.degrees(np.arccos(np.clip(-down @ up, -1.0, 1.0)))
+        if tilted > START_ERROR_DEG:
+            self._request = None
+            return [Place((-down[0], -down[1], -down[2]), error=0.7)]
+        if rested < (FACE_SECONDS if request != self._request else TURN_PATIENCE):
+            return ()
+        self._request = request
+        return [Rotate(face[1], HAND_CIRCLE_DEG, CIRCLE_SPEED_DEG, error=2.0)]
+
+    def _rotate(
+        self, asked: Instruction, rotation: RotationRequest, rested: float, up: FloatArray
+    ) -> Sequence[Action]:
+        request = ("rotations", rotation.axis, len(rotation.done))
+        start = direction(rotation.start_pose)
+        axis = "xyz".index(rotation.axis)
+        level = abs(np.degrees(np.arcsin(np.clip(up[axis], -1.0, 1.0)))) < START_ERROR_DEG
+        if rotation.axis != self._axis or not level:
+            self._axis, self._turns, self._request = rotation.axis, 0, None
+            return [*self._support("rotations"), Place(rotation.start_pose, error=0.7)]
+        counted = request != self._request
+        ready = asked.held >= asked.needed if counted else rested > asked.needed + TURN_PATIENCE
+        if not ready:
+            return ()
+        self._request = request
+        tilt = tilt_about(axis, start, up)
+        angle = next_angle(self._turns, tilt)
+        if (
+            rotation.done
+            and angle * rotation.done[-1] > 0.0
+            and abs(tilt - angle) < LARGEST_TILT_DEG
+        ):
+            angle = -angle  # the wizard wants both senses, and has just had this one
+        fastest = SPEEDS_DEG[self._turns % len(SPEEDS_DEG)]
+        self._turns += 1
+        return [Rotate(rotation.axis, angle, fastest)]
+
+
+def tilt_about(axis: int, start: FloatArray, up: FloatArray) -> float:
+    """How far the device has been turned about a level body axis since ``start`` was up, degrees.
+
+    Turning by ``+θ`` about the axis carries the up direction, seen from the body, by ``−θ``.
+    """
+    along = np.eye(3)[axis]
+    return float(np.degrees(np.arctan2(-np.cross(start, up) @ along, start @ up)))

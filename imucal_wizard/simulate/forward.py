@@ -1,0 +1,160 @@
+"""The forward equations of the hidden effects, one small function each.
+
+Quantities are in the units in which effects are quoted: g for specific force, °/s for rate, µT for
+flux density, A, °C, minutes. Each function gives ``ε`` per unit of its size, as IEEE 1293
+(accelerometer) and IEEE 1431 (gyroscope) write the terms of the model equation.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.simulate import attitude
+
+REFERENCE_TEMPERATURE = 25.0
+"""Temperature at which thermal effects vanish, °C."""
+WARM_UP_TIME = 3.0
+"""Time constant of the warm-up unless told otherwise, minutes."""
+ARM = np.array([0.05, -0.04, 0.06])
+"""Where the magnetometer sits on what is turned, from the middle of the turn, body frame, m."""
+STEP_TIME = 1.5
+"""When the bias jumps unless told otherwise, minutes."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrueCircumstances:
+    """Everything an effect may depend on, at the sample times, in the units of the sizes.
+
+    Attributes:
+        force: true specific force, g, shape (n, 3).
+        rate: true angular rate, °/s, shape (n, 3).
+        temperature: °C, shape (n,).
+        minutes: since switching on, shape (n,).
+        previous: up direction of the pose before, shape (n, 3).
+        vibration: acceleration of the device in the world, g, shape (n, 3).
+        attitude: body to world, shape (n, 4).
+        sensed: specific force, rate, or flux density, whichever this sensor measures.
+        step: when the bias jumps, minutes.
+        settling: time constant of the warm-up, minutes.
+        current: what the motors draw, A, shape (n,).
+    """
+
+    force: FloatArray
+    rate: FloatArray
+    temperature: FloatArray
+    minutes: FloatArray
+    previous: FloatArray
+    vibration: FloatArray
+    attitude: FloatArray
+    sensed: FloatArray
+    step: float = STEP_TIME
+    settling: float = WARM_UP_TIME
+    current: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+Forward = Callable[[TrueCircumstances, tuple[int, ...]], FloatArray]
+"""From circumstances and axes (output first) to ``ε`` per unit of size: on the output axis, shape
+(n,), or on all three axes, shape (n, 3)."""
+
+
+def second_order(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i²``."""
+    return c.sensed[:, axes[0]] ** 2
+
+
+def asymmetry(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K |a_i|``."""
+    return np.abs(c.sensed[:, axes[0]])
+
+
+def odd_quadratic(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i |a_i|``."""
+    return c.sensed[:, axes[0]] * np.abs(c.sensed[:, axes[0]])
+
+
+def third_order(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i³``."""
+    return c.sensed[:, axes[0]] ** 3
+
+
+def cross_product(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_j a_k``."""
+    return c.sensed[:, axes[1]] * c.sensed[:, axes[2]]
+
+
+def bias_temperature(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K (T − T₀)``."""
+    return c.temperature - REFERENCE_TEMPERATURE
+
+
+def scale_temperature(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K (T − T₀) a_i``."""
+    return (c.temperature - REFERENCE_TEMPERATURE) * c.sensed[:, axes[0]]
+
+
+def warm_up(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K exp(−t/τ)``."""
+    return np.exp(-c.minutes / c.settling)
+
+
+def bias_drift(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K t``."""
+    return c.minutes
+
+
+def bias_step(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K from the step on``."""
+    return (c.minutes >= c.step).astype(float)
+
+
+def hysteresis(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K u_i of the pose before``."""
+    return c.previous[:, axes[0]]
+
+
+def vibration_rectification(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K |vibration|²``."""
+    return np.asarray((c.vibration**2).sum(-1), np.float64)
+
+
+def g_sensitivity(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K f_j``."""
+    return c.force[:, axes[1]]
+
+
+def g2_sensitivity(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K f_j²``."""
+    return c.force[:, axes[1]] ** 2
+
+
+def earth_rate(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K`` about a world axis (x north, z up), seen from the body; shape (n, 3)."""
+    return attitude.to_body(c.attitude, np.eye(3)[axes[0]])
+
+
+def current(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K I``."""
+    return c.current
+
+
+def misalignment(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """The field in axes turned by a small angle about one of them; shape (n, 3)."""
+    second, third = (axes[0] + 1) % 3, (axes[0] + 2) % 3
+    error = np.zeros_like(c.sensed)
+    error[:, second] = c.sensed[:, third]
+    error[:, third] = -c.sensed[:, second]
+    return error
+
+
+def field_gradient(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """What the field of the room differs by where the magnetometer is; shape (n, 3).
+
+    One of the three off-diagonal gradients of a field without curl or divergence, per metre.
+    """
+    place = attitude.to_world(c.attitude, np.broadcast_to(ARM, (len(c.attitude), 3)))
+    first, second = axes[0], (axes[0] + 1) % 3
+    there = np.zeros_like(place)
+    there[:, first], there[:, second] = place[:, second], place[:, first]
+    return attitude.to_body(c.attitude, there)

@@ -1,0 +1,256 @@
+"""The virtual hand: it holds, rotates and lays down the device with a known true motion.
+
+Commands come from keys (``turn``, ``snap_to``, ``tremble``), from a script (``perform``), or from
+the procedure's instructions (``follow``). The hand carries them out one after the other at sample
+times, when ``advance`` makes the samples. A lock lets keys come from another thread.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import fields
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.instruction import Instruction
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.simulate.actions import (
+    Action,
+    LieStill,
+    PassSteel,
+    Place,
+    Rotate,
+    Tremble,
+    check_action,
+)
+from imucal_wizard.simulate.follow import Follower
+from imucal_wizard.simulate.motion import Motion
+from imucal_wizard.simulate.moves import Mover
+
+REACTION = 1.5
+"""Time from an instruction to the hand's move, s of samples."""
+PREVIEW = 2.0
+"""Samples that a following hand lets the device make before the first instruction, s."""
+MAX_RATE = 100_000.0
+"""Samples per second at most: no IMU makes more, and more would fill the memory."""
+UNATTENDED_STEPS = ("source", "result", "save")
+"""Steps in which nobody moves the device."""
+
+
+class VirtualHand:
+    """The true motion of the virtual device.
+
+    A hand that follows acts on each instruction ``REACTION`` after the sample that the instruction
+    is about, and lets no sample be made beyond that time. So the motion depends neither on the
+    speed of the playback nor on the pieces in which the samples are read. In the steps in which
+    nobody moves the device, the device stands still until the next instruction.
+
+    Args:
+        rate: samples per second.
+        seed: of everything that is by chance in a hand: errors of placement, wobble, tremor.
+        up: the pose it starts in, lying at rest.
+        shaken: when it follows, it holds every third pose on a support that vibrates.
+        following: it follows the procedure's instructions.
+
+    Attributes:
+        shaken: the same.
+
+    Raises:
+        UsageError: the rate is not between 0 and ``MAX_RATE``, or there is no such pose.
+    """
+
+    def __init__(
+        self,
+        rate: float = 100.0,
+        seed: int = 0,
+        up: str = "+z",
+        *,
+        shaken: bool = False,
+        following: bool = False,
+    ) -> None:
+        if not 0.0 < rate <= MAX_RATE:
+            raise UsageError(f"a rate of {rate:g} samples per second cannot be; give one like 100")
+        self.shaken = shaken
+        self._rate = rate
+        self._mover = Mover(rate, seed, up)
+        self._lock = threading.RLock()
+        self._queue: deque[Action] = deque()
+        self._follower = Follower(shaken=shaken)
+        self._instructions: deque[tuple[int, Instruction]] = deque()
+        self._step = UNATTENDED_STEPS[0]
+        self._following = following
+        self._horizon = round(PREVIEW * rate) if following else None
+
+    @property
+    def sample(self) -> int:
+        """Index of the next sample."""
+        return self._mover.sample
+
+    @property
+    def time(self) -> float:
+        """Sample time of the next sample, s."""
+        return self._mover.sample / self._rate
+
+    @property
+    def busy(self) -> bool:
+        """Whether it moves or has actions left."""
+        with self._lock:
+            return bool(self._queue) or self._mover.left > 0
+
+    @property
+    def up(self) -> FloatArray:
+        """Up direction in the body frame at the end of the present move, shape (3,)."""
+        with self._lock:
+            return self._mover.up
+
+    @property
+    def trembling(self) -> bool:
+        """Whether the device is held in the hand."""
+        return self._mover.trembling
+
+    def turn(self, axis: str, degrees: float, *, fastest: float | None = None) -> None:
+        """Rotate about a body axis next; waiting rotations about the same axis are joined.
+
+        Raises:
+            UsageError: the axis is not x, y or z.
+        """
+        check_action(Rotate(axis, degrees, fastest))
+        with self._lock:
+            self.following = False
+            last = self._queue[-1] if self._queue else None
+            if isinstance(last, Rotate) and (last.axis, last.fastest) == (axis, fastest):
+                self._queue.pop()
+                degrees += last.degrees
+            self._queue.append(Rotate(axis, degrees, fastest))
+
+    def snap_to(self, target: str | tuple[float, float, float]) -> None:
+        """Bring a pose (``+x-y``) or an up direction on top, as well as a hand can.
+
+        Raises:
+            UsageError: no such pose.
+        """
+        with self._lock:
+            self.following = False
+            self.perform([Place(target)])
+
+    def tremble(self, on: bool) -> None:
+        """Hold the device in the hand, or lay it down."""
+        self.perform([Tremble(on)])
+
+    def pass_steel(self) -> None:
+        """Let a steel object pass by at once, during any action."""
+        with self._lock:
+            self._mover.begin(PassSteel())
+
+    def rest(self, seconds: float) -> None:
+        """Lie still for a while before the next action."""
+        self.perform([LieStill(seconds)])
+
+    def perform(self, script: Iterable[Action]) -> None:
+        """Append these actions to the queue.
+
+        Raises:
+            UsageError: a pose or an axis that there is not; then nothing of it is done.
+        """
+        actions = list(script)
+        for action in actions:
+            check_action(action)
+        with self._lock:
+            self._queue.extend(actions)
+
+    @property
+    def following(self) -> bool:
+        """Whether it follows the procedure's instructions."""
+        return self._following
+
+    @following.setter
+    def following(self, on: bool) -> None:
+        with self._lock:
+            if self._following and not on:
+                self._queue.clear()
+                self._instructions.clear()
+                self._horizon = None
+            self._following = on
+
+    def follow(self, instruction: Instruction, samples: int) -> None:
+        """Act on an instruction ``REACTION`` after the samples that it is about.
+
+        Args:
+            instruction: what the procedure asks for.
+            samples: how many of the device's samples the procedure has judged.
+        """
+        with self._lock:
+            waiting = self._instructions
+            if waiting and waiting[-1][0] == samples:
+                waiting.pop()
+            waiting.append((samples, instruction))
+            step = instruction.step
+            if self._horizon is None or step not in UNATTENDED_STEPS or step != self._step:
+                self._horizon = samples + round(REACTION * self._rate)
+            self._step = step
+
+    @property
+    def ahead(self) -> int | None:
+        """Samples it may go on before the next instruction; None for any number."""
+        with self._lock:
+            return None if self._horizon is None else max(0, self._horizon - self._mover.sample)
+
+    @property
+    def unattended(self) -> bool:
+        """Whether the procedure asks nothing of it now: it stands still after ``ahead`` samples."""
+        with self._lock:
+            return self._horizon is not None and self._step in UNATTENDED_STEPS
+
+    def advance(self, n: int) -> Motion:
+        """The next ``n`` samples of true motion; they do not depend on how they are divided."""
+        parts = []
+        with self._lock:
+            while n > 0:
+                due = self._react()
+                most = n if due is None else min(n, due)
+                if self._mover.left <= 0 and not self._begin():
+                    self._mover.idle(most)
+                count = min(most, self._mover.left)
+                parts.append(self._mover.advance(count))
+                n -= count
+        return _joined(parts)
+
+    def remaining(self, most: int) -> int:
+        """Samples left of the present action, at most ``most``; 0 when the queue is empty."""
+        with self._lock:
+            if self._mover.left <= 0:
+                self._begin()
+            return min(most, self._mover.left)
+
+    def _react(self) -> int | None:
+        """Act on the due instructions; returns the samples until the next one, or None.
+
+        An instruction from before the end of the last move is out of date.
+        """
+        mover, reaction = self._mover, round(REACTION * self._rate)
+        while self._instructions:
+            seen, instruction = self._instructions[0]
+            if (due := seen + reaction - mover.sample) > 0:
+                return due
+            self._instructions.popleft()
+            rested = (seen - mover.rest_since) / self._rate
+            if not self.busy and rested > 0.0:
+                self._queue.extend(self._follower.decide(instruction, rested, mover.up))
+        return None
+
+    def _begin(self) -> bool:
+        """Begin the next action that takes time; False if there is none."""
+        while self._queue:
+            if self._mover.begin(self._queue.popleft()):
+                return True
+        return False
+
+
+def _joined(parts: list[Motion]) -> Motion:
+    if len(parts) == 1:
+        return parts[0]
+    names = [field.name for field in fields(Motion)]
+    shapes = (0, (0, 3), (0, 3), (0, 4), (0, 3), (0, 3), (0, 3))
+    empty = Motion(*(np.zeros(shape) for shape in shapes))
+    return Motion(*(np.concatenate([getattr(p, name) for p in [empty, *parts]]) for name in names))

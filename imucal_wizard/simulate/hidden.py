@@ -1,0 +1,201 @@
+"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``, and the one table of all terms.
+
+Each adds its ``ε`` to the true input on one axis; the sizes are:
+
+===================== ============ ================== ===================================
+term                  size         gyroscope          equation on axis i
+===================== ============ ================== ===================================
+second-order          mg/g²        1e-5 /(°/s)        K a_i²
+asymmetry             mg/g         1e-3               K |a_i|
+odd-quadratic         mg/g²        –                  K a_i |a_i|
+third-order           mg/g³        1e-7 /(°/s)²       K a_i³
+cross-product         mg/g²        1e-5 /(°/s)        K a_j a_k
+bias-temperature      mg/°C        °/s/°C             K (T − 25)
+scale-temperature     ppm/°C       ppm/°C             K (T − 25) a_i
+warm-up               mg           °/s                K exp(−t / 3 min)
+bias-drift            mg/min       °/s/min            K t
+bias-step             mg           °/s                K from the step on
+hysteresis            mg/g         –                  K u_i of the pose before
+vibration-rectific.   mg/g²        –                  K |vibration|²
+g-sensitivity         –            °/s/g              K f_j
+g2-sensitivity        –            °/s/g²             K f_j²
+earth-rate            –            °/h                rate about a world axis (z up, x north)
+===================== ============ ================== ===================================
+
+and of the magnetometer: ``misalignment`` ° about axis i, ``bias-temperature`` µT/°C, ``current``
+µT/A, ``bias-drift`` µT/min, ``bias-step`` µT, ``field-gradient`` µT/m (of the room, no sensor's).
+
+``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also take two letters,
+output then input (``xy``: the x gyroscope feels gravity along y); ``cross-product`` three, output
+then both factors (``xyz``). One letter there means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.simulate import forward
+from imucal_wizard.simulate.sensor import MILLI_G
+
+_PPM_G = 1e-6 * STANDARD_GRAVITY
+_DEGREE = math.pi / 180.0
+
+
+@dataclass(frozen=True)
+class HiddenTerm:
+    """One line of the table: equation, unit of the size, and that unit in SI."""
+
+    equation: forward.Forward
+    unit: str
+    si: float
+    """What turns size × equation into m/s², rad/s or µT."""
+    letters: int = 1
+    """How many letters the axis may have."""
+
+
+ACCELEROMETER: dict[str, HiddenTerm] = {
+    "second-order": HiddenTerm(forward.second_order, "mg/g²", MILLI_G),
+    "asymmetry": HiddenTerm(forward.asymmetry, "mg/g", MILLI_G),
+    "odd-quadratic": HiddenTerm(forward.odd_quadratic, "mg/g²", MILLI_G),
+    "third-order": HiddenTerm(forward.third_order, "mg/g³", MILLI_G),
+    "cross-product": HiddenTerm(forward.cross_product, "mg/g²", MILLI_G, letters=3),
+    "bias-temperature": HiddenTerm(forward.bias_temperature, "mg/°C", MILLI_G),
+    "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", _PPM_G),
+    "warm-up": HiddenTerm(forward.warm_up, "mg", MILLI_G),
+    "bias-drift": HiddenTerm(forward.bias_drift, "mg/min", MILLI_G),
+    "bias-step": HiddenTerm(forward.bias_step, "mg", MILLI_G),
+    "hysteresis": HiddenTerm(forward.hysteresis, "mg/g", MILLI_G),
+    "vibration-rectification": HiddenTerm(forward.vibration_rectification, "mg/g²", MILLI_G),
+}
+GYROSCOPE: dict[str, HiddenTerm] = {
+    "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),
+    "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", _DEGREE, letters=2),
+    "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * _DEGREE),
+    "asymmetry": HiddenTerm(forward.asymmetry, "1e-3", 1e-3 * _DEGREE),
+    "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * _DEGREE),
+    "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * _DEGREE, letters=3),
+    "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", _DEGREE),
+    "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
+    "warm-up": HiddenTerm(forward.warm_up, "°/s", _DEGREE),
+    "bias-drift": HiddenTerm(forward.bias_drift, "°/s/min", _DEGREE),
+    "bias-step": HiddenTerm(forward.bias_step, "°/s", _DEGREE),
+    "earth-rate": HiddenTerm(forward.earth_rate, "°/h", _DEGREE / 3600.0),
+}
+MAGNETOMETER: dict[str, HiddenTerm] = {
+    "misalignment": HiddenTerm(forward.misalignment, "°", _DEGREE),
+    "bias-temperature": HiddenTerm(forward.bias_temperature, "µT/°C", 1.0),
+    "current": HiddenTerm(forward.current, "µT/A", 1.0),
+    "bias-drift": HiddenTerm(forward.bias_drift, "µT/min", 1.0),
+    "bias-step": HiddenTerm(forward.bias_step, "µT", 1.0),
+    "field-gradient": HiddenTerm(forward.field_gradient, "µT/m", 1.0),
+}
+TERMS = {"accelerometer": ACCELEROMETER, "gyroscope": GYROSCOPE, "magnetometer": MAGNETOMETER}
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One hidden effect.
+
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        term: its name.
+        size: in the unit of the table above.
+        axes: output axis first.
+    """
+
+    sensor: str
+    term: str
+    size: float
+    axes: tuple[int, ...]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the size."""
+        return TERMS[self.sensor][self.term].unit
+
+    def error(self, circumstances: forward.TrueCircumstances) -> FloatArray:
+        """``ε`` on the three axes, m/s², rad/s or µT, shape (n, 3)."""
+        term = TERMS[self.sensor][self.term]
+        value = self.size * term.si * term.equation(circumstances, self.axes)
+        if value.ndim == 2:
+            return value
+        error = np.zeros((len(value), 3))
+        error[:, self.axes[0]] = value
+        return error
+
+
+def needs_shaking(effects: Iterable[Hidden]) -> bool:
+    """Whether one of them shows only on a support that vibrates."""
+    return any(effect.term == "vibration-rectification" for effect in effects)
+
+
+def draws_current(effects: Iterable[Hidden]) -> bool:
+    """Whether one of them shows only where motors run."""
+    return any(effect.term == "current" for effect in effects)
+
+
+def check_sensors(effects: Iterable[Hidden], *, magnetometer: bool) -> None:
+    """Refuse effects of a magnetometer that is not there.
+
+    Raises:
+        UsageError: there is one.
+    """
+    if not magnetometer and any(effect.sensor == "magnetometer" for effect in effects):
+        raise UsageError(
+            "an effect of the magnetometer needs a device with one", settings=("magnetometer",)
+        )
+
+
+def parse_hidden(text: str) -> Hidden:
+    """Read ``TERM:SIZE:AXIS``, another sensor's as ``gyroscope/TERM:SIZE:AXIS``.
+
+    Raises:
+        UsageError: not of that form, an unknown term, a size that is no number, a wrong axis.
+    """
+    parts = text.strip().split(":")
+    if len(parts) != 3:
+        raise UsageError(
+            f"hidden effect {text!r}: write TERM:SIZE:AXIS, for instance second-order:3:x"
+        )
+    sensor, _, term = parts[0].rpartition("/")
+    sensor = sensor or "accelerometer"
+    if sensor not in TERMS:
+        raise UsageError(
+            f"hidden effect {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM"
+        )
+    if term not in TERMS[sensor]:
+        raise UsageError(f"hidden effect {text!r}: {_unknown(sensor, term)}")
+    return Hidden(sensor, term, _size(text, parts[1]), _axes(text, parts[2], TERMS[sensor][term]))
+
+
+def _unknown(sensor: str, term: str) -> str:
+    others = [name for name, table in TERMS.items() if term in table]
+    if len(others) == 1 and others != ["accelerometer"]:
+        return f"{term} is an effect of the {others[0]}; write {others[0]}/{term}"
+    return f"the {sensor} has no effect {term!r} here; it has {', '.join(TERMS[sensor])}"
+
+
+def _size(text: str, word: str) -> float:
+    try:
+        size = float(word)
+    except ValueError:
+        size = math.nan
+    if not math.isfinite(size):
+        raise UsageError(f"hidden effect {text!r}: the size {word!r} is not a number")
+    return size
+
+
+def _axes(text: str, word: str, term: HiddenTerm) -> tuple[int, ...]:
+    if len(word) not in (1, term.letters) or not set(word) <= set("xyz"):
+        more = {1: "", 2: ", or output and input as in xy", 3: ", or output and factors as in xyz"}
+        raise UsageError(f"hidden effect {text!r}: the axis is x, y or z{more[term.letters]}")
+    axes = tuple("xyz".index(letter) for letter in word)
+    if len(axes) == term.letters:
+        return axes
+    first = axes[0]
+    return (first, first) if term.letters == 2 else (first, first, (first + 1) % 3)

@@ -1,0 +1,119 @@
+"""Recordings of the virtual IMU."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.simulate.actions import Action, LieStill, Place, Shake
+from imucal_wizard.simulate.hidden import Hidden, needs_shaking, parse_hidden
+from imucal_wizard.simulate.imu import VirtualImu
+from imucal_wizard.simulate.noise import RandomStream, generator
+from imucal_wizard.simulate.scripts import (
+    SHAKEN_EVERY,
+    perform_circles,
+    perform_rotations,
+    pose_names,
+)
+from imucal_wizard.simulate.sensor import SensorModel
+
+FIRST_REST = 20.0
+TURN_HOLD = 5.0
+PLACING = 1.2
+"""Approximate time to bring the device into the next pose, s."""
+BATCH = 4096
+RECORDING_SHAKE_RMS = 0.1
+"""Vibration of the support in every third pose where rectification is to be seen, m/s².
+
+No search for holds in a recording calls a device at rest that is shaken harder. The hand that
+follows the wizard, whose limits can be loosened, shakes it harder.
+"""
+COMMENT = "# a virtual IMU"
+"""First line of every simulated recording."""
+
+
+def recording_script(
+    poses: str, rng: np.random.Generator, *, hold: float, rotations: int, shaken: bool = False
+) -> Iterator[Action]:
+    """A first rest, the poses, the rotations."""
+    yield LieStill(FIRST_REST)
+    for index, name in enumerate(pose_names(poses, rng)):
+        yield Shake(RECORDING_SHAKE_RMS if shaken and index % SHAKEN_EVERY == 2 else 0.0)
+        yield Place(name)
+        yield LieStill(hold)
+    yield Shake(0.0)
+    if rotations:
+        yield from perform_rotations(rotations, TURN_HOLD)
+
+
+def simulate_recording(
+    path: Path | str,
+    *,
+    hidden: Iterable[Hidden | str] = (),
+    seed: int = 0,
+    rate: float = 100.0,
+    poses: str = "18",
+    model: SensorModel | None = None,
+    hold: float | None = None,
+    rotations: int = 6,
+    magnetometer: bool = False,
+    ammeter: bool = False,
+) -> None:
+    """Write a recording: comments, header, one line per sample; the true parameters are not in it.
+
+    Args:
+        path: CSV file to write.
+        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
+        seed: of the sensor's errors, the noise and the hand.
+        rate: samples per second.
+        poses: ``6``, ``8`` (N's tilted ones), ``18``, ``26`` or ``26+repeats``.
+        model: the sensor; drawn from the seed when not given.
+        hold: seconds per pose; 5, or 10 where corners are taken.
+        rotations: turns about each axis at the end.
+        magnetometer: there is one too, and a circle on each face comes last.
+        ammeter: motors run, and their current has a column; so in any case where the effect of a
+            current is hidden.
+
+    Raises:
+        UsageError: an unknown set of poses or hidden effect, or one of a sensor that is not there.
+        RecordingError: the file cannot be written.
+    """
+    effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
+    seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
+    names = pose_names(poses, generator(seed, RandomStream.POSES))
+    imu = VirtualImu(
+        rate,
+        seed,
+        sensor=model,
+        hidden=effects,
+        magnetometer=magnetometer,
+        ammeter=ammeter,
+        bias_step=(FIRST_REST + 0.5 * len(names) * (seconds + PLACING)) / 60.0,
+        line_end="\n",
+    )
+    script = recording_script(
+        poses,
+        generator(seed, RandomStream.POSES),
+        hold=seconds,
+        rotations=rotations,
+        shaken=needs_shaking(effects),
+    )
+    imu.hand.perform(script)
+    if magnetometer:
+        imu.hand.perform(perform_circles(TURN_HOLD))
+    comment = f"{COMMENT} at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
+    try:
+        with Path(path).open("wb") as file:
+            file.write(comment.encode())
+            file.writelines(_lines(imu))
+    except OSError as error:
+        raise RecordingError(
+            f"{path} cannot be written ({error.strerror}); choose another"
+        ) from None
+
+
+def _lines(imu: VirtualImu) -> Iterator[bytes]:
+    yield imu.printer.header
+    while count := imu.hand.remaining(BATCH):
+        yield imu.printer.lines(imu.stream.take(count))

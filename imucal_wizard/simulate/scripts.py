@@ -1,0 +1,119 @@
+"""The scripts of a whole calibration: poses, rotations, new orientations."""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.simulate.actions import AXES, Action, LieStill, Place, Rotate
+
+FACES: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
+EDGES = tuple(
+    f"{p}{a}{q}{b}" for a, b in itertools.combinations(AXES, 2) for p in "+-" for q in "+-"
+)
+CORNERS = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
+
+Target = str | tuple[float, float, float]
+"""A pose by its name, or an up direction in the body frame."""
+
+
+def _tilted() -> tuple[Target, ...]:
+    """Tilted four ways upright and four ways upside down (N, VII-A), 25° or 65° each.
+
+    Tilts that are all alike would not tell the three scales apart: in every pose the squares of
+    the components would be one of two triples, and three scales need three.
+    """
+    out: list[Target] = []
+    for upright in (1.0, -1.0):
+        for axis in (0, 1):
+            for side in (1.0, -1.0):
+                angle = np.radians(25.0 if side == upright else 65.0)
+                up = [0.0, 0.0, upright * float(np.cos(angle))]
+                up[axis] = side * float(np.sin(angle))
+                out.append((up[0], up[1], up[2]))
+    return tuple(out)
+
+
+TILTED = _tilted()
+POSE_SETS = ("6", "8", "18", "26", "26+repeats")
+REPEATED_POSES = 12
+SHAKEN_EVERY = 3
+"""The support vibrates in every third pose, to show vibration rectification."""
+
+VALIDATION: tuple[tuple[float, float, float], ...] = (
+    (0.40, 0.25, 0.88),
+    (-0.85, 0.45, 0.28),
+    (0.30, -0.90, -0.32),
+    (-0.28, 0.38, -0.88),
+    (0.88, 0.22, -0.42),
+)
+"""Up directions that are no named pose."""
+
+SPEEDS_DEG = (45.0, 110.0, 200.0)
+"""Peak rates of slow, medium and fast turns, °/s."""
+ANGLES_DEG = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0, 165.0, -100.0, 120.0, -140.0)
+"""Signed angles of successive turns, in both senses."""
+CIRCLE_SPEED_DEG = 60.0
+"""Peak rate of a circle on the table, °/s."""
+START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
+LARGEST_TILT_DEG = 172.0
+
+
+def next_angle(turn: int, tilt: float) -> float:
+    """The angle of the next turn, degrees, such that the tilt stays within ±172°.
+
+    Args:
+        turn: how many turns about this axis went before.
+        tilt: how far from the start pose the device is turned now, degrees.
+    """
+    angle = ANGLES_DEG[turn % len(ANGLES_DEG)]
+    return angle if abs(tilt + angle) <= LARGEST_TILT_DEG else -angle
+
+
+def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
+    """The poses of a set in an order by chance, repeats of the first ones at the end.
+
+    Raises:
+        UsageError: the set has no such name.
+    """
+    if poses not in POSE_SETS:
+        raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
+    names: tuple[Target, ...] = FACES
+    if poses == "8":
+        names = TILTED
+    elif poses != "6":
+        names = FACES + EDGES
+    if poses.startswith("26"):
+        names = FACES + EDGES + CORNERS
+    order = tuple(names[i] for i in rng.permutation(len(names)))
+    return order + order[:REPEATED_POSES] if poses.endswith("repeats") else order
+
+
+def perform_poses(names: tuple[str, ...], hold: float) -> Iterator[Action]:
+    """Place each pose and hold it for ``hold`` seconds."""
+    for name in names:
+        yield Place(name)
+        yield LieStill(hold)
+
+
+def perform_rotations(number: int, hold: float) -> Iterator[Action]:
+    """``number`` turns about each body axis between holds: both senses, three speeds."""
+    for axis in AXES:
+        yield Place(START_POSE[axis], error=0.7)
+        yield LieStill(hold)
+        tilt = 0.0
+        for turn in range(number):
+            angle = next_angle(turn, tilt)
+            tilt += angle
+            yield Rotate(axis, angle, SPEEDS_DEG[turn % len(SPEEDS_DEG)])
+            yield LieStill(hold)
+
+
+def perform_circles(hold: float) -> Iterator[Action]:
+    """A whole circle about the vertical on each face, as on a table (N, VI-A)."""
+    for face in FACES:
+        yield Place(face, error=0.7)
+        yield LieStill(hold)
+        yield Rotate(face[1], 360.0 if face[0] == "+" else -360.0, CIRCLE_SPEED_DEG, error=3.0)
+        yield LieStill(hold)

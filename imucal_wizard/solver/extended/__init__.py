@@ -1,1 +1,0 @@
-"""Fits of models that contain physical effects besides bias, scale and non-orthogonality."""

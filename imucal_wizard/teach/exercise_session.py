@@ -1,0 +1,67 @@
+"""An exercise in the wizard: the effect is hidden in the virtual IMU that the wizard opens."""
+
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+
+from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.sensor import SensorModel
+from imucal_wizard.teach.draw import draw, sensors_of, source_of_chance, virtual_sensor
+from imucal_wizard.teach.exercise import write_answer
+
+
+@dataclass(frozen=True)
+class ExerciseSession:
+    """A virtual IMU with a randomly hidden effect.
+
+    Attributes:
+        number: the same number gives the same exercise.
+        grade: quality of the sensor.
+        truth: the hidden effect.
+        hand: seed of the hand and of the noise.
+        sensor: its errors without the hidden effect.
+        magnetometer: the device has a magnetometer with an ammeter beside it, and the effect may be
+            in it.
+    """
+
+    number: int
+    grade: str
+    truth: Hidden
+    hand: int
+    sensor: SensorModel
+    magnetometer: bool = False
+
+
+def any_number() -> int:
+    """A random number for an exercise."""
+    return secrets.randbits(62)
+
+
+def exercise_session(
+    number: int, grade: str = "consumer", *, magnetometer: bool = False
+) -> ExerciseSession:
+    """The exercise of a number.
+
+    Args:
+        number: the same number gives the same exercise, separately with and without a magnetometer.
+        grade: of the sensor.
+        magnetometer: the device has one.
+
+    Raises:
+        UsageError: there is no such grade.
+    """
+    rng = source_of_chance(number)
+    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
+    hand = int(rng.integers(2**62))
+    return ExerciseSession(number, grade, truth, hand, virtual_sensor(hand, grade), magnetometer)
+
+
+def seal_beside(session: Path, made: ExerciseSession, key: str) -> Path:
+    """Write the sealed answer beside a session; ``simulate --reveal`` opens it.
+
+    Raises:
+        RecordingError: it cannot be written.
+    """
+    answer = session.with_suffix(".mystery")
+    write_answer(answer, session.name, made.grade, made.truth, key)
+    return answer

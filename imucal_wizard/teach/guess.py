@@ -1,0 +1,66 @@
+"""Judging a student's guess: right, right family, or wrong."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.simulate.hidden import TERMS, Hidden
+
+
+class Outcome(StrEnum):
+    """Result of a guess."""
+
+    RIGHT = "right"
+    FAMILY = "right family"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A guess, ``TERM:AXIS``; with the sensor in front for other sensors: ``gyroscope/TERM:AXIS``.
+
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        term: of the catalogue.
+        axes: ``x``, or all letters where there are more (``xy``: x feels y).
+    """
+
+    sensor: str
+    term: str
+    axes: str
+
+
+def parse_guess(text: str) -> Guess:
+    """Read a guess.
+
+    Raises:
+        UsageError: not of that form, or no such term or axis.
+    """
+    name, _, axes = text.strip().rpartition(":")
+    sensor, _, term = name.rpartition("/")
+    sensor = sensor or "accelerometer"
+    if not name:
+        raise UsageError(f"the guess {text!r} is not like second-order:x: write TERM:AXIS")
+    if sensor not in TERMS or term not in TERMS[sensor]:
+        there = ", ".join(TERMS.get(sensor, TERMS))
+        raise UsageError(f"the guess {text!r}: there is no {name}; there is {there}")
+    if not axes or not set(axes) <= set("xyz"):
+        raise UsageError(f"the guess {text!r}: the axis is x, y or z, or xy where x feels y")
+    return Guess(sensor, term, axes)
+
+
+def judged(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
+    """The result of a guess and the reason.
+
+    The first letter of an axis name with several letters is enough.
+    """
+    letters = "".join("xyz"[axis] for axis in truth.axes)
+    if (guess.sensor, guess.term) == (truth.sensor, truth.term):
+        if letters.startswith(guess.axes):
+            return Outcome.RIGHT, "effect and axis"
+        return Outcome.FAMILY, f"the effect is right, the axis is {letters}"
+    family = effect(truth.term).family
+    if guess.sensor == truth.sensor and family and effect(guess.term).family == family:
+        return Outcome.FAMILY, f"{guess.term} and {truth.term} are both {family}"
+    return Outcome.WRONG, "another effect"

@@ -1,0 +1,304 @@
+"""The pages above the bench as rows: lesson, next poses, raw trace."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from imucal_wizard.core.poses import spoken, spoken_up
+from imucal_wizard.core.quantities import amount, number, true_minus, unit_sign
+from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.diagnose.bench import Entry
+from imucal_wizard.diagnose.diagnosis import Apart
+from imucal_wizard.diagnose.next_poses import to_measure
+from imucal_wizard.diagnose.views import ROTATIONS, Point, ResidualView, point_of, rotation_series
+from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.model.effect import ACCELEROMETER, Effect
+from imucal_wizard.model.lesson import lesson, picture
+from imucal_wizard.tui.bench.panels import picture_rows
+from imucal_wizard.tui.bench.snapshot import BenchSnapshot
+from imucal_wizard.tui.panels.traces import trace
+from imucal_wizard.tui.text import Line, Span, clock, line, wrapped
+
+LESSON_PLOT_ROWS = 11
+"""Rows of the picture."""
+_BASE = {
+    "bias": "What the sensor reads when it should read nothing. It shifts every reading by the "
+    "same amount. Turn the device over: half of the sum of both readings is the bias.",
+    "scale": "How much the sensor reads per unit of what it measures. Turn the device over: half "
+    "of the difference of both readings is one g in the sensor's own unit.",
+    "non-orthogonality": "The three axes are not exactly at right angles, so each feels a little "
+    "of what belongs to the others. Poses between the faces (edges) show it.",
+    "soft-iron": "Iron and nickel near the chip gather the field and bend it, more along one line "
+    "than across it: the sphere of the readings becomes an ellipsoid. Scale, and axes that are not "
+    "at right angles, look the same and are among it. A circle on each of the six faces shows it.",
+    "disturbed": "One hold that is simply wrong: somebody touched the table, or the device had not "
+    "come to rest. No effect of the sensor fits it and all the others. Never delete it because it "
+    "is inconvenient: measure that pose again, and you will know.",
+}
+
+
+def rows_for(snapshot: BenchSnapshot, term: str, width: int) -> list[Line]:
+    """The lesson of an effect, of a part of the base, or of a disturbed hold."""
+    known = {effect.name: effect for effect in snapshot.catalogue}
+    if term in known:
+        return lesson_rows(known[term], snapshot.sensor, width)
+    return plain_rows(term, width)
+
+
+def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
+    """All there is to tell about an effect."""
+    told = lesson(effect, sensor)
+    rows = [*_heading(effect.title), *wrapped(told.what, width), line("")]
+    rows += _part("equation", told.equation, width)
+    rows += [line(f"    {effect.equation}", "key"), line("")]
+    rows += _part("what it looks like", told.signature, width)
+    rows += [*signature_rows(effect, sensor, width), line("")]
+    rows += _part("usual sizes", told.sizes, width)
+    rows += [line(""), *_part("what it takes to see it", told.needs, width)]
+    rows += [line(""), *_part("what it costs to ignore it", told.cost, width)]
+    if effect.family:
+        rows += [line(""), *_part("family", f"{effect.family}: at 1 g the members of this family "
+                                  "are nearly the same; only more force, or much more data, tells "
+                                  "them apart.", width)]  # fmt: skip
+    return rows
+
+
+def plain_rows(term: str, width: int) -> list[Line]:
+    """The same for a part of the base or a disturbed hold."""
+    return [*_heading(term), *wrapped(_BASE.get(term, "Nothing is told of it."), width)]
+
+
+def signature_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
+    """The picture of what it leaves in the residuals of an ordinary session."""
+    drawn = picture(effect, sensor)
+    places = np.arange(len(drawn.x))
+    view = ResidualView("", "", "", drawn.x_label, "", drawn.x, drawn.y, places, "")
+    head = line(f"  what the base model leaves of it: {drawn.y_label}", "quiet")
+    return [head, *picture_rows(view, min(width, 90), LESSON_PLOT_ROWS)]
+
+
+def _heading(text: str) -> list[Line]:
+    return [line(text.upper(), "accent"), line("")]
+
+
+def _part(name: str, text: str, width: int) -> list[Line]:
+    return [line(name, "strong"), *wrapped(text, width)]
+
+
+_LIVE: Span = ("m asks for exactly these now, one by one, and comes back here.", "accent")
+_RECORDING = (
+    "This is a recording: to measure these, open the wizard on the device; m there asks for "
+    "exactly these, one by one."
+)
+_NOTHING = (
+    "More data show smaller effects: directions that were not held yet, and the first poses once "
+    "more (a drift shows only there)."
+)
+_NEVER = (
+    "No few poses at 1 g tell them apart: the difference shows in stronger forces, or in many more "
+    "holds."
+)
+_NEVER_TURNING = "No turn by hand tells them apart: the difference shows only on a rate table."
+
+
+def next_rows(
+    snapshot: BenchSnapshot, width: int, *, chosen: Entry | None = None, live: bool = False
+) -> list[Line]:
+    """The whole verdict, then what to measure next.
+
+    Args:
+        snapshot: what was looked up.
+        width: columns there are.
+        chosen: the suspect chosen.
+        live: there is a device that can be asked for it.
+    """
+    poses, apart = to_measure(snapshot.diagnosis, None if chosen is None else chosen.suspect)
+    repeated = chosen is not None and chosen.term == "disturbed" and bool(poses)
+    rows = [*wrapped(snapshot.diagnosis.says, width), line("")]
+    if apart is not None:
+        head = f"{apart.first} OR {apart.second}?".upper()
+        rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
+    asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
+    if (apart is None or not apart.poses) and not asked:
+        rows += [*wrapped(_NOTHING, width), line("")]
+    if not poses:
+        return rows
+    rows.append(line("MEASURE NEXT", "accent"))
+    if live:
+        rows.append((_LIVE,))
+    else:
+        rows += wrapped(_RECORDING, width, "quiet")
+    for k, pose in enumerate(poses):
+        rows += next_pose_rows(k + 1, pose, width, short=apart is not None and apart.poses > 0)
+    return rows
+
+
+def gain_rows(apart: Apart, width: int) -> list[Line]:
+    """From which size on these two are told apart, now and with the poses."""
+    before = amount(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
+    now = (
+        f"These data tell {apart.first} from {apart.second} from {before} on. Here it is about "
+        f"{number(apart.size, 2)}."
+    )
+    if apart.enough and not apart.poses:
+        return wrapped(f"{now} That decides it already.", width, "strong")
+    if apart.never or not apart.poses:
+        never = _NEVER_TURNING if apart.turning else _NEVER
+        return [*wrapped(now, width), *wrapped(never, width, "warn")]
+    worth = "that decides it" if apart.enough else "that does not decide it yet"
+    if apart.before <= apart.size:
+        worth = "they decide it already, and that makes surer"
+    then = f"With {apart.things}: from {amount(apart.after, apart.unit)} on; {worth}."
+    return [*wrapped(now, width), *wrapped(then, width, "strong")]
+
+
+def next_pose_rows(place: int, pose: MeasurementRequest, width: int, *, short: bool) -> list[Line]:
+    """A pose with its number, its name and what it is good for."""
+    name = f"{true_minus(pose.pose).upper()} UP" if pose.pose else "TILTED"
+    if pose.axis:
+        name = f"ABOUT {pose.axis.upper()}, {pose.turns}×"
+    # what all of them are for together has been said above them
+    text = spoken(pose.pose) if pose.pose else spoken_up(pose.direction)
+    text += f", {pose.brief}" if pose.brief and not short else ""
+    text = pose.brief if pose.axis else text
+    text = f"{'warm the device first; ' * pose.warm}{text}"
+    why = wrapped(text, max(30, width - 20))
+    rows: list[Line] = [((f"{place:>3}  ", "key"), (f"{name:<14} ", "strong"), *why[0])]
+    return rows + [((" " * 20, ""), *more) for more in why[1:]]
+
+
+AROUND = 1.0
+"""Seconds shown before and after, so that one sees how it came to rest."""
+ROWS = 3
+"""Rows of each axis."""
+_AXIS_LABEL = 11
+_SPAN_SIGMAS = 4.0
+"""Standard deviations of the readings at rest that an axis spans at least: a jump stays a jump, and
+the noise of a good hold fills the rows."""
+_SCALES = {"m/s^2": (1.0, "m/s²"), "rad/s": (180.0 / np.pi, "°/s"), "uT": (1.0, "µT")}
+
+
+@dataclass(frozen=True, eq=False)
+class TracePiece:
+    """A piece of one sensor's readings.
+
+    Attributes:
+        name: of the sensor.
+        series: the readings.
+        rest: the part of them that was averaged, or None.
+    """
+
+    name: str
+    series: Series
+    rest: tuple[float, float] | None
+
+
+def raw_trace_rows(
+    snapshot: BenchSnapshot, view: ResidualView, place: int, width: int
+) -> list[Line]:
+    """All readings of the hold or turn at a point of a picture.
+
+    Args:
+        snapshot: what was looked up.
+        view: the picture.
+        place: of the point in it.
+        width: columns there are.
+    """
+    point = point_of(snapshot.fit, snapshot.diagnosis.report, view, place)
+    if not np.isfinite(point.start):
+        return wrapped("The readings are not at hand.", width)
+    head = f"{point.name}, from {clock(point.start)}"
+    left = f"what the model leaves of it: {number(float(view.y[place]), 3)} {view.unit}"
+    rows = [line(head, "accent"), line(left if view.model is None else "", "quiet")]
+    stretches = _stretches(snapshot, point)
+    if not stretches:
+        why = "The readings themselves are not at hand, only their means."
+        return [*rows, *wrapped(why, width)]
+    for stretch in stretches:
+        rows += _drawn(stretch, width)
+    foot = "the motion between two holds"
+    if point.at_rest:
+        foot = "└ the part between the two │ was averaged"
+    elif view.part != ROTATIONS:
+        foot = "of these the samples in this direction were averaged"
+    return [*rows, line(f"  {foot}; {point.end - point.start:.1f} s of readings", "quiet")]
+
+
+def _stretches(snapshot: BenchSnapshot, point: Point) -> list[TracePiece]:
+    """The readings of this sensor, then those of the other one where they are at hand."""
+    readings = snapshot.readings
+    rest = (point.start, point.end) if point.at_rest else None
+    if readings is None:
+        kept = rotation_series(snapshot.measured, point)
+        return [] if kept is None else [TracePiece(snapshot.sensor, kept, None)]
+    names = [snapshot.sensor, *(n for n in (ACCELEROMETER, "gyroscope") if n != snapshot.sensor)]
+    found = []
+    for name in names:
+        series: Series | None = getattr(readings, name)
+        if series is not None:
+            piece = series.between(point.start - AROUND, point.end + AROUND)
+            if len(piece) > 1:
+                found.append(TracePiece(name, piece, rest))
+    return found
+
+
+def _drawn(stretch: TracePiece, width: int) -> list[Line]:
+    """Three axes, each in rows of its own with its limits."""
+    series = stretch.series
+    factor, unit = _SCALES.get(series.unit, (1.0, unit_sign(series.unit)))
+    inside = _inside(stretch)
+    columns = max(20, width - _AXIS_LABEL - 2)
+    rows: list[Line] = [line("")]
+    largest = float(np.abs(series.values).max()) * factor * 1.05
+    for k, axis in enumerate("xyz"):
+        values = series.values[:, k] * factor
+        # at rest each axis fills its rows; of a turn one sees which axis it was about
+        low, high = -largest, largest
+        if stretch.rest is not None:
+            low, high = _limits(values, inside, series.unit)
+        picture = trace(np.clip(values, low, high), low, high, columns, ROWS)
+        labels = [number(high, 4), f"{axis} {unit}", number(low, 4)]
+        words = _words(values[inside], unit, at_rest=stretch.rest is not None)
+        rows.append(line(f"{stretch.name} {axis}   {words}", "strong"))
+        edges = _edges(stretch, columns)
+        for label, cells in zip(labels, picture, strict=True):
+            marked = ["│" if c in edges and cell == " " else cell for c, cell in enumerate(cells)]
+            rows.append(((f"{label:>{_AXIS_LABEL}} ", "quiet"), ("".join(marked), "")))
+    return rows
+
+
+def _inside(stretch: TracePiece) -> BoolArray:
+    """Which samples were averaged, as a mask, shape (n,)."""
+    time = stretch.series.time
+    if stretch.rest is None:
+        return np.ones(len(time), bool)
+    return np.asarray((time >= stretch.rest[0]) & (time < stretch.rest[1]))
+
+
+def _limits(values: FloatArray, inside: BoolArray, unit: str) -> tuple[float, float]:
+    """Of what was averaged, with room for what is far out of it to be cut off."""
+    kept = values[inside] if inside.any() else values
+    middle, spread = float(np.median(kept)), float(kept.std())
+    least = _SPAN_SIGMAS * spread or (1.0 if unit == COUNT else 1e-3)
+    reach = max(float(np.abs(kept - middle).max()), least)
+    return middle - reach, middle + reach
+
+
+def _words(values: FloatArray, unit: str, *, at_rest: bool) -> str:
+    """Mean and noise at rest; the largest reading of a motion."""
+    if not len(values):
+        return ""
+    if not at_rest:
+        top = float(values[np.argmax(np.abs(values))])
+        return f"largest {number(top, 3)} {unit}"
+    return f"mean {number(float(values.mean()), 5)} {unit}, noise {number(float(values.std()), 2)}"
+
+
+def _edges(stretch: TracePiece, columns: int) -> set[int]:
+    """Columns in which the averaged part begins and ends."""
+    if stretch.rest is None:
+        return set()
+    time = stretch.series.time
+    share = [(edge - time[0]) / max(time[-1] - time[0], 1e-9) for edge in stretch.rest]
+    return {min(columns - 1, max(0, round(float(one) * (columns - 1)))) for one in share}

@@ -1,0 +1,83 @@
+"""All that the bench shows of one sensor, looked up once in a thread and then only read."""
+
+from dataclasses import dataclass
+
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.diagnose.bench import Bench, BenchFindings, Entry, Rung, entries_of
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.survey import diagnosis_of
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.views import ResidualView, views_of
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.effect import Effect
+
+
+@dataclass(frozen=True, eq=False)
+class BenchSnapshot:
+    """One sensor on the bench, with one model.
+
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        measured: what is known of it.
+        fit: the present fit.
+        findings: suspects and opinion.
+        diagnosis: the verdict, and what to measure next.
+        ladder: every model so far.
+        entries: what may be missing, the likeliest first.
+        views: pictures of what is left.
+        catalogue: all effects of this sensor.
+        readings: of the whole session, where they are at hand.
+    """
+
+    sensor: str
+    measured: Experiment
+    fit: SensorFit
+    findings: BenchFindings
+    diagnosis: Diagnosis
+    ladder: tuple[Rung, ...]
+    entries: tuple[Entry, ...]
+    views: tuple[ResidualView, ...]
+    catalogue: tuple[Effect, ...]
+    readings: Readings | None = None
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """The whole base model."""
+        return self.measured.base_terms
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The parts of the data there are pictures of."""
+        return tuple(dict.fromkeys(view.part for view in self.views))
+
+    def refuted(self, place: int) -> bool:
+        """Whether a rung of the ladder added a term, and data held out do not agree."""
+        rung = self.ladder[place]
+        return rung.confirmed is False and rung.rms_held_out is not None
+
+    @property
+    def style(self) -> str:
+        """Style in which the verdict is shown."""
+        if self.diagnosis.settled:
+            return "good"
+        return "accent" if self.diagnosis.verdict is Verdict.MISSING else "warn"
+
+
+def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
+    """Look at a bench as it is now."""
+    findings = bench.look()
+    diagnosis = diagnosis_of(benches, bench, findings)
+    return BenchSnapshot(
+        sensor=bench.sensor,
+        measured=bench.measured,
+        fit=bench.fit,
+        findings=findings,
+        diagnosis=diagnosis,
+        ladder=tuple(bench.ladder),
+        entries=entries_of(bench, findings),
+        views=views_of(bench.fit, bench.measured),
+        catalogue=tuple(bench.catalogue),
+        readings=benches.readings,
+    )

@@ -1,0 +1,248 @@
+"""Pictures in braille dots: the device as a cube with named faces, and a compass card."""
+
+import math
+from collections.abc import Callable, Sequence
+
+_DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+_EMPTY = 0x2800
+
+
+class Canvas:
+    """Dots, lines and a few letters, turned into rows of text.
+
+    Attributes:
+        columns: width in cells; ``2 * columns`` dots.
+        rows: height in cells; ``4 * rows`` dots.
+    """
+
+    def __init__(self, columns: int, rows: int) -> None:
+        self.columns = columns
+        self.rows = rows
+        self._bits = [[0] * columns for _ in range(rows)]
+        self._letters: dict[tuple[int, int], str] = {}
+
+    def dot(self, x: int, y: int) -> None:
+        """Set one dot; what lies outside is left out."""
+        column, row = x >> 1, y >> 2
+        if 0 <= column < self.columns and 0 <= row < self.rows:
+            self._bits[row][column] |= _DOTS[y & 3][x & 1]
+
+    def line(self, x0: float, y0: float, x1: float, y1: float, every: int = 1) -> None:
+        """A straight line; with ``every`` above one a dotted one."""
+        steps = max(1, math.ceil(max(abs(x1 - x0), abs(y1 - y0))))
+        for i in range(0, steps + 1, every):
+            part = i / steps
+            self.dot(round(x0 + (x1 - x0) * part), round(y0 + (y1 - y0) * part))
+
+    def letters(self, x: float, y: float, text: str) -> None:
+        """Write text with its middle at a dot; it hides the dots of its cells."""
+        row = int(y) >> 2
+        first = round(x / 2 - len(text) / 2)
+        for i, character in enumerate(text):
+            if 0 <= first + i < self.columns and 0 <= row < self.rows:
+                self._letters[row, first + i] = character
+
+    def text(self) -> list[str]:
+        """The rows; an empty cell is a space."""
+        return ["".join(self._cell(y, x) for x in range(self.columns)) for y in range(self.rows)]
+
+    def _cell(self, row: int, column: int) -> str:
+        letter = self._letters.get((row, column))
+        if letter is not None:
+            return letter
+        bits = self._bits[row][column]
+        return chr(_EMPTY + bits) if bits else " "
+
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+"""Rows of a rotation matrix."""
+
+_AZIMUTH = math.radians(28.0)
+_ELEVATION = math.radians(24.0)
+_DISTANCE = 7.0
+"""Distance of the eye in half-edges: a little perspective tells near from far."""
+_ORDER = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+def matrix_of(attitude: Sequence[Sequence[float]]) -> Matrix:
+    """Any 3×3 table as plain rows."""
+    a, b, c = ((float(r[0]), float(r[1]), float(r[2])) for r in attitude)
+    return a, b, c
+
+
+def times(matrix: Matrix, v: Vector) -> Vector:
+    """Matrix times vector."""
+    a, b, c = (row[0] * v[0] + row[1] * v[1] + row[2] * v[2] for row in matrix)
+    return a, b, c
+
+
+def product(left: Matrix, right: Matrix) -> Matrix:
+    """Matrix times matrix."""
+    a, b, c = (times(left, (right[0][i], right[1][i], right[2][i])) for i in range(3))
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
+
+
+def about(axis: Vector, angle: float) -> Matrix:
+    """Rotation about a unit axis by an angle in radians (Rodrigues)."""
+    x, y, z = axis
+    c, s = math.cos(angle), math.sin(angle)
+    k = 1.0 - c
+    return (
+        (c + x * x * k, x * y * k - z * s, x * z * k + y * s),
+        (y * x * k + z * s, c + y * y * k, y * z * k - x * s),
+        (z * x * k - y * s, z * y * k + x * s, c + z * z * k),
+    )
+
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def tilted(attitude: Matrix, up: Vector) -> Matrix:
+    """The attitude reached from this one by the smallest tilt that brings ``up`` (body) on top."""
+    x, y, z = times(attitude, up)
+    across = math.hypot(x, y)
+    if across < 1e-9:
+        return attitude if z > 0 else product(about((1.0, 0.0, 0.0), math.pi), attitude)
+    # the tilt is about (world direction) × (world up), which lies in the horizontal plane
+    return product(about((y / across, -x / across, 0.0), math.atan2(across, z)), attitude)
+
+
+def _seen(point: Vector) -> Vector:
+    """World to eye: right, up, towards the eye."""
+    x, y, z = point
+    ca, sa = math.cos(_AZIMUTH), math.sin(_AZIMUTH)
+    ce, se = math.cos(_ELEVATION), math.sin(_ELEVATION)
+    right, away = ca * x + sa * y, ca * y - sa * x
+    return right, ce * z + se * away, se * z - ce * away
+
+
+def cube_rows(attitude: Matrix, columns: int, rows: int, axis: str = "") -> list[str]:
+    """The cube as rows of text.
+
+    Args:
+        attitude: body to world.
+        columns: width in cells.
+        rows: height in cells.
+        axis: a body axis to draw through the cube (``x``, ``y``, ``z``), or "".
+
+    Returns:
+        ``rows`` strings of ``columns`` characters.
+    """
+    canvas = Canvas(columns, rows)
+    size = min(2 * columns, 4 * rows) / 2.0 * (0.5 if axis else 0.56)
+    view = _Projection(canvas, attitude, size)
+    faces = sorted(_faces(view), key=lambda face: face[0])
+    for depth, name, corners, centre in faces:
+        _face(canvas, corners, hidden=depth <= 0.0, fine=rows >= 12)
+        if depth > 0.12:
+            canvas.letters(*centre, name)
+    if axis:
+        _axis(canvas, view, "xyz".index(axis))
+    return canvas.text()
+
+
+class _Projection:
+    """Body points to dots."""
+
+    def __init__(self, canvas: Canvas, attitude: Matrix, size: float) -> None:
+        self._centre = (canvas.columns - 0.5, 2 * canvas.rows - 0.5)
+        self._attitude = attitude
+        self._size = size
+
+    def eye(self, point: Vector) -> Vector:
+        return _seen(times(self._attitude, point))
+
+    def dots(self, point: Vector) -> tuple[float, float]:
+        right, up, near = self.eye(point)
+        scale = self._size * _DISTANCE / (_DISTANCE - near)
+        return self._centre[0] + right * scale, self._centre[1] - up * scale
+
+
+_Dots = tuple[float, float]
+
+
+def _faces(view: _Projection) -> list[tuple[float, str, list[_Dots], _Dots]]:
+    found = []
+    for i, letter in enumerate("xyz"):
+        for sign in (1, -1):
+            normal = _placed(i, sign, 0, 0)
+            right, up, near = view.eye(normal)
+            # a face is seen when its outside looks at the eye, which stands at a finite distance
+            facing = near * _DISTANCE - (right * right + up * up + near * near)
+            corners = [view.dots(_placed(i, sign, a, b)) for a, b in _ORDER]
+            name = ("+" if sign > 0 else "−") + letter
+            found.append((facing / _DISTANCE, name, corners, view.dots(normal)))
+    return found
+
+
+def _placed(axis: int, along: float, a: float, b: float) -> Vector:
+    point = [0.0, 0.0, 0.0]
+    point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3] = along, a, b
+    return point[0], point[1], point[2]
+
+
+def _face(canvas: Canvas, corners: list[_Dots], *, hidden: bool, fine: bool) -> None:
+    if hidden and not fine:
+        return
+    for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True):
+        canvas.line(x0, y0, x1, y1, every=4 if hidden else 1)
+
+
+def _axis(canvas: Canvas, view: _Projection, index: int) -> None:
+    for sign in (1, -1):
+        inner, outer = (
+            view.dots(_placed(index, sign, 0, 0)),
+            view.dots(_placed(index, sign * 1.9, 0, 0)),
+        )
+        hidden = view.eye(_placed(index, sign, 0, 0))[2] < 0
+        canvas.line(*inner, *outer, every=3 if hidden else 1)
+
+
+Place = Callable[[float, float], tuple[float, float]]
+"""The dot at an angle from north, degrees, and a share of the radius."""
+_LETTERS = (("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0))
+_TICKS = range(0, 360, 30)
+_HEAD_DEG = 12.0
+"""Half the angle that the needle's tail spans at its end."""
+
+
+def rose(heading: float | None, columns: int, rows: int) -> list[str]:
+    """The card as rows of text.
+
+    Args:
+        heading: degrees clockwise from north, or None where there is none.
+        columns: width in cells.
+        rows: height in cells.
+    """
+    canvas = Canvas(columns, rows)
+    centre = (canvas.columns - 0.5, 2 * canvas.rows - 0.5)
+    radius = min(2 * columns, 4 * rows) / 2.0 - 0.5
+
+    def at(degrees: float, share: float) -> tuple[float, float]:
+        angle = math.radians(degrees)
+        return (
+            centre[0] + share * radius * math.sin(angle),
+            centre[1] - share * radius * math.cos(angle),
+        )
+
+    for angle in range(0, 360, 3):
+        x, y = at(angle, 1.0)
+        canvas.dot(round(x), round(y))
+    for angle in _TICKS:
+        canvas.line(*at(angle, 0.9), *at(angle, 1.0))
+    for letter, degrees in _LETTERS:
+        canvas.letters(*at(degrees, 0.8), letter)
+    if heading is not None:
+        _needle(canvas, heading, at)
+    return canvas.text()
+
+
+def _needle(canvas: Canvas, heading: float, at: Place) -> None:
+    """A tip towards the heading, a cross-bar at the tail: the ends differ in shape."""
+    tip, tail = at(heading, 0.7), at(heading + 180.0, 0.45)
+    canvas.line(*tail, *tip)
+    for side in (-1.0, 1.0):
+        canvas.line(*tip, *at(heading + side * 4.0 * _HEAD_DEG, 0.4))
+        canvas.line(*tip, *at(heading + side * 2.0 * _HEAD_DEG, 0.4))
+    canvas.line(*at(heading + 180.0 - _HEAD_DEG, 0.45), *at(heading + 180.0 + _HEAD_DEG, 0.45))

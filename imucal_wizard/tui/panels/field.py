@@ -1,0 +1,92 @@
+"""The magnetometer's step in words: how far the circle is, how good it is by now, what to do."""
+
+from imucal_wizard.core.quantities import number, true_minus
+from imucal_wizard.guide.state import GOOD, FieldStatus, Status
+from imucal_wizard.tui.panels.step import event_rows, offer_rows
+from imucal_wizard.tui.text import Line, Span, bar, line, wrapped
+
+_FIGURES = {
+    "gaps": ("gaps", "not seen yet"),
+    "variance": ("variance", "size differs"),
+    "wobble": ("wobble", "off centre"),
+    "fit_error": ("fit error", "unexplained"),
+}
+"""Each figure's name as users of MotionCal know it, and what it is."""
+_ENOUGH: Span = (f"{GOOD['gaps']:g} will do", "quiet")
+EXPLAINED = 41
+"""Columns from which the figures say what they are."""
+
+
+def turned_rows(field: FieldStatus, width: int) -> list[Line]:
+    """How far the device has been turned with the wanted face on the table."""
+    if field.face is None:
+        return [line("any motion counts now:", "accent"), line("turn it about every axis")]
+    down = "" if field.face_down is None else f"  {true_minus(field.face_down)} down"
+    return [
+        (
+            ("turned ", "quiet"),
+            (f"{field.turned:.0f}°", "strong"),
+            (" of 360°", "quiet"),
+            (down, "good" if field.face_down == field.face else "quiet"),
+        ),
+        line(bar(field.turned / 360.0, width), "good" if field.face_down == field.face else ""),
+    ]
+
+
+def quality_rows(field: FieldStatus, width: int) -> list[Line]:
+    """The four figures against what is good, the field's size, and how many samples there are."""
+    rows = [_figure(name, field, width) for name in _FIGURES]
+    size = "–" if field.magnitude is None else f"{number(field.magnitude)} µT"
+    rows.append((("field     ", "quiet"), (f"{size}", "strong")))
+    left = f", {field.left_out} left out" if field.left_out else ""
+    rows.append(((f"{field.samples} samples", ""), (left, "warn")))
+    return rows
+
+
+def _figure(name: str, field: FieldStatus, width: int) -> Line:
+    label, meaning = _FIGURES[name]
+    value: float | None = getattr(field, name)
+    shown = ("   – % ", "quiet") if value is None else (f"{number(value, 2):>4} % ", "strong")
+    tail = f"  {meaning}" if width >= EXPLAINED else ""
+    return (f"{label:<10}", "quiet"), shown, _verdict(name, value, field), (tail, "quiet")
+
+
+def _verdict(name: str, value: float | None, field: FieldStatus) -> Span:
+    """Ten columns: what is good, what is wanted. Six circles need no small gaps; a tumble does."""
+    if value is not None and value < GOOD[name]:
+        return "✓ good    ", "good"
+    if name == "gaps":
+        return ("✓ 6 faces ", "good") if field.done and not field.missing else _ENOUGH
+    wanted = f"want {GOOD[name]:<3g}"
+    return (f"  {wanted}", "quiet") if value is None else (f"▲ {wanted}", "warn")
+
+
+def field_notice_rows(status: Status, problem: str, width: int, height: int) -> list[Line]:
+    """What matters most in the rows there are.
+
+    A broken stream comes before a disturbed field, that before what keeps a calibration from
+    coming of it; then the way to the next face. Ways out have their place; what happened last, and
+    how to do it, come where there is room.
+    """
+    field = status.field or FieldStatus()
+    width -= 2
+    choices = offer_rows(status.offers, width)
+    if problem:
+        rows = wrapped(f" ▲ {problem}", width, "bad", indent="   ")
+        return (rows[: max(0, height - len(choices))] + choices)[:height]
+    wrong, way = field.disturbed or field.trouble, status.guidance or field.advice
+    rows = wrapped(f" ▲ {wrong}", width, "warn", indent="   ") if wrong else []
+    if status.guidance or not wrong:
+        room = max(1, height - len(choices) - 1)
+        rows = rows[:room] + wrapped(f" ▸ {way}", width, "accent", indent="   ")
+    event = status.last_event
+    if event is not None and not _says(event.text, wrong or way):
+        rows += event_rows(event, width)
+    rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ")
+    return (rows[: max(0, height - len(choices))] + choices)[:height]
+
+
+def _says(text: str, said: str) -> bool:
+    """Whether an event says once more what is said already, if in other words after the colon."""
+    what = said.partition(":")[0]
+    return what != "" and what.casefold() in text.casefold()

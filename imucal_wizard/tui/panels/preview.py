@@ -1,0 +1,102 @@
+"""What arrives from a source, decoded: values, units, rate, losses, the size of gravity, digits."""
+
+import math
+from typing import TYPE_CHECKING
+
+from imucal_wizard.core.quantities import decimals, fixed, number, unit_sign
+from imucal_wizard.tui.text import Line, known_as, line, wrapped
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.run.snapshot import StreamStatus
+
+_LINE_ROWS = 3
+_WELCOME = (
+    (
+        "This program leads you through the calibration of accelerometer, gyroscope and "
+        "magnetometer. Gravity and the Earth's field are the references."
+    ),
+    (
+        "Settle, six faces up, 18 poses, some rotations, circles for a magnetometer: about ten "
+        "minutes. It goes on by itself; your hands stay on the device."
+    ),
+    "No device at hand? Press enter: the virtual IMU needs none.",
+    "What is measured is written down at once. You can leave at any time and go on later.",
+)
+
+
+def welcome_rows(width: int) -> list[Line]:
+    """What the program does, while nothing is open."""
+    return [row for text in _WELCOME for row in (*wrapped(text, max(30, width)), line(""))]
+
+
+def preview_rows(stream: "StreamStatus", width: int) -> list[Line]:
+    """The stream in words and numbers: values, units, rate, losses, gravity, digits."""
+    width = max(30, width)
+    rows = [line(stream.source or "source", "strong"), *_state(stream)]
+    if stream.line and not stream.samples:
+        newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
+        rows += [line(""), *newest[:_LINE_ROWS]]
+    rows.append(line(""))
+    rows += _values("acceleration", stream.accelerometer, stream.accelerometer_unit)
+    rows += _values("turn rate", stream.gyroscope, stream.gyroscope_unit)
+    rows += _values("field", stream.magnetometer, stream.magnetometer_unit)
+    if stream.temperature is not None:
+        rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
+    rows += _gravity(stream, width)
+    rows += _digits(stream, width)
+    if stream.problem:
+        rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
+    for warning in stream.warnings[-3:]:
+        rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
+    return rows
+
+
+def _state(stream: "StreamStatus") -> list[Line]:
+    if not stream.samples:
+        return [line("waiting for the first sample …", "quiet")]
+    rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
+    spoken = f"{stream.format}, " if stream.format else ""  # a recording is no stream of bytes
+    text = f"{spoken}{rate}, {stream.samples} samples, "
+    lost = (f"{stream.lost} lost", "warn" if stream.lost else "good")
+    rows: list[Line] = [((text, ""), lost)]
+    if stream.malformed:
+        rows.append(line(f"{stream.malformed} lines unreadable", "warn"))
+    return rows
+
+
+def _values(name: str, values: tuple[float, float, float] | None, unit: str) -> list[Line]:
+    if values is None:
+        return [_pair(name, "none", "quiet")]
+    known, factor = known_as(unit)
+    shown = [factor * value for value in values]
+    places = decimals(max(1.0, *(abs(value) for value in shown if math.isfinite(value))), 4)
+    numbers = " ".join(
+        f"{axis} {fixed(value, places)}" for axis, value in zip("xyz", shown, strict=True)
+    )
+    return [_pair(name, f"{numbers} {unit_sign(known)}")]
+
+
+def _pair(name: str, text: str, style: str = "") -> Line:
+    return (f"{name:<13}", "quiet"), (text, style)
+
+
+def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
+    if stream.gravity is None:
+        return []
+    size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
+    if stream.gravity_right is None:
+        return [_pair("gravity", f"{size}; the fit finds the scale")]
+    if stream.gravity_right:
+        return [_pair("gravity", f"{size}  ✓ right at rest", "good")]
+    advice = "▲ at rest it should be near 9.81 m/s²: is it moving, or is the unit wrong?"
+    return [_pair("gravity", size, "warn"), *wrapped(advice, width, "warn", indent="  ")]
+
+
+def _digits(stream: "StreamStatus", width: int) -> list[Line]:
+    if stream.digits is None:
+        return []
+    rows = [_pair("printed", f"{stream.digits} decimals")]
+    if stream.few_digits:
+        advice = "▲ few decimals hide the noise: print more, for instance Serial.print(x, 5)"
+        rows += wrapped(advice, width, "warn", indent="  ")
+    return rows

@@ -1,0 +1,282 @@
+"""A fit in words, tables and plots: what the screens of the result and of the saved file show."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from rich.console import Console, ConsoleOptions, Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from imucal_wizard.core.quantities import (
+    decimals,
+    fixed,
+    number,
+    quantity,
+    readable,
+    true_minus,
+    unit_sign,
+    value_and_error,
+)
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.report.plot import scatter
+from imucal_wizard.report.text import field_lines, second_stage_lines
+from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
+
+_ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
+"""What the error of a sensor is of: the magnitude, or the angle between carried and measured up."""
+_EACH = {"gyroscope": "rotation", "magnetometer": "direction"}
+_NO_RESULT = "is not calibrated"
+"""Stands in the warning about a sensor that the data do not carry."""
+_PLOT_ROWS = 8
+_SOFT = ("xx", "xy", "xz"), ("", "yy", "yz"), ("", "", "zz")
+"""Entries of the symmetric matrix; the others are the same by symmetry."""
+
+
+def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
+    """Verdicts, refusals, errors, plots, iron, three gyroscope methods, warnings, holds.
+
+    Args:
+        report: the fit.
+        diagnoses: what the data say of each sensor; empty while that is not known.
+    """
+    refused = [text for text in dict.fromkeys(report.warnings) if _NO_RESULT in text]
+    warnings = [text for text in report.warnings if _NO_RESULT not in text]
+    for fit in report.sensors.values():
+        warnings += [f"{fit.sensor}: {text}" for text in fit.warnings]
+    parts: list[RenderableType] = [
+        *(verdict_line(one) for one in diagnoses.values()),
+        *(_marked("▲", text, "warn") for text in refused),
+        "",
+        error_table(report, diagnoses),
+        "",
+    ]  # fmt: skip
+    for fit in report.sensors.values():
+        parts += [*residual_plot(fit), ""]
+    if report.magnetic is not None:
+        parts += [*magnetic_parts(report), ""]
+    if report.comparison:
+        parts += [comparison_table(report.comparison, report.sensors.get("gyroscope")), ""]
+    if warnings:
+        parts += [*(_marked("▲", text, "warn") for text in dict.fromkeys(warnings)), ""]
+    return Group(*parts, *hold_table(report))
+
+
+def bench_rows(benches: Benches | None, width: int) -> list[Line]:
+    """What the bench has added: a row for each sensor whose model has effects."""
+    rows: list[Line] = []
+    for name, (model, _) in (benches.models() if benches is not None else {}).items():
+        terms, unit = " + ".join(benches.found(name) if benches else ()), model.unit
+        errors = f"{quantity(model.rms_fitted, unit)} fitted, {quantity(model.rms_held_out, unit)}"
+        words = f"✓ from the bench: {name} + {terms}, {errors} held out; saved with it"
+        rows += wrapped(words, width, "good", indent="  ")
+    return rows
+
+
+def verdict_line(diagnosis: Diagnosis) -> Table:
+    """The verdict on a sensor's model."""
+    sign, style = ("✓", "good") if diagnosis.settled else ("▲", "warn")
+    return _marked(sign, f"{diagnosis.sensor}: {diagnosis.says}", style)
+
+
+def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
+    """One row per sensor: before, after, held out, noise; and the error on new poses."""
+    validated = any(fit.validation_rms is not None for fit in report.sensors.values())
+    table = _table()
+    for name in ("", "before", "", "after", "held out", "noise", *(["new poses"] * validated), ""):
+        table.add_column(name, justify="left" if not name else "right", no_wrap=True)
+    for fit in report.sensors.values():
+        diagnosis = diagnoses.get(fit.sensor)
+        missing = diagnosis is not None and not diagnosis.settled
+        table.add_row(
+            Text(f"{fit.sensor} {_ERROR.get(fit.sensor, '')}", "bold"),
+            Text(quantity(fit.rms_before, fit.unit), "dim"),
+            "→",
+            quantity(fit.rms_fitted, fit.unit),
+            Text(quantity(fit.rms_held_out, fit.unit), "bold"),
+            Text("–" if fit.floor is None else "±" + quantity(fit.floor, fit.unit), "dim"),
+            *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
+            Text("▲" if missing else "", STYLES["warn"]),
+        )
+    new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
+    return Group(table, *new)
+
+
+def _validation(fit: SensorFit) -> Text:
+    """The error on each new pose, beside that of the table."""
+    factor, unit = readable(fit.unit)
+    places = decimals(max(abs(error) for error in fit.validation) * factor)
+    each = "  ".join(fixed(error * factor, places) for error in fit.validation)
+    return Text(f" left over on each new pose  {each} {unit}", "dim")
+
+
+class _Plot:
+    """A plot as wide as the page."""
+
+    def __init__(self, fit: SensorFit) -> None:
+        self._fit = fit
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
+        """Draw the residuals by number, with the band that noise makes."""
+        fit = self._fit
+        factor, _ = readable(fit.unit)
+        values = np.asarray(fit.residuals, np.float64).ravel() * factor
+        places = np.flatnonzero(np.isfinite(values))
+        x = np.asarray(places + 1, np.float64)
+        error = None if fit.floor is None else np.full(len(places), fit.floor * factor)
+        label = f"number of the {_EACH.get(fit.sensor, 'hold')}"
+        rows = scatter(x, values[places], options.max_width, _PLOT_ROWS, x_label=label, error=error)
+        yield rich_text([by_sign(row) for row in rows])
+
+
+def residual_plot(fit: SensorFit) -> Iterator[RenderableType]:
+    """The residual of each hold or rotation."""
+    _, unit = readable(fit.unit)
+    noise = "" if fit.floor is None else f", ┈ = noise ±{quantity(fit.floor, fit.unit)}"
+    head = f"what is left of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
+    yield Text.assemble((f"{fit.sensor}: ", "bold"), (head, "dim"))
+    yield _Plot(fit)
+
+
+def comparison_table(comparison: Sequence[AxisComparison], fit: SensorFit | None) -> Group:
+    """The gyroscope by three methods side by side: corrections ``k`` and biases."""
+    table = _table("axis", "turns", "", "static", "dynamic", "nine parameters", "")
+    unit = unit_sign(fit.bias_unit) if fit is not None else ""
+    for one in comparison:
+        table.add_row(
+            one.axis, str(one.rotations), "k",
+            _with_error(one.static_scale, one.static_scale_error),
+            _with_error(one.dynamic_scale, one.dynamic_scale_error),
+            _with_error(one.vector_scale, one.vector_scale_error), "",
+        )  # fmt: skip
+        table.add_row(
+            "", "", "b",
+            _with_error(one.static_bias, None),
+            _with_error(one.dynamic_bias, one.dynamic_bias_error),
+            _with_error(one.vector_bias, None), unit,
+        )  # fmt: skip
+    head = Text.assemble(
+        ("gyroscope by three methods", "bold"), ("  corrected rate = k · (reading − bias)", "dim")
+    )
+    return Group(head, table)
+
+
+def _with_error(value: float | None, error: float | None) -> str:
+    if value is None:
+        return "–"
+    return " ±".join(value_and_error(value, error)) if error else number(value, 5)
+
+
+def hold_table(report: FitReport) -> Iterator[RenderableType]:
+    """Every hold with its pose and what is left of it."""
+    fit = report.sensors.get("accelerometer")
+    if fit is None:
+        return
+    factor, unit = readable(fit.unit)
+    left = np.asarray(fit.residuals, float).ravel() * factor
+    out = np.full(len(left), np.nan)
+    if fit.held_out is not None:
+        out[: len(fit.held_out)] = np.asarray(fit.held_out, float) * factor
+    places = decimals(fit.rms_fitted * factor)
+    table = _table("#", "pose", "start", "length", "temperature", "left over", "held out", "")
+    for i, hold in enumerate(report.holds[: len(left)]):
+        table.add_row(
+            str(i + 1),
+            true_minus(hold.pose or "–"),
+            f"{hold.start:.1f} s",
+            f"{hold.end - hold.start:.1f} s",
+            "–" if hold.temperature is None else f"{hold.temperature:.1f} °C",
+            f"{fixed(float(left[i]), places)} {unit}",
+            f"{fixed(float(out[i]), places)} {unit}",
+            Text("hand-held" if hold.hand_held else "", STYLES["warn"]),
+        )
+    yield Text("each hold", "bold")
+    yield table
+
+
+def magnetic_parts(report: FitReport) -> Iterator[RenderableType]:
+    """Hard and soft iron with standard errors, the field, and the alignment of the sensors."""
+    if report.magnetic is None:
+        return
+    fit = report.magnetic.fit
+    known = {parameter.name: parameter for parameter in fit.parameters}
+    yield Text.assemble(
+        ("magnetometer: ", "bold"),
+        ("iron that turns with it; corrected = soft · (reading − hard)", "dim"),
+    )
+    table = Table.grid(padding=(0, 1))
+    hard = [_iron(known.get(f"bias_{axis}"), axis) for axis in "xyz"]
+    table.add_row(Text("hard", "dim"), *hard, Text(unit_sign(fit.bias_unit), "dim"))
+    for i, names in enumerate(_SOFT):
+        cells = [_iron(known.get(f"soft_iron_{name}"), name) if name else "" for name in names]
+        table.add_row(Text("" if i else "soft", "dim"), *cells)
+    yield table
+    yield Text("\n".join(field_lines(report.magnetic, fit)), "dim")
+    if report.second_stage is None:
+        return
+    head, *others = second_stage_lines(report.second_stage)
+    yield Text(f"\n{head}", "bold")
+    for text in others:
+        yield Padding(Text(text.strip()), (0, 0, 0, len(text) - len(text.lstrip())))
+
+
+def _iron(parameter: Parameter | None, name: str) -> str:
+    """A value with its standard error; a dot where the data do not determine it."""
+    if parameter is None:
+        return ""
+    if not parameter.carried:
+        return f"{name} ·"
+    return f"{name} {_with_error(parameter.value, parameter.standard_error)}"
+
+
+def parameter_table(report: FitReport) -> Group:
+    """Every parameter with its standard error and unit, and how to apply them."""
+    parts: list[RenderableType] = []
+    for fit in report.sensors.values():
+        model = f"   {' + '.join(fit.model)}, method {fit.method}"
+        table = Table.grid(padding=(0, 1))
+        table.add_column(min_width=24, no_wrap=True)
+        table.add_column(justify="right", no_wrap=True)
+        for parameter in fit.parameters:
+            table.add_row(f"  {parameter.name}", *_parameter(parameter))
+        parts += [Text.assemble((fit.sensor, "bold"), (model, "dim")), table, "", _applied(fit), ""]
+    return Group(*parts)
+
+
+def _parameter(parameter: Parameter) -> tuple[Text, Text]:
+    value, error = number(parameter.value, 6), ""
+    if parameter.standard_error:
+        value, error = value_and_error(parameter.value, parameter.standard_error)
+        error = f"± {error}"
+        if parameter.standard_error_repeats:
+            places = decimals(parameter.standard_error)
+            error += f" (repeats ± {fixed(parameter.standard_error_repeats, places)})"
+    lacking = "" if parameter.carried else " ▲ not determined"
+    spread = Text.assemble(f"{error} {unit_sign(parameter.unit)}", (lacking, STYLES["warn"]))
+    return Text(value, "bold"), spread
+
+
+def _applied(fit: SensorFit) -> Group:
+    head = f"  corrected = M · (reading − b)   rows of M, then b in {unit_sign(fit.bias_unit)}"
+    table = Table.grid(padding=(0, 2))
+    for values in np.column_stack([np.asarray(fit.matrix), np.asarray(fit.bias)]).tolist():
+        table.add_row("", *(Text(number(value, 7), justify="right") for value in values))
+    return Group(Text(head, "dim"), table)
+
+
+def _table(*columns: str) -> Table:
+    """A table without lines; numbers to the right."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
+    for name in columns:
+        words = name in ("", "axis", "pose")
+        table.add_column(name, justify="left" if words else "right", no_wrap=True)
+    return table
+
+
+def _marked(sign: str, text: str, style: str) -> Table:
+    """A sentence with its sign; wrapped rows stand below the sentence."""
+    table = Table.grid(padding=(0, 1))
+    table.add_row(Text(sign, STYLES[style]), Text(clean(text), STYLES[style]))
+    return table

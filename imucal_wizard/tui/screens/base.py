@@ -1,0 +1,207 @@
+"""What the screens have in common: a word for small terminals, and the stream that they follow."""
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.screen import Screen
+
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.text import Line, Span, clock, width_of, wrapped
+from imucal_wizard.tui.widgets.footer import KeyFooter
+from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.run.snapshot import Snapshot
+
+MIN_SIZE = (80, 24)
+"""Columns and rows the screens are made for."""
+WIDE, TALL = 130, 38
+"""Columns and rows from which there is room for more."""
+HORIZONTAL = [(0, "-too-narrow"), (MIN_SIZE[0], "-normal"), (WIDE, "-wide")]
+VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
+"""Class of a screen for each size; the style sheet knows them."""
+
+STEPS = {
+    "source": "Source",
+    "settle": "Settle",
+    "up-down": "Up/down",
+    "poses": "18 poses",
+    "rotations": "Rotations",
+    "field": "Field",
+    "result": "Result",
+    "validate": "Validate",
+    "save": "Save",
+}
+"""Steps as the procedure names them, and as a person reads them, in their order."""
+MORE = {"more": "More poses"}
+"""Stands in the place of the result while more is measured for the bench."""
+_AFTER_RESULT = ("validate", "save")
+_TITLE = "imucal-wizard"
+_OVER = "✓–"
+
+
+class TooSmall(Lines):
+    """What a terminal that is too small shows instead of the screen."""
+
+    def on_mount(self) -> None:
+        """Say which size there is, and which is needed."""
+        self.draw(self._words)
+
+    def _words(self, width: int, _height: int) -> list[Line]:
+        columns, rows = self.app.size
+        text = (
+            f"This terminal has {columns}×{rows} characters. Make it at least "
+            f"{MIN_SIZE[0]}×{MIN_SIZE[1]}, or the letters smaller. Measuring goes on."
+        )
+        return wrapped(text, width - 4, "strong")
+
+
+class Failed(Message):
+    """A screen cannot go on.
+
+    Attributes:
+        error: why.
+        always: leave even if somebody sits before the screen, who could choose something else.
+    """
+
+    def __init__(self, error: ImucalError, *, always: bool = False) -> None:
+        super().__init__()
+        self.error = error
+        self.always = always
+
+
+class StepOver(Message):
+    """The procedure has gone to another step.
+
+    Attributes:
+        step: as the procedure names it.
+    """
+
+    def __init__(self, step: str) -> None:
+        super().__init__()
+        self.step = step
+
+
+class LiveScreen(Screen[None]):
+    """Header with the steps, body, footer with the keys; follows the stream 20 times a second.
+
+    Args:
+        state: of the wizard.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "app.explain", "help", tooltip="explains this screen"),
+        Binding("m", "app.mute", "sound", tooltip="switches the sounds off or on"),
+        Binding(
+            "q", "app.quit", "quit",
+            tooltip="leaves; everything is written down and the session can be resumed",
+        ),
+    ]  # fmt: skip
+    step: str = "source"
+    """The step of the procedure this screen is about."""
+
+    def __init__(self, state: WizardState) -> None:
+        super().__init__()
+        self.state = state
+        self._ended = False
+
+    def compose(self) -> ComposeResult:
+        """Header, body, footer, and a word for terminals that are too small."""
+        yield Lines(id="header")
+        yield from self.body()
+        yield KeyFooter()
+        yield TooSmall()
+
+    def body(self) -> ComposeResult:
+        """What is between header and footer."""
+        yield from ()
+
+    def on_mount(self) -> None:
+        """Show what is known so far."""
+        if self.state.snapshot is not None:
+            self.take(self.state.snapshot)
+        else:
+            self._head(0.0, (), ("field",), 18)
+
+    def lines(self, name: str) -> Lines:
+        """A part of this screen by its id."""
+        return self.query_one(f"#{name}", Lines)
+
+    def take(self, snapshot: "Snapshot") -> None:
+        """Show a snapshot; end when the procedure has gone to another step."""
+        status = snapshot.status
+        if status.step != self.step:
+            self.end(status.step)
+            return
+        skipped = {str(step) for step, _ in status.skipped}
+        if self.state.report is None and status.step in _AFTER_RESULT:
+            skipped.add("result")
+        absent = {"field"} if snapshot.stream.magnetometer is None else set()
+        if status.steps:
+            absent |= {kind for kind in STEPS if kind not in status.steps}
+        self._head(status.elapsed, sorted(skipped), sorted(absent), status.poses)
+
+    def _head(
+        self, elapsed: float, skipped: Sequence[str], absent: Sequence[str], poses: int
+    ) -> None:
+        steps, time = step_spans(self.step, skipped, absent, poses), clock(elapsed)
+        self.lines("header").draw(lambda width, _: [header_row(steps, time, width)], (*steps, time))
+
+    def end(self, step: str) -> None:
+        """Ask once for the screen of another step."""
+        if not self._ended:
+            self._ended = True
+            self.leave(step)
+
+    def leave(self, step: str) -> None:
+        """Make room for the screen of another step."""
+        self.post_message(StepOver(step))
+
+
+def step_spans(
+    step: str, skipped: Collection[str], absent: Collection[str], poses: int
+) -> list[Span]:
+    """The steps: ``✓`` done, ``▸`` and capitals now, ``–`` skipped, plain still to come.
+
+    Args:
+        step: the present one, as the procedure names it.
+        skipped: steps that were left out.
+        absent: steps that there are not for this stream or in this procedure.
+        poses: how many poses the step of the poses asks for.
+    """
+    named = STEPS | {"poses": f"{poses} poses"}
+    shown = [kind for kind in named if kind == step or kind not in absent]
+    if step in MORE:
+        named |= MORE
+        shown[shown.index("result")] = step
+    now = shown.index(step)
+    spans: list[Span] = []
+    for i, kind in enumerate(shown):
+        if i == now:
+            spans.append((f"▸{named[kind].upper()} ", "accent"))
+        elif kind in skipped:
+            spans.append((f"–{named[kind]} ", "quiet"))
+        else:
+            sign = "✓" if i < now else " "
+            spans.append((f"{sign}{named[kind]} ", "quiet" if i > now else ""))
+    return spans
+
+
+def header_row(steps: Sequence[Span], time: str, width: int) -> Line:
+    """The steps and the time in one row.
+
+    Where not all fit, the first ones that are over are no more than their sign, and those to come
+    stand closer.
+    """
+    spans, room = list(steps), width - len(time) - 2
+    for i, (text, style) in enumerate(spans):
+        if width_of(tuple(spans)) <= room:
+            break
+        spans[i] = (text[0] if text[0] in _OVER else text.lstrip(" "), style)
+    if width_of(tuple(spans)) + len(_TITLE) + 2 <= room:
+        spans.insert(0, (f" {_TITLE} ", "quiet"))
+    return (*spans, (" " * (room + 1 - width_of(tuple(spans))) + time, "quiet"))

@@ -1,0 +1,481 @@
+"""The bench: compare model and measurement, see where it fails, add what is missing."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from textual import work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container, Vertical
+from textual.screen import Screen
+
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.quantities import number
+from imucal_wizard.diagnose.bench import Bench, Entry
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.next_poses import to_measure
+from imucal_wizard.diagnose.views import ResidualView
+from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.model.formula import FormulaEffect
+from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
+from imucal_wizard.tui.bench.panels import (
+    ladder_rows,
+    model_rows,
+    picture_rows,
+    point_row,
+    table_rows,
+)
+from imucal_wizard.tui.bench.selection import PANELS, Selection
+from imucal_wizard.tui.bench.snapshot import BenchSnapshot, bench_snapshot
+from imucal_wizard.tui.screens.base import TooSmall
+from imucal_wizard.tui.screens.formula import FormulaScreen
+from imucal_wizard.tui.screens.guess import GuessScreen
+from imucal_wizard.tui.screens.page import PageScreen
+from imucal_wizard.tui.text import Line, Span, line, wrapped
+from imucal_wizard.tui.threads import being_left, in_thread
+from imucal_wizard.tui.widgets.footer import KeyFooter
+from imucal_wizard.tui.widgets.lines import Lines
+
+SAID = 3
+"""Rows for the verdict; the rest of it stands on the page of the next poses."""
+Act = Callable[[Bench], object]
+"""Something done to a bench in a thread."""
+_PREDICT = (
+    "Predict first: look at what is left (tab turns the plot), choose what you think is missing "
+    "(↑↓), commit with enter. p shows the answer at once."
+)
+_ROSE = "▲ The held-out error did not fall: only the fitted one did. u takes it back."
+_NO_DEVICE = (
+    "This is a recording: to measure more, a device is needed (the wizard on a port, or on the "
+    "virtual IMU). n lists the poses."
+)
+_CIRCLES = (
+    "Circles are turned in the magnetometer's own step: leave the bench and repeat that step."
+)
+_MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
+
+
+class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
+    """Head, verdict, plot, three panels of which a small terminal shows one.
+
+    Its result is what is to be measured now, or nothing. What takes long is done in a thread, one
+    thing at a time; what goes wrong is said, and the model stays as it was.
+
+    Args:
+        make: makes the benches; called in a thread.
+        sensor: whose bench to look at first; "" for the first there is.
+        live: there is a device that can be asked for more poses.
+        predict: tell nothing before a guess.
+    """
+
+    CSS_PATH = "bench.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "app.explain('bench')", "help", tooltip="explains the bench"),
+        Binding("q", "app.quit", "quit", tooltip="leaves the program"),
+        Binding(
+            "enter", "enter(False)", "add it", key_display="enter",
+            tooltip="adds the suspect; puts back a part of the base that was left out",
+        ),
+        Binding(
+            "enter", "enter(True)", "commit to it", key_display="enter",
+            tooltip="commits to a guess",
+        ),
+        Binding(
+            "l", "lesson", "lesson",
+            tooltip="lesson: what happens in the sensor, what it looks like, what it costs",
+        ),
+        Binding(
+            "p", "predict(True)", "predict first",
+            tooltip="hides the answer until you have committed to a guess",
+        ),
+        Binding("p", "predict(False)", "show the answer", tooltip="shows the answer at once"),
+        Binding(
+            "n", "next_poses", "next poses",
+            tooltip="the verdict in full; the poses to measure next, and what they bring",
+        ),
+        Binding("u", "undo", "undo", tooltip="takes back the last change of the model"),
+        Binding(
+            "tab", "turn(1)", "look at …", priority=True,
+            tooltip="plots against something else: force, number, time, temperature, pose before",
+        ),
+        Binding("shift+tab", "turn(-1)", "look at …", show=False, priority=True),
+        Binding(
+            "v", "added", "explained",
+            tooltip="what the chosen suspect would explain: points on the line speak for it",
+        ),
+        Binding(
+            "left", "point(-1)", "point", key_display="←→",
+            tooltip="picks a point: which pose it is, what was read there",
+        ),
+        Binding("right", "point(1)", "point", show=False, key_display="←→"),
+        Binding(
+            "t", "trace", "trace",
+            tooltip="the raw trace of the point picked: every reading of that hold or rotation",
+        ),
+        Binding(
+            "m", "measure", "measure",
+            tooltip="measures exactly these now; the bench opens again on all the data",
+        ),
+        Binding(
+            "r,delete", "remove", "remove",
+            tooltip="removes the chosen term of the model, otherwise the newest one",
+        ),
+        Binding(
+            "a", "part", "other data",
+            tooltip="another part of the data: each axis beside the model; the rotations",
+        ),
+        Binding("e", "formula", "formula", tooltip="type an effect of your own as a formula"),
+        Binding("escape,b", "dismiss", "back", tooltip="leaves the bench"),
+        Binding(
+            "up", "choose(-1)", "choose", show=False, key_display="↑↓",
+            tooltip="chooses a suspect, or a term while the model is shown",
+        ),
+        Binding("down", "choose(1)", "choose", show=False),
+        Binding("1", "panel('suspects')", show=False, tooltip="shows the suspects"),
+        Binding("2", "panel('model')", show=False, tooltip="shows the model"),
+        Binding("3", "panel('ladder')", show=False, tooltip="shows the ladder"),
+        Binding("g", "sensor", "next sensor", show=False, tooltip="shows the next sensor"),
+    ]  # fmt: skip
+
+    def __init__(
+        self,
+        make: Callable[[], Benches],
+        sensor: str = "",
+        *,
+        live: bool = False,
+        predict: bool = False,
+    ) -> None:
+        super().__init__()
+        self.selection = Selection()
+        self.selection.hidden = predict
+        self.sensor = sensor
+        self.busy = "Opening the bench …"
+        self.note: tuple[str, str] = ("", "")
+        self._make = make
+        self._live = live
+        self._benches: Benches | None = None
+        self._sensors: tuple[str, ...] = ()
+
+    def compose(self) -> ComposeResult:
+        """Head, verdict, panels, keys, and a word for terminals that are too small."""
+        yield Lines(id="bench-head")
+        yield Lines(id="bench-says")
+        with Container(id="bench-body"):
+            with Vertical(id="bench-left"):
+                yield Lines(id="compare")
+                yield Lines(id="suspects")
+            with Vertical(id="bench-right"):
+                yield Lines(id="model")
+                yield Lines(id="ladder")
+        yield KeyFooter()
+        yield TooSmall()
+
+    def on_mount(self) -> None:
+        """Open the benches, unless the screen is left before it was ever shown."""
+        if being_left(self):
+            return
+        self._lines("compare").border_title = "what the model leaves"
+        for k, name in enumerate(PANELS):
+            self._lines(name).border_title = f"{k + 1} {name}"
+        self.redraw()
+        self._open()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """While a guess is asked for, nothing that would tell the answer."""
+        hidden = self.selection.hidden
+        if action == "enter":
+            return parameters[0] is hidden
+        if action == "predict":
+            return parameters[0] is not hidden
+        telling = ("next_poses", "undo", "added", "measure", "remove", "formula")
+        return not (hidden and action in telling)
+
+    # what is shown
+
+    def redraw(self) -> None:
+        """Show everything."""
+        if not self.is_mounted or being_left(self):
+            return
+        for panel in PANELS:
+            self.set_class(panel == self.selection.panel, f"panel-{panel}")
+        self._lines("bench-head").show([self._head()])
+        self._lines("bench-says").draw(self._said)
+        self.refresh_bindings()
+        selection, snapshot = self.selection, self.selection.snapshot
+        if snapshot is None:
+            return
+        self._lines("suspects").draw(
+            lambda width, height: table_rows(
+                snapshot, width, height, selection.place, hidden=selection.hidden
+            )
+        )
+        self._lines("model").draw(
+            lambda width, height: model_rows(snapshot, width, height, selection.term_place)
+        )
+        self._lines("ladder").draw(lambda width, height: ladder_rows(snapshot, width, height))
+        view = selection.view()
+        if view is not None:
+            self._lines("compare").draw(
+                lambda width, height: self._compare(snapshot, view, width, height)
+            )
+
+    def _compare(
+        self, snapshot: BenchSnapshot, view: ResidualView, width: int, height: int
+    ) -> list[Line]:
+        place = (
+            None if self.selection.cursor is None else min(self.selection.cursor, len(view.x) - 1)
+        )
+        last: Line = line("  ←→ picks a point: which one it is; t: its raw trace", "quiet")
+        if place is not None:
+            last = point_row(snapshot, view, place)
+        title = f"{view.title}, {view.unit}" if view.slope is None else view.title
+        noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)}"
+        head: Line = ((f"{view.part}: ", "strong"), (title, ""), (noise, "quiet"))
+        return [head, *picture_rows(view, width, height - 2, place), last]
+
+    def _head(self) -> Line:
+        spans: list[Span] = [(f" BENCH  {self.sensor}  ", "strong")]
+        for k, panel in enumerate(PANELS):
+            here = panel == self.selection.panel
+            name = f"▸{panel.upper()}" if here else panel
+            spans += [(f" {k + 1} ", "key"), (f"{name} ", "accent" if here else "quiet")]
+        place = self._sensors.index(self.sensor) if self.sensor in self._sensors else 0
+        others = [*self._sensors[place + 1 :], *self._sensors[:place]]
+        if others:  # the one that comes next, and that it is not the only other one
+            more = ", …" if len(others) > 1 else ""
+            spans += [("  g ", "key"), (others[0] + more, "quiet")]
+        return tuple(spans)
+
+    def _said(self, width: int, _height: int) -> list[Line]:
+        """What is being done, what went wrong, the verdict: the most pressing first."""
+        width, snapshot, (note, style) = width - 2, self.selection.snapshot, self.note
+        rows: list[Line] = []
+        if self.busy:
+            rows += [line(f" {self.busy}", "accent")]
+        elif note:
+            rows += wrapped(f" {note}", width, style, indent=" ")
+        if self.selection.hidden:
+            rows += wrapped(f" {_PREDICT}", width, "accent", indent=" ")
+        elif snapshot is not None:
+            sign, words = snapshot.style, snapshot.diagnosis.says
+            rows += wrapped(f" {_MARKS.get(sign, '▸')} {words}", width, sign, indent="   ")
+        if len(rows) > SAID:
+            told = "".join(text for text, _ in rows[SAID - 1])
+            more = "  … n: all of it"
+            cut = told[: width - len(more)].rsplit(" ", 1)[0]
+            rows[SAID - 1] = ((cut, rows[SAID - 1][0][1]), (more, "key"))
+        return (rows + [line("")] * SAID)[:SAID]
+
+    def _lines(self, name: str) -> Lines:
+        return self.query_one(f"#{name}", Lines)
+
+    def _tell(self, note: str) -> None:
+        """Say what cannot be done."""
+        self.note = (note, "warn")
+        self.redraw()
+
+    # what is done in threads
+
+    @work
+    async def _open(self) -> None:
+        """Make the benches and look at the first."""
+        try:
+            benches = await in_thread(self._make)
+        except ImucalError as error:
+            self.busy, self.note = "", (str(error), "bad")
+            self.redraw()
+            return
+        self.busy, self._benches, self._sensors = "", benches, benches.sensors
+        self.sensor = self.sensor if self.sensor in self._sensors else self._sensors[0]
+        self._look()
+
+    def _look(self) -> None:
+        """Look at the sensor chosen."""
+        self._do(f"Looking for what the {self.sensor} lacks …", lambda _bench: None)
+
+    def _do(self, words: str, act: Act, choose: str = "") -> None:
+        """Change the model in a thread, then look again.
+
+        Args:
+            words: what is being done.
+            act: does it.
+            choose: the suspect to choose then.
+        """
+        if self._benches is not None and not self.busy:
+            self.busy, self.note = words, ("", "")
+            self.redraw()
+            self._work(self._benches, act, choose)
+
+    @work
+    async def _work(self, benches: Benches, act: Act, choose: str) -> None:
+        bench = benches.bench(self.sensor) or benches.accelerometer
+
+        def done() -> BenchSnapshot:
+            act(bench)
+            return bench_snapshot(benches, bench)
+
+        try:
+            snapshot = await in_thread(done)
+        except ImucalError as error:
+            self.note = (str(error), "bad")
+        else:
+            self.selection.show(snapshot)
+            self.selection.select(choose)
+            if snapshot.refuted(len(snapshot.ladder) - 1):
+                self.note = (_ROSE, "warn")
+        self.busy = ""
+        self.redraw()
+
+    # keys
+
+    def action_choose(self, by: int) -> None:
+        """Another suspect, or another term of the model."""
+        self.note = ("", "")
+        self.selection.choose(by)
+        self.redraw()
+
+    def action_point(self, by: int) -> None:
+        """Another point of the picture."""
+        self.selection.point(by)
+        self.redraw()
+
+    def action_turn(self, by: int) -> None:
+        """The residuals against something else."""
+        self.selection.turn(by)
+        self.redraw()
+
+    def action_added(self) -> None:
+        """What the chosen suspect would explain, and back."""
+        self.selection.explain()
+        self.redraw()
+
+    def action_part(self) -> None:
+        """Another part of the data."""
+        self.selection.other_part()
+        self.redraw()
+
+    def action_panel(self, name: str) -> None:
+        """Show this panel; the arrows choose in it."""
+        self.selection.panel = name
+        self.redraw()
+
+    def action_predict(self, _hide: bool) -> None:
+        """Hide the answer until a guess is made, or show it again."""
+        self.selection.predict()
+        self.redraw()
+
+    def action_enter(self, _guess: bool) -> None:
+        """Add the suspect, or put a part of the base back; in lesson mode guess first."""
+        part, entry, snapshot = self.selection.part, self.selection.entry, self.selection.snapshot
+        if part is not None:
+            if not part.there:
+                self._add(part.term)
+        elif entry is not None and snapshot is not None and self.selection.hidden:
+            self.app.push_screen(GuessScreen(snapshot, entry), self._guessed)
+        elif entry is not None:
+            self._add_entry(entry)
+
+    def _guessed(self, term: str | None) -> None:
+        """The guess is made and judged; ``term`` is what is to be added now."""
+        if term is not None:
+            self.selection.predict()
+            self.redraw()
+        if term:
+            self._add(term)
+
+    def _add_entry(self, entry: Entry) -> None:
+        if entry.addable:
+            self._add(entry.term)
+            return
+        why = entry.lacking or "there is nothing to add: measure that pose again (m asks for it)"
+        self._tell(f"{entry.term}: {why}")
+
+    def _add(self, term: str) -> None:
+        self._do(f"Adding {term} and fitting again …", lambda bench: bench.add(term))
+
+    def action_remove(self) -> None:
+        """Take the chosen term out of the model; the last one when none is chosen."""
+        there = [part.term for part in self.selection.parts() if part.there]
+        chosen = self.selection.part
+        term = chosen.term if chosen is not None else there[-1] if there else ""
+        if chosen is not None and not chosen.there:
+            self._tell(f"{term} is left out already; enter puts it back")
+        if term in there:
+            self._do(f"Fitting again without {term} …", lambda bench: bench.remove(term))
+
+    def action_undo(self) -> None:
+        """Back to the model before."""
+        if self.selection.snapshot is not None and len(self.selection.snapshot.ladder) > 1:
+            self._do("Back to the model before …", Bench.undo)
+
+    def action_sensor(self) -> None:
+        """The next sensor."""
+        if self.busy or not self._sensors:
+            return
+        if len(self._sensors) < 2:
+            self._tell(f"Only the {self.sensor} was measured.")
+            return
+        place = self._sensors.index(self.sensor) + 1
+        self.sensor = self._sensors[place % len(self._sensors)]
+        self._look()
+
+    def action_lesson(self) -> None:
+        """The lesson of the chosen suspect or term."""
+        snapshot, chosen = self.selection.snapshot, self.selection.part or self.selection.entry
+        if snapshot is not None and chosen is not None:
+            term = chosen.term
+            page = PageScreen(
+                f"lesson: {term}", lambda width, _: rows_for(snapshot, term, width), "l"
+            )
+            self.app.push_screen(page)
+
+    def action_trace(self) -> None:
+        """Every reading of the point picked; of the one that stands out most when none is."""
+        snapshot, view = self.selection.snapshot, self.selection.view()
+        if snapshot is None or view is None or not len(view.x):
+            return
+        if self.selection.cursor is None:
+            self.selection.pick_farthest()
+            self.redraw()
+        place = min(self.selection.cursor or 0, len(view.x) - 1)
+        page = PageScreen(
+            "raw trace", lambda width, _: raw_trace_rows(snapshot, view, place, width), "t"
+        )
+        self.app.push_screen(page)
+
+    def action_formula(self) -> None:
+        """An effect of one's own."""
+        if self.selection.snapshot is not None:
+            taken = {effect.name for effect in self.selection.snapshot.catalogue}
+            self.app.push_screen(FormulaScreen(self.sensor, taken), self._typed)
+
+    def _typed(self, effect: FormulaEffect | None) -> None:
+        if effect is not None:
+            self._do("Testing your formula …", lambda bench: bench.offer(effect), effect.name)
+
+    def action_next_poses(self) -> None:
+        """The whole verdict, and what to measure next."""
+        snapshot, chosen, live = self.selection.snapshot, self.selection.entry, self._live
+        if (
+            self.busy or snapshot is None
+        ):  # it is about the model before, and it brings the one after
+            return
+        page = PageScreen(
+            "what the data say",
+            lambda width, _: next_rows(snapshot, width, chosen=chosen, live=live),
+            "n",
+            measure=True,
+        )
+        self.app.push_screen(page, lambda now: self.action_measure() if now else None)
+
+    def action_measure(self) -> None:
+        """Lead through exactly the poses that are listed, then come back."""
+        snapshot = self.selection.snapshot
+        if snapshot is None or self.busy:
+            return
+        if not self._live or self.sensor == MAGNETOMETER:
+            self._tell(_CIRCLES if self._live else _NO_DEVICE)
+            return
+        suspect = None if self.selection.entry is None else self.selection.entry.suspect
+        self.dismiss(to_measure(snapshot.diagnosis, suspect)[0])

@@ -1,0 +1,76 @@
+"""The choice of a program that the saved calibration is written for."""
+
+import asyncio
+from collections.abc import Sequence
+from typing import ClassVar
+
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.content import Content
+from textual.screen import ModalScreen
+from textual.widgets import OptionList
+from textual.widgets.option_list import Option
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.quantities import quantity
+from imucal_wizard.report.exports import Exported, ExportTarget
+from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.text import wrapped
+from imucal_wizard.tui.widgets.footer import KeyFooter
+from imucal_wizard.tui.widgets.lines import Lines
+
+
+class ExportScreen(ModalScreen[None]):
+    """Writes the file beside the calibration, and says what it proves and what is lost.
+
+    Args:
+        state: of the wizard, with a saved calibration.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,x", "dismiss", "close", tooltip="goes back to the saved calibration"),
+        Binding("question_mark", "app.explain('save')", "help", tooltip="explains this screen"),
+        Binding("q", "app.quit", "quit", tooltip="leaves the program"),
+    ]
+
+    def __init__(self, state: WizardState) -> None:
+        super().__init__()
+        self._state = state
+        self._targets: Sequence[ExportTarget] = state.services.targets()
+
+    def compose(self) -> ComposeResult:
+        """The programs, and below them what was written."""
+        with Vertical(classes="box") as box:
+            box.border_title = "export for …   ↑↓ and enter"
+            options = [Content(one.title).stylize("bold") for one in self._targets]
+            yield OptionList(*(Option(one) for one in options), markup=False)
+            yield Lines(id="exported")
+        yield KeyFooter()
+
+    @on(OptionList.OptionSelected)
+    def _chosen(self, event: OptionList.OptionSelected) -> None:
+        self._write(self._targets[event.option_index])
+
+    @work(exclusive=True)
+    async def _write(self, target: ExportTarget) -> None:
+        try:
+            done = await asyncio.to_thread(self._state.export, target.name)
+        except UsageError as error:
+            rows = [(f"▲ {error}", "warn")]
+        else:
+            rows = told(done)
+        self.query_one("#exported", Lines).draw(
+            lambda width, _: [row for text, style in rows for row in wrapped(text, width, style)]
+        )
+
+
+def told(done: Exported) -> list[tuple[str, str]]:
+    """Where it was written, its error beside that of the calibration, what is lost."""
+    rows = [(f"✓ {done.path}", "good"), (done.formula, "quiet")]
+    if done.rms_exported is not None and done.rms_calibration is not None:
+        own = quantity(done.rms_calibration, done.unit)
+        read_back = quantity(done.rms_exported, done.unit)
+        rows.append((f"error of the calibration {own}, of the file read back {read_back}", ""))
+    return rows + [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]

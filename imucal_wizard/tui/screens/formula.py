@@ -1,0 +1,76 @@
+"""An effect typed as a formula."""
+
+from collections.abc import Collection
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Input
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.model.formula import UNITS, VARIABLES, FormulaEffect
+from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.widgets.footer import KeyFooter
+from imucal_wizard.tui.widgets.lines import Lines
+
+
+class FormulaScreen(ModalScreen[FormulaEffect | None]):
+    """Reads a formula; its result is the effect.
+
+    Args:
+        sensor: whose effect.
+        taken: names that effects have already.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(
+            "enter", "submit", "let it be a suspect", key_display="enter", priority=True,
+            tooltip="tests the formula as a suspect",
+        ),
+        Binding("escape", "dismiss(None)", "back", tooltip="goes back to the bench"),
+    ]  # fmt: skip
+
+    def __init__(self, sensor: str, taken: Collection[str]) -> None:
+        super().__init__()
+        self._sensor = sensor
+        self._taken = taken
+
+    def compose(self) -> ComposeResult:
+        """A field and what may stand in it."""
+        with Vertical(classes="box guess") as box:
+            box.border_title = "an effect of your own"
+            yield Input(placeholder="k*a**3   or   x: k1*ay*az; y: k2*T")
+            yield Lines()
+        yield KeyFooter()
+
+    def on_mount(self) -> None:
+        """Say what may stand in it."""
+        self._tell("")
+
+    def action_submit(self) -> None:
+        """Read it; say what is wrong with it."""
+        number, name = 1, "formula"
+        while name in self._taken:
+            number, name = number + 1, f"formula-{number + 1}"
+        try:
+            effect = FormulaEffect(self.query_one(Input).value, self._sensor, name)
+        except UsageError as error:
+            self._tell(str(error))
+            return
+        self.dismiss(effect)
+
+    def _tell(self, problem: str) -> None:
+        unit = UNITS[self._sensor][0]
+        rows: list[Line] = wrapped(f"▲ {problem}", 70, "warn", indent="  ") if problem else []
+        rows += wrapped(
+            f"The error of an axis, in {unit}; other names are coefficients to be found. Without "
+            "an axis in front it acts on each axis with coefficients of its own.", 70, "quiet",
+        )  # fmt: skip
+        rows += [
+            ((f"  {name:<4}", "key"), (told, "")) for name, told in VARIABLES.items() if name[1:] in
+            ("", "x")
+        ]  # fmt: skip
+        rows.append(line("  and the same with y and z", "quiet"))
+        self.query_one(Lines).show(rows)

@@ -1,0 +1,181 @@
+"""The heading, live: before and after calibration side by side."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+
+from imucal_wizard.core.quantities import number, true_minus, unit_sign
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.second_stage.heading import Compass
+from imucal_wizard.report.live_heading import LiveHeading, live_heading
+from imucal_wizard.report.text import heading_summary
+from imucal_wizard.run.snapshot import Snapshot
+from imucal_wizard.tui.drawing import rose
+from imucal_wizard.tui.screens.base import LiveScreen
+from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.text import Line, Span, line, wrapped
+from imucal_wizard.tui.widgets.big_text import BigText
+from imucal_wizard.tui.widgets.lines import Build, Lines
+
+_TAKES = (
+    "It takes the circles of the step Field, and the device held still in its poses while the "
+    "magnetometer records, so that the two sensors can be aligned by the dip of the field."
+)
+
+
+class HeadingScreen(LiveScreen):
+    """Above the result; it follows the device as it is turned.
+
+    Args:
+        state: of the wizard.
+        report: the fit.
+        compass: made of it.
+        step: the step of the machine below.
+    """
+
+    CSS_PATH = "heading.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
+        Binding("question_mark", "app.explain('heading')", "help", tooltip="explains this screen"),
+        Binding(
+            "h,escape,enter,b", "close", "back to the result", tooltip="goes back to the result"
+        ),
+    ]  # fmt: skip
+
+    def __init__(self, state: WizardState, report: FitReport, compass: Compass, step: str) -> None:
+        super().__init__(state)
+        self.step = step
+        self._report = report
+        self._compass = compass
+        self._readings: object = None
+        self._course: LiveHeading | None = None
+
+    def body(self) -> ComposeResult:
+        """Two cards with numbers to be read from afar, and what they are worth."""
+        with Horizontal(id="headings"):
+            for name in ("before", "after"):
+                with Vertical(classes="heading") as half:
+                    half.border_title = f"{name} calibration"
+                    yield Lines(id=f"rose-{name}", classes="rose")
+                    yield BigText(id=f"heading-{name}")
+        yield Lines(id="course")
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Show the newest readings."""
+        super().take(snapshot)
+        stream = snapshot.stream
+        readings = stream.accelerometer, stream.magnetometer
+        if readings != self._readings:
+            self._readings = readings
+            self._course = None
+            if stream.accelerometer is not None and stream.magnetometer is not None:
+                self._course = live_heading(
+                    self._report, self._compass, stream.accelerometer, stream.magnetometer
+                )
+        self._show(snapshot)
+
+    def _show(self, snapshot: Snapshot) -> None:
+        now = self._course
+        before, after = (math.nan, math.nan) if now is None else (now.before, now.after)
+        for name, value in (("before", before), ("after", after)):
+            seen = value if math.isfinite(value) else None
+            self.lines(f"rose-{name}").draw(_card(seen), seen)
+            self.query_one(f"#heading-{name}", BigText).say(large(value))
+        self.lines("course").draw(
+            lambda width, _: [
+                *_stale(snapshot, width - 2), *course_rows(now, self._report, width - 2)
+            ]
+        )  # fmt: skip
+
+    def leave(self, step: str) -> None:  # noqa: ARG002 (the screen below goes to that step)
+        """Uncover the screen of the step."""
+        self.dismiss()
+
+    def action_close(self) -> None:
+        """Back to what is below."""
+        self.end(self.step)
+
+
+def _card(heading: float | None) -> Build:
+    """A compass card for any size."""
+    return lambda width, height: [line(row) for row in rose(heading, width, height)]
+
+
+def _stale(snapshot: Snapshot, width: int) -> list[Line]:
+    """Why the readings are no news any more; or nothing."""
+    if snapshot.finished:
+        return [line("The recording has ended: this is its last reading.", "quiet")]
+    problem = snapshot.stream.problem
+    return wrapped(f"▲ {problem}", width, "bad", indent="  ") if problem else []
+
+
+def large(degrees: float) -> str:
+    """A heading to be read from two metres."""
+    return f"{degrees % 360.0:.1f}°" if math.isfinite(degrees) else "–"
+
+
+def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[Line]:
+    """What the calibration does here, whether field and dip are those of the calibration."""
+    if now is None:
+        return [line("no reading of the magnetometer yet", "quiet")]
+    rows = [_after(now), _change(now), _field(now, report), _dip(now)]
+    if report.second_stage is None:
+        return rows
+    change, left = np.degrees(heading_summary(report.second_stage.headings))
+    if math.isfinite(change):
+        says = f"In the still positions before and after differ by {change:.1f}° rms; "
+        rows += wrapped(f"{says}the error left is {left:.2f}°.", width, "quiet")
+    return rows
+
+
+def no_heading_rows(report: FitReport, width: int) -> list[Line]:
+    """Why there is no heading, and what it takes."""
+    if report.magnetic is None:
+        rows = wrapped("There is no heading without a calibrated magnetometer.", width, "warn")
+    else:
+        rows = wrapped("Nothing says yet how the magnetometer lies in the device.", width, "warn")
+    for text in (text for text in report.warnings if "magnetometer" in text):
+        rows += wrapped(f"▲ {text}", width, "", indent="  ")
+    return [*rows, line(""), *wrapped(_TAKES, width)]
+
+
+def _after(now: LiveHeading) -> Line:
+    """The heading with what the calibration does not know of it, and what one reading adds."""
+    if not math.isfinite(now.after):
+        return (("▲ x stands upright: no heading. Lay it flatter", "warn"),)
+    known = f"{now.after:.1f} ± {now.error:.2f}°"
+    adds = "" if now.noise is None else f"; noise of one reading ± {now.noise:.1f}°"
+    return (("after ", "quiet"), (known, "good"), (f" by the calibration{adds}", "quiet"))
+
+
+def _change(now: LiveHeading) -> Line:
+    turns = true_minus(f"the calibration turns it by {now.change:+.1f}°; ")
+    rise, where = round(abs(now.rise)), "above" if now.rise >= 0 else "below"
+    lies = f"{rise}° {where} the horizon" if rise else "level"
+    return (turns if math.isfinite(now.change) else "", "strong"), (
+        f"the x axis is {lies}",
+        "quiet",
+    )
+
+
+def _field(now: LiveHeading, report: FitReport) -> Line:
+    if report.magnetic is None or now.size_then is None:
+        return ()
+    unit = unit_sign(report.magnetic.fit.unit)
+    text = f"field {number(now.size)} {unit}, {number(now.size_then)} when calibrated "
+    return (text, ""), _trust(now.same_field, "iron is near it, or another place")
+
+
+def _dip(now: LiveHeading) -> Line:
+    if now.dip_then is None:
+        return ()
+    text = true_minus(f"dip {now.dip:.1f}°, {now.dip_then:.1f}° when calibrated ")
+    return (text, ""), _trust(now.same_dip, "it is being moved, or iron is near it")
+
+
+def _trust(same: bool, otherwise: str) -> Span:
+    return ("✓", "good") if same else (f"▲ {otherwise}", "warn")

@@ -1,0 +1,63 @@
+"""Help for the screen in front: a text for people, and the keys that work there."""
+
+from importlib.resources import files
+from typing import ClassVar
+
+from rich.table import Table
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen, Screen
+from textual.widgets import Markdown, Static
+
+
+def chapter(name: str) -> str:
+    """A chapter of the help text, in Markdown; "" where there is none of this name."""
+    text = files("imucal_wizard.tui").joinpath("help.md").read_text(encoding="utf-8")
+    chapters = dict(part.split("\n", 1) for part in text.split("\n# ")[1:])
+    return chapters.get(name, "").strip()
+
+
+def key_table(screen: Screen[object]) -> Table:
+    """The keys that work on a screen now, each with the sentence of its binding."""
+    shown: dict[str, tuple[list[str], str]] = {}
+    for _, binding, enabled, _ in screen.active_bindings.values():
+        says = binding.tooltip or (binding.description if binding.show else "")
+        if enabled and says and not binding.system:
+            keys, _ = shown.setdefault(says, ([], says))
+            key = screen.app.get_key_display(binding)
+            keys += [key] if key not in keys else []
+    table = Table.grid(padding=(0, 2))
+    table.add_column(min_width=6, no_wrap=True)
+    for keys, says in shown.values():
+        table.add_row(Text(" ".join(keys), "bold"), says)
+    return table
+
+
+class HelpScreen(ModalScreen[None]):
+    """What a screen is for and what its keys do.
+
+    Args:
+        about: chapter of the help text.
+        below: the screen whose keys are told.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,question_mark,enter,space", "dismiss", "close"),
+        Binding("q", "app.quit", "quit"),
+    ]
+    goes_with_step = True
+
+    def __init__(self, about: str, below: Screen[object]) -> None:
+        super().__init__()
+        self._about = about
+        self._below = below
+
+    def compose(self) -> ComposeResult:
+        """One scrolling text."""
+        with VerticalScroll(classes="box") as box:
+            box.border_title = f"help: {self._about}"
+            box.border_subtitle = "esc closes, ↑↓ scroll"
+            yield Markdown(chapter(self._about))
+            yield Static(key_table(self._below))

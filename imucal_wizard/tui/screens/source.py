@@ -1,0 +1,253 @@
+"""The first step: where the samples come from, and whether they make sense."""
+
+import re
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import on, work
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.message import Message
+from textual.widgets import Input, OptionList
+from textual.widgets.option_list import Option
+
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.tui.panels.preview import preview_rows, welcome_rows
+from imucal_wizard.tui.screens.base import Failed, LiveScreen
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
+from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.text import clean, wrapped
+from imucal_wizard.tui.threads import in_thread
+from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # numpy waits until after the first paint
+    from imucal_wizard.acquire.setup import StreamSetup
+    from imucal_wizard.run.snapshot import Snapshot, StreamStatus
+
+VIRTUAL = SourceChoice(
+    SourceKind.VIRTUAL,
+    title="virtual IMU",
+    detail="a sensor made of software: to practise on, no hardware needed",
+)
+_PORT = re.compile(r"\w+://|/dev/|COM\d+$", re.IGNORECASE)
+"""What is typed like this is a port or a URL; anything else is a file."""
+_RECORDED = (SourceKind.FILE, SourceKind.SESSION)
+_QUESTION = "Where do the samples come from?   ↑↓ and enter"
+
+
+class SourceScreen(LiveScreen):
+    """A list of sources on the left; what arrives from the chosen one on the right."""
+
+    class Seen(Message):
+        """It has been drawn."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
+        Binding(
+            "enter", "open", "open", key_display="enter", priority=True,
+            tooltip="opens the chosen source, or what was typed",
+        ),
+        Binding(
+            "tab", "type", "type a file or URL",
+            tooltip="to the field for a file or URL, and back to the list",
+        ),
+        Binding("f5", "look", "look again", tooltip="looks for ports and sessions again"),
+        Binding(
+            "enter", "start", "start calibrating", key_display="enter", priority=True,
+            tooltip="starts the calibration",
+        ),
+        Binding(
+            "c", "columns", "columns and units", tooltip="says which column is what, in which unit"
+        ),
+        Binding("escape", "other", "other source", tooltip="closes this source"),
+    ]  # fmt: skip
+    step = "source"
+
+    def __init__(self, state: WizardState) -> None:
+        super().__init__(state)
+        self._choices: list[SourceChoice] = [VIRTUAL]
+        self._chosen: SourceChoice | None = None
+        self._started = False
+        self._asked = False
+        self._was_ready = False
+        self._unknown_since: float | None = None
+
+    def body(self) -> ComposeResult:
+        """List and preview; a place to type below."""
+        yield Lines(id="question")
+        with Horizontal(id="source"):
+            with Vertical(id="choices"):
+                yield OptionList(id="list", markup=False)
+                yield Input(placeholder="file or URL, then enter", id="typed")
+            yield Lines(id="preview")
+
+    def on_mount(self) -> None:
+        """Show what is known at once; look for ports and sessions when that has been drawn."""
+        super().on_mount()
+        self._list()
+        self.query_one(OptionList).focus()
+        if self.state.source is None:
+            self._say(_QUESTION)
+            self.lines("preview").draw(lambda width, _: welcome_rows(width))
+            if self.state.choice is not None:
+                self._open(self.state.choice)
+        self.call_after_refresh(self._be_seen)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
+        """Choosing while nothing is open; then starting, as soon as the stream is understood."""
+        if action in ("open", "type", "look"):
+            return self.state.source is None
+        if action in ("columns", "other"):
+            return self.state.source is not None
+        return self._ready if action == "start" else True
+
+    @property
+    def _ready(self) -> bool:
+        """Samples arrive, and nothing must be asked about them."""
+        snapshot = self.state.snapshot if self.state.source is not None else None
+        return snapshot is not None and bool(snapshot.stream.samples) and not snapshot.stream.needs
+
+    def _be_seen(self) -> None:
+        """What takes long begins only now, so that it does not delay the first picture."""
+        self.post_message(self.Seen())
+        if self.state.choice is None:
+            self.action_look()
+
+    @work(exclusive=True, group="look")
+    async def action_look(self) -> None:
+        """Look for ports and for sessions to go on with."""
+        services = self.state.services
+        found = [VIRTUAL]
+        for look in (services.ports, services.earlier):
+            found += await in_thread(partial(self._found, look))
+        self._choices = found
+        self._list()
+
+    @staticmethod
+    def _found(look: Callable[[], Sequence[SourceChoice]]) -> list[SourceChoice]:
+        try:
+            return list(look())
+        except (ImucalError, OSError):  # a list that cannot be made leaves the other sources
+            return []
+
+    def _list(self) -> None:
+        place = self.query_one(OptionList)
+        keep = place.highlighted or 0
+        place.set_options([Option(_prompt(choice)) for choice in self._choices])
+        place.highlighted = min(keep, len(self._choices) - 1)
+
+    def action_open(self) -> None:
+        """Open the chosen source, or what was typed."""
+        if self.query_one(Input).has_focus:
+            typed = self.query_one(Input).value.strip()
+            kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
+            if typed:
+                self._open(SourceChoice(kind, typed, typed))
+        elif self._chosen is None or self._chosen is not self.state.choice:
+            # nobody picks another source by an early enter while the one ordered is being opened
+            self._open(self._choices[self.query_one(OptionList).highlighted or 0])
+
+    def action_type(self) -> None:
+        """To the field for a file or URL, and back to the list."""
+        self.focus_next()
+
+    @on(OptionList.OptionSelected)
+    def _clicked(self) -> None:
+        if self.state.source is None:
+            self.action_open()
+
+    @work(exclusive=True, group="open")
+    async def _open(self, choice: SourceChoice) -> None:
+        self._chosen = choice
+        self._say(f"Opening {choice.title or choice.target} …")
+        try:
+            source = await in_thread(lambda: self.state.services.open_source(choice))
+            self.state.use(source)
+        except ImucalError as error:
+            self._chosen = None
+            self._say(f"▲ {choice.title or choice.target} cannot be opened", "bad")
+            problem = str(error)
+            self.lines("preview").draw(lambda width, _: wrapped(f"▲ {problem}", width, "bad", "  "))
+            given = choice is self.state.choice and choice.kind in _RECORDED
+            self.post_message(Failed(error, always=given))
+            return
+        self.query_one(OptionList).focus()
+        self.refresh_bindings()
+
+    def action_other(self) -> None:
+        """Close this source and choose another."""
+        self.state.drop()
+        self._chosen = None
+        self._started = self._asked = False
+        self._unknown_since = None
+        self.lines("preview").draw(lambda width, _: welcome_rows(width))
+        self._say(_QUESTION)
+        self.refresh_bindings()
+        self.action_look()
+
+    def action_columns(self) -> None:
+        """Say which column is what, in which unit."""
+        source = self.state.source
+        if source is None or not source.snapshot().stream.columns:
+            return
+        from imucal_wizard.tui.screens.columns import ColumnsScreen
+
+        self.app.push_screen(ColumnsScreen(lambda: source.snapshot().stream), self._set_up)
+
+    def _set_up(self, setup: "StreamSetup | None") -> None:
+        if setup is not None and self.state.source is not None:
+            self.state.source.set_setup(setup)
+
+    def action_start(self) -> None:
+        """The stream is what it should be: go on; not before anything has arrived."""
+        if self._ready:
+            self.state.order("start")
+
+    def take(self, snapshot: "Snapshot") -> None:
+        """Show what arrives; start by itself where nobody is asked."""
+        super().take(snapshot)
+        stream, ready = snapshot.stream, self._ready
+        self.lines("preview").draw(lambda width, _: preview_rows(stream, width))
+        if ready is not self._was_ready:
+            self._was_ready = ready
+            self.refresh_bindings()
+        self._ask(stream)
+        alone = self.state.settings.auto or (
+            self._chosen is not None and self._chosen.kind in _RECORDED
+        )
+        if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
+            self._started = True
+            self.action_start()
+
+    def _ask(self, stream: "StreamStatus") -> None:
+        """Say what is wanted now; open the questions by themselves, once, where there are any."""
+        name = self._chosen.title or self._chosen.target if self._chosen else stream.source
+        if stream.needs:
+            self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
+            self._ask_in_time(stream)
+        elif stream.samples:
+            self._say(f"{name}: is this what you expect?   enter starts")
+        else:
+            self._say(f"{name}: waiting for samples …   esc: another source")
+
+    def _ask_in_time(self, stream: "StreamStatus") -> None:
+        """Open the questions once it is plain that no header will answer them."""
+        now = time.monotonic()
+        self._unknown_since = now if self._unknown_since is None else self._unknown_since
+        waited = now - self._unknown_since >= self.state.settings.header_patience
+        if waited and not self._asked and stream.columns:
+            self._asked = True
+            self.action_columns()
+
+    def _say(self, text: str, style: str = "strong") -> None:
+        self.lines("question").draw(lambda width, _: wrapped(text, width, style), (text, style))
+
+
+def _prompt(choice: SourceChoice) -> Content:
+    """Two rows; never read as markup."""
+    title = Content(clean(choice.title or choice.target)).stylize("bold")
+    return title + Content("\n  " + clean(choice.detail)) if choice.detail else title

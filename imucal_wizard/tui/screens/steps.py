@@ -1,0 +1,406 @@
+"""The measuring steps: each shows instruction, drawing, stillness, progress and traces."""
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+
+from imucal_wizard.core.poses import DIRECTIONS, NAMED
+from imucal_wizard.core.quantities import number
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.plan import standard
+from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.wording import TITLES
+from imucal_wizard.run.snapshot import Snapshot
+from imucal_wizard.tui.drawing import (
+    IDENTITY,
+    Matrix,
+    Vector,
+    about,
+    cube_rows,
+    matrix_of,
+    product,
+    tilted,
+)
+from imucal_wizard.tui.panels.step import (
+    OFFER_KEYS,
+    notice_rows,
+    pose_rows,
+    reason,
+    rotation_rows,
+    start_rows,
+    still_rows,
+    stream_row,
+)
+from imucal_wizard.tui.panels.traces import trace_rows
+from imucal_wizard.tui.screens.base import LiveScreen
+from imucal_wizard.tui.screens.skip import SkipScreen
+from imucal_wizard.tui.text import Line, bar, line, wrapped
+from imucal_wizard.tui.widgets.big_text import BigText
+from imucal_wizard.tui.widgets.lines import Lines
+
+STEP_DEG = 15.0
+"""One press of a key turns the virtual device by this much."""
+_SWING_DEG = 90.0
+_SWING_SECONDS = 4.0
+_AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def _turn(key: str, axis: str, sense: int, shown: str, words: str) -> Binding:
+    """A key that turns the virtual device; the first of each pair turns it to the left."""
+    return Binding(
+        key, f"hand_turn('{axis}', {sense})", words, show=bool(shown), key_display=shown or None,
+        tooltip=f"turns the virtual device about its {axis} axis by {STEP_DEG:.0f}°, "
+        f"to the {'left' if sense > 0 else 'right'}",
+    )  # fmt: skip
+
+
+class StepScreen(LiveScreen):
+    """The same places on every step, so that the eye finds them; keys of step and virtual hand."""
+
+    CSS_PATH = "steps.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(
+            "u", "order('undo')", "undo last",
+            tooltip="takes back the last hold, rotation or circle; nothing else is lost",
+        ),
+        Binding("s", "skip", "skip step", tooltip="skips the step; what that costs is said first"),
+        Binding("r", "order('repeat')", "repeat step", tooltip="does the step from its beginning"),
+        Binding("b", "order('back')", "back", tooltip="goes back one step"),
+        Binding(
+            "space", "hand_do", "snap",
+            tooltip="brings the virtual device into the pose asked for, or turns it round there",
+        ),
+        Binding(
+            "S", "hand_steel", "steel passes",
+            tooltip="something of steel passes the virtual device: the field is disturbed",
+        ),
+        Binding(
+            "T", "hand_tremble", "tremble",
+            tooltip="holds the virtual device in a trembling hand, or lays it down",
+        ),
+        *(
+            Binding(key, f"offer('{command}')", f"way out: {command}", show=False)
+            for command, key in OFFER_KEYS.items()
+        ),
+        Binding("H", "hand_follow(True)", "hand does it", tooltip="the hand does everything"),
+        Binding("H", "hand_follow(False)", "hand stops", tooltip="stops the virtual hand"),
+        _turn("left", "z", 1, "←→", "about z"),
+        _turn("right", "z", -1, "", ""),
+        _turn("up", "y", 1, "↑↓", "about y"),
+        _turn("down", "y", -1, "", ""),
+        _turn("a", "x", 1, "a d", "about x"),
+        _turn("d", "x", -1, "", ""),
+    ]  # fmt: skip
+
+    wanted_title: ClassVar[str] = "wanted"
+
+    def body(self) -> ComposeResult:
+        """Instruction; words beside drawings; notice; what this step alone shows; the stream."""
+        yield BigText(id="instruction")
+        with Horizontal(id="middle"):
+            with Vertical(id="words"):
+                for name in ("say", "still", "bars", "hold"):
+                    yield Lines(id=name)
+            with Horizontal(id="drawings"):
+                yield from drawings(self.wanted_title)
+        yield Lines(id="notice")
+        yield Lines(id="own")
+        yield Lines(id="traces")
+        yield Lines(id="stream")
+
+    def take(self, snapshot: Snapshot) -> None:
+        """Show a snapshot."""
+        super().take(snapshot)
+        if snapshot.status.step == self.step:
+            self.show(snapshot)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Show the step."""
+        status, stream = snapshot.status, snapshot.stream
+        still = status.still
+        self.show_stream(snapshot)
+        self.lines("say").draw(lambda width, height: self.say_rows(status, width)[: height or 3])
+        self.lines("still").show([reason(still)])
+        self.lines("bars").draw(lambda width, height: still_rows(still, width, height))
+        self.lines("hold").draw(lambda width, _: [self.hold_row(status, width)])
+        self.lines("notice").draw(
+            lambda width, height: notice_rows(
+                stream.problem, status.offers, status.last_event, width, height
+            )
+        )
+        self.lines("own").draw(lambda width, height: self.own_rows(status, width, height))
+        units = stream.accelerometer_unit, stream.gyroscope_unit
+        self.lines("traces").draw(
+            lambda width, height: trace_rows(snapshot.traces, units, width, height)
+        )
+        now = attitude_of(snapshot)
+        wanted, axis = self.wanted_attitude(status, now or IDENTITY)
+        draw_device(self.lines("now"), now, axis)
+        self.lines("wanted").display = wanted is not None
+        draw_device(self.lines("wanted"), wanted, axis)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """The virtual hand's keys work where there is one, a way out's while it is offered."""
+        hand, snapshot = self.state.hand, self.state.snapshot
+        if action == "offer":
+            offers = snapshot.status.offers if snapshot is not None else ()
+            return parameters[0] in [offer.command for offer in offers]
+        if action.startswith("hand_") and hand is None:
+            return False
+        if action == "hand_steel":
+            return snapshot is not None and snapshot.status.field is not None
+        if action == "hand_follow" and hand is not None:
+            return parameters[0] is not hand.following
+        return True
+
+    def action_order(self, name: str) -> None:
+        """Hand a command to the procedure."""
+        self.state.order(name)
+
+    def action_offer(self, command: str) -> None:
+        """Take a way out."""
+        self.state.order(command)
+
+    def action_skip(self) -> None:
+        """State what skipping costs; skip when that is accepted."""
+        step = standard().step(StepKind(self.step))
+
+        def answered(skip: bool | None) -> None:
+            if skip:
+                self.state.order("skip")
+
+        self.app.push_screen(SkipScreen(TITLES[step.kind], step.skipped), answered)
+
+    def action_hand_turn(self, axis: str, sense: int) -> None:
+        """Turn the virtual device."""
+        if self.state.hand is not None:
+            self.state.hand.turn(axis, sense * STEP_DEG)
+            self.refresh_bindings()
+
+    def action_hand_do(self) -> None:
+        """Bring the virtual device into the pose that is asked for."""
+        hand, snapshot = self.state.hand, self.state.snapshot
+        if hand is not None and snapshot is not None:
+            status = snapshot.status
+            target = status.wanted if status.rotation is None else status.rotation.start_pose
+            if target:
+                hand.snap_to(target)
+                self.refresh_bindings()
+
+    def action_hand_tremble(self) -> None:
+        """Hold the virtual device in the hand, or lay it down."""
+        if self.state.hand is not None:
+            self.state.hand.tremble(not self.state.hand.trembling)
+
+    def action_hand_steel(self) -> None:
+        """Let something of steel pass the virtual device."""
+        if self.state.hand is not None:
+            self.state.hand.pass_steel()
+
+    def action_hand_follow(self, on: bool) -> None:
+        """Let the virtual hand do what the wizard asks, or stop it."""
+        if self.state.hand is not None:
+            self.state.hand.following = on
+            self.refresh_bindings()
+
+    def announced(self, snapshot: Snapshot) -> tuple[str, str]:
+        """What is read from two metres, and its style; a lost line before all else."""
+        if not snapshot.stream.connected and not snapshot.finished:
+            return "NOT CONNECTED", "bad"
+        return self.headline(snapshot.status)
+
+    def headline(self, status: Status) -> tuple[str, str]:
+        """The instruction; HOLD STILL once the device is where a hold counts."""
+        still = status.still
+        growing = still.still and not still.spent and still.held < still.needed
+        if growing and status.counts_here:
+            return "HOLD STILL", "good"
+        return status.instruction or "ONE MOMENT", "strong"
+
+    def show_stream(self, snapshot: Snapshot) -> None:
+        """The instruction above, the stream below."""
+        self.query_one(BigText).say(*self.announced(snapshot))
+        stream, status, muted = snapshot.stream, snapshot.status, self.state.sounds.muted
+        self.lines("stream").draw(
+            lambda width, _: [stream_row(stream, status.noise, status.still.loosened, muted, width)]
+        )
+
+    def progress_words(self, status: Status) -> str:
+        """How much of the step is done."""
+        done, wanted = status.progress
+        return f"{done:.0f} of {wanted:.0f} done"
+
+    def say_rows(self, status: Status, width: int) -> list[Line]:
+        """How much is done, what to do, and how to get there."""
+        rows = [line(self.progress_words(status), "accent")]
+        rows += wrapped(status.detail, width) if status.detail else []
+        return rows + (wrapped(status.guidance, width, "strong") if status.guidance else [])
+
+    def hold_row(self, status: Status, width: int) -> Line:
+        """How long the device has been still, of how long it should be."""
+        still = status.still
+        return progress_bar(still.held, still.needed, width, "good" if still.still else "")
+
+    def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (each step has its own)
+        """What this step alone shows."""
+        return []
+
+    def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
+        """How the device should lie, and the body axis to draw through it."""
+        if status.rotation is not None:
+            return swinging(status, now)
+        if status.wanted_up is not None:
+            return tilted(now, status.wanted_up), ""
+        return (
+            (tilted(now, _direction(NAMED, status.wanted)), "")
+            if status.wanted in NAMED
+            else (None, "")
+        )
+
+
+class SettleScreen(StepScreen):
+    """The device lies still while its noise is measured."""
+
+    step = StepKind.SETTLE
+
+    def progress_words(self, status: Status) -> str:
+        """Seconds measured."""
+        done, wanted = status.progress
+        return f"{done:.0f} of {wanted:.0f} s measured"
+
+    def hold_row(self, status: Status, width: int) -> Line:
+        """The step's own progress: the hold is the whole step."""
+        return progress_bar(*status.progress, width, "good")
+
+
+class PoseScreen(StepScreen):
+    """Poses are held; any pose still missing is accepted, whichever is asked for."""
+
+    step = StepKind.POSES
+
+    def own_rows(self, status: Status, width: int, height: int) -> list[Line]:
+        """The list of poses."""
+        return pose_rows(
+            status.done, status.missing, status.wanted, status.recognised, width, height
+        )
+
+    def progress_words(self, status: Status) -> str:
+        """How many poses are done, and whether the one the device is in is among them."""
+        words = super().progress_words(status)
+        if status.recognised and status.recognised in status.done:
+            return f"{words}   ✓ this one is done"
+        return words
+
+
+class ValidateScreen(PoseScreen):
+    """A few new orientations that the fit has not seen."""
+
+    step = StepKind.VALIDATE
+
+
+class UpDownScreen(PoseScreen):
+    """The six faces up and down, with the start values as they come."""
+
+    step = StepKind.UP_DOWN
+
+    def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (the table has one size)
+        """The start values of each axis."""
+        return start_rows(status.done, status.wanted, status.start_values)
+
+
+class RotationScreen(StepScreen):
+    """Turn about one axis, stop, hold still; both senses, several speeds."""
+
+    step = StepKind.ROTATIONS
+    wanted_title: ClassVar[str] = "do this"
+
+    def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (always four rows)
+        """Angle, rate, done and wanted."""
+        return rotation_rows(status.rotation, width) if status.rotation is not None else []
+
+
+class MoreScreen(StepScreen):
+    """What the bench asks for: exactly these poses and rotations, then back to the bench."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(
+            "s", "order('skip')", "enough: to the bench",
+            tooltip="goes back to the bench with what there is",
+        ),
+        Binding("r", "order('repeat')", "repeat all", tooltip="measures all of it again"),
+    ]  # fmt: skip
+    step = StepKind.MORE
+
+    def own_rows(self, status: Status, width: int, height: int) -> list[Line]:
+        """The poses asked for, or the rotation under way."""
+        if status.rotation is not None:
+            return rotation_rows(status.rotation, width)
+        return pose_rows(
+            status.done, status.missing, status.wanted, status.recognised, width, height
+        )
+
+    def progress_words(self, status: Status) -> str:
+        """How much of what the bench asked for is done."""
+        return f"for the bench: {super().progress_words(status)}"
+
+    def say_rows(self, status: Status, width: int) -> list[Line]:
+        """The way first: some of these poses have no name to go by."""
+        rows = [line(self.progress_words(status), "accent")]
+        rows += wrapped(status.guidance, width, "strong") if status.guidance else []
+        rows += wrapped(status.detail, width) if status.detail else []
+        return rows + (wrapped(status.reason, width, "quiet") if status.reason else [])
+
+
+def drawings(wanted: str) -> ComposeResult:
+    """Places for the device as it lies now, and as it is wanted."""
+    for name, title in (("now", "now"), ("wanted", wanted)):
+        place = Lines(id=name, classes="drawing")
+        place.border_title = title
+        yield place
+
+
+def draw_device(place: Lines, attitude: Matrix | None, axis: str = "") -> None:
+    """Draw the device with this body-to-world rotation; None while it is not known."""
+
+    def rows(width: int, height: int) -> list[Line]:
+        if attitude is None:
+            return [line("")] * (height // 2) + [line("not known yet".center(width), "quiet")]
+        return [line(row) for row in cube_rows(attitude, width, height, axis)]
+
+    place.draw(rows, (attitude, axis))
+
+
+def attitude_of(snapshot: Snapshot) -> Matrix | None:
+    """The device's attitude, from the stream or at least from which way is up."""
+    if snapshot.attitude is not None:
+        return matrix_of(snapshot.attitude.tolist())
+    return None if snapshot.status.up is None else tilted(IDENTITY, snapshot.status.up)
+
+
+def progress_bar(done: float, wanted: float, width: int, style: str) -> Line:
+    """Seconds done of the seconds wanted, with a bar."""
+    words = f" {done:.1f} of {number(wanted, 2)} s"
+    share = done / wanted if wanted > 0 else 0.0
+    return ("HOLD    ", "strong"), (bar(share, max(10, width - 9 - len(words))), style), (words, "")
+
+
+def swinging(status: Status, now: Matrix) -> tuple[Matrix | None, str]:
+    """The start pose, swinging about the wanted axis to show what is meant; and that axis."""
+    rotation = status.rotation
+    if rotation is None or rotation.start_pose not in DIRECTIONS:
+        return None, ""
+    start = tilted(now, _direction(DIRECTIONS, rotation.start_pose))
+    if status.guidance:  # the start pose comes first
+        return start, rotation.axis
+    phase = 2.0 * math.pi * status.elapsed / _SWING_SECONDS
+    angle = math.radians(_SWING_DEG) * math.sin(phase)
+    return product(start, about(_AXES[rotation.axis], angle)), rotation.axis
+
+
+def _direction(directions: Mapping[str, FloatArray], name: str) -> Vector:
+    x, y, z = (float(value) for value in directions[name])
+    return x, y, z

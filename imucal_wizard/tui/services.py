@@ -1,0 +1,268 @@
+"""What the screens ask of the program below them: sources, the fit, the bench, saving, lists."""
+
+import gc
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
+
+if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
+    from imucal_wizard.diagnose.benches import Benches
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.result import FitReport
+    from imucal_wizard.measurement.holds import Collected
+    from imucal_wizard.report.calibration_file import Calibration
+    from imucal_wizard.report.exports import Exported, ExportTarget
+    from imucal_wizard.run.snapshot import Snapshot
+    from imucal_wizard.sessions import SessionInfo
+
+MAX_LISTED_SESSIONS = 4
+"""Earlier sessions that the list of sources offers: more would push the ports out of sight."""
+_GC_OLD_GENERATION = 2
+"""Collections of the middle generation between two of the oldest: frequent, hence short."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """Where a calibration was written, and what to say of it when the app has closed."""
+
+    path: Path
+    says: tuple[str, ...] = ()
+
+
+class Services(Protocol):
+    """Everything the screens cannot do themselves; tests give something simpler."""
+
+    def open_source(self, choice: SourceChoice) -> SampleSource:
+        """Make the source chosen; not started yet. Runs in a thread.
+
+        Raises:
+            ImucalError: it cannot be opened, and why.
+        """
+
+    def ports(self) -> Sequence[SourceChoice]:
+        """What is plugged in. Runs in a thread."""
+
+    def earlier(self) -> Sequence[SourceChoice]:
+        """Sessions that can be resumed, newest first. Runs in a thread."""
+
+    def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
+        """Fit what was collected. Runs in a thread.
+
+        Raises:
+            DataError: the data are insufficient.
+        """
+
+    def compare(
+        self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
+    ) -> "Sequence[MethodRow]":
+        """Every method of every sensor on what was collected. Runs in a thread."""
+
+    def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
+        """The benches of a fit, with the models of those before. Runs in a thread."""
+
+    def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
+        """What the data say of each sensor's model. Runs in a thread."""
+
+    def save(self, report: "FitReport", benches: "Benches | None") -> Saved:
+        """Write the calibration, with the effects that the bench has added. Runs in a thread.
+
+        Raises:
+            UsageError: the place cannot be written.
+        """
+
+    def targets(self) -> "Sequence[ExportTarget]":
+        """The programs that a calibration can be written for."""
+
+    def export(self, saved: Path, target: str) -> "Exported":
+        """Write a saved calibration for another program, beside it. Runs in a thread.
+
+        Raises:
+            UsageError: the target cannot hold it, or the place cannot be written.
+        """
+
+    def loaded(self) -> None:
+        """Everything that the app needs has been imported."""
+
+
+class WizardServices:
+    """The services on real sources and files.
+
+    Args:
+        options: what the command line says.
+
+    Attributes:
+        sources: opens what is chosen, and knows what is open.
+    """
+
+    def __init__(self, options: WizardOptions) -> None:
+        self._options = options
+        self.sources = SourceOpener(options)
+
+    def open_source(self, choice: SourceChoice) -> SampleSource:
+        """Make the source chosen."""
+        return self.sources.open(choice)
+
+    def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
+        """Fit what was collected.
+
+        Raises:
+            DataError: the holds do not carry a calibration.
+        """
+        from imucal_wizard.estimate.fitting import FitOptions
+        from imucal_wizard.run.review import fit_stream
+
+        wanted = self._options
+        options = FitOptions(
+            self.sources.gravity,
+            wanted.method,
+            wanted.gyroscope_method,
+            wanted.magnetometer_method,
+            wanted.field,
+        )
+        return fit_stream(collected, snapshot.stream, options)
+
+    def compare(
+        self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
+    ) -> "tuple[MethodRow, ...]":
+        """Every method of every sensor on what was collected."""
+        from imucal_wizard.estimate.fitting.magnetometer import samples_during
+        from imucal_wizard.estimate.fitting.methods import method_rows
+
+        stream, series = snapshot.stream, collected.magnetometer
+        unit = None if stream.gyroscope is None else stream.gyroscope_unit
+        if series is not None:
+            spans = collected.field_spans
+            series = samples_during(spans, series) if spans else None
+        return method_rows(report, unit, series, self._options.field)
+
+    def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
+        """The benches of a fit, with the readings it was made of where they are at hand."""
+        from imucal_wizard.diagnose.benches import Benches
+        from imucal_wizard.model.catalogue import load_effect
+        from imucal_wizard.sessions.readings_again import session_readings
+
+        kept = self.sources.session or self.sources.watched
+        readings = self.sources.played or session_readings(kept, report.holds)
+        own = [load_effect(path) for path in self._options.effects]
+        return Benches(report, readings, own=own, before=before)
+
+    def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
+        """What the data say of each sensor's model."""
+        from imucal_wizard.diagnose.survey import diagnose_benches
+
+        return {one.sensor: one for one in diagnose_benches(benches, {}, automatic=False)}
+
+    def save(self, report: "FitReport", benches: "Benches | None" = None) -> Saved:
+        """Write the calibration, with the effects found on the bench, and say what it is worth.
+
+        Raises:
+            UsageError: the place cannot be written.
+        """
+        from imucal_wizard.report.calibration_file import from_report
+        from imucal_wizard.report.text import summary
+
+        now = datetime.now().astimezone()
+        models = {} if benches is None else benches.models()
+        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"), models)
+        path = self._written(made)
+        found: list[str] = []
+        says: list[str] = []
+        if benches is not None:
+            diagnoses = self.diagnose(benches).values()
+            says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses]
+            found += [
+                f"{one}: with {', '.join(benches.found(one))} from the bench" for one in models
+            ]
+        return Saved(path, (summary(report, says), *found, f"saved: {path}"))
+
+    def _written(self, made: "Calibration") -> Path:
+        """Write it, under a name that is free unless one was given; what is there stays."""
+        from imucal_wizard.report.calibration_file import says_the_same
+
+        if self._options.save is not None:
+            return made.save(self._options.save)
+        for path in self._names():
+            if not path.exists():
+                break
+            if says_the_same(path, made):
+                return path
+        return made.save(path)
+
+    def _names(self) -> Iterator[Path]:
+        """Names for the calibration, the plainest first, without an end."""
+        if self.sources.session is not None:
+            first = self.sources.session.with_suffix(".json")
+        else:
+            names = "+".join(path.stem for path in self._options.replay) or "recording"
+            first = Path.cwd() / f"{names}.calibration.json"
+        yield first
+        for number in itertools.count(2):
+            yield first.with_name(f"{first.stem}-{number}{first.suffix}")
+
+    def targets(self) -> "Sequence[ExportTarget]":
+        """The programs that a calibration can be written for."""
+        from imucal_wizard.report.exports import targets
+
+        return tuple(targets().values())
+
+    def export(self, saved: Path, target: str) -> "Exported":
+        """Write a saved calibration for another program, beside it."""
+        from imucal_wizard.report.calibration_file import read_calibration
+        from imucal_wizard.report.exports import target_named, write_export
+
+        path = saved.with_name(f"{saved.stem}.{target}{target_named(target).suffix}")
+        return write_export(read_calibration(saved), target, path)
+
+    def loaded(self) -> None:
+        """Keep the garbage collector's pauses short from here on.
+
+        A full collection of everything that a Textual app has loaded takes 50 to 200 ms, in which
+        no thread fetches a byte; a terminal's buffer holds 20 to 40 ms of 2,000 samples a second.
+        """
+        gc.freeze()
+        gc.collect()  # from here on the collector counts only what is left
+        gc.set_threshold(*gc.get_threshold()[:2], _GC_OLD_GENERATION)
+
+    def ports(self) -> list[SourceChoice]:
+        """What is plugged in."""
+        from imucal_wizard.acquire.ports import list_ports
+
+        found = []
+        for port in list_ports():
+            words = (port.vid_pid, port.description, port.hint)
+            detail = "  ".join(word for word in words if word)
+            found.append(SourceChoice(SourceKind.PORT, port.device, port.device, detail))
+        return found
+
+    def earlier(self) -> list[SourceChoice]:
+        """Sessions that are not finished, newest first."""
+        from imucal_wizard.sessions import list_sessions
+
+        known = [one for one in list_sessions(self.sources.directory()) if not one.problem]
+        return [_resumable(one) for one in known if not one.finished and one.holds][
+            :MAX_LISTED_SESSIONS
+        ]
+
+
+def _resumable(session: "SessionInfo") -> SourceChoice:
+    from imucal_wizard.guide.wording import plural
+    from imucal_wizard.tui.screens.base import MORE, STEPS
+    from imucal_wizard.tui.text import clock
+
+    begun = datetime.fromtimestamp(session.created).astimezone()
+    today = begun.date() == datetime.now().astimezone().date()
+    when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
+    step = (STEPS | MORE).get(session.step, session.step)
+    return SourceChoice(
+        SourceKind.SESSION,
+        str(session.path),
+        f"resume session of {when}, at {step}",
+        f"{plural(session.holds, 'hold')} in {clock(session.seconds)}, {session.source}",
+    )

@@ -1,0 +1,335 @@
+"""Opens what was chosen: the virtual IMU, a port, a recording, a session to watch or resume."""
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.tui.options import WizardOptions
+
+if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
+    from imucal_wizard.acquire.setup import StreamSetup
+    from imucal_wizard.core.readings import Readings
+    from imucal_wizard.measurement.holds import Collected
+    from imucal_wizard.run.engine import Engine
+    from imucal_wizard.run.procedure_settings import ProcedureSettings
+    from imucal_wizard.run.session_replay import Resumed
+    from imucal_wizard.run.snapshot import Snapshot
+    from imucal_wizard.simulate import VirtualImu
+
+
+class SampleSource(Protocol):
+    """A stream with its procedure, running in a thread of its own."""
+
+    live: bool
+    """Whether it is a device, which can be asked for new poses."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more will come."""
+
+    def start(self) -> None:
+        """Begin to read."""
+
+    def stop(self) -> None:
+        """Stop reading; back within 100 ms."""
+
+    def snapshot(self) -> "Snapshot":
+        """The newest picture of everything."""
+
+    def command(self, name: str, argument: str = "") -> None:
+        """Hand a command to the procedure."""
+
+    def collected(self) -> "Collected":
+        """What has been measured so far."""
+
+    def set_setup(self, setup: "StreamSetup") -> None:
+        """Read the stream in this way from its first byte on."""
+
+
+@runtime_checkable
+class Hand(Protocol):
+    """The virtual hand that moves the virtual device."""
+
+    following: bool
+    """Whether it does everything by itself."""
+
+    @property
+    def trembling(self) -> bool:
+        """Whether the device is held and not laid down."""
+
+    def turn(self, axis: str, degrees: float) -> None:
+        """Turn the device about one of its axes."""
+
+    def snap_to(self, target: str) -> None:
+        """Bring a pose on top."""
+
+    def tremble(self, on: bool) -> None:
+        """Hold the device in the hand, or lay it down."""
+
+    def pass_steel(self) -> None:
+        """Let something of steel pass by: the field is disturbed for a moment."""
+
+
+class SourceKind(StrEnum):
+    """Where samples can come from."""
+
+    VIRTUAL = "virtual"
+    PORT = "port"
+    FILE = "file"
+    SESSION = "session"
+
+
+@dataclass(frozen=True)
+class SourceChoice:
+    """What the operator chose to read from.
+
+    Attributes:
+        kind: a virtual device, a port or URL, a recording, an earlier session.
+        target: device name, URL or path; "" for the virtual device.
+        title: in words.
+        detail: one more line in words.
+    """
+
+    kind: SourceKind
+    target: str = ""
+    title: str = ""
+    detail: str = ""
+
+
+class SourceOpener:
+    """Makes sources as the command line's options want them.
+
+    Args:
+        options: what the command line says.
+
+    Attributes:
+        session: the session file being written, or None.
+        title: what is read, in words.
+        played: the recording being played, or None.
+        watched: the session being played, or None.
+        sealed: the answer of an exercise, or None.
+        gravity: local gravity by which the result is fitted, m/s².
+    """
+
+    def __init__(self, options: WizardOptions) -> None:
+        self._options = options
+        self.title = ""
+        self.session: Path | None = None
+        self.played: Readings | None = None
+        self.watched: Path | None = None
+        self.sealed: Path | None = None
+        self.gravity = options.gravity or STANDARD_GRAVITY
+
+    def directory(self) -> Path:
+        """Where sessions are kept."""
+        from imucal_wizard.sessions import default_directory
+
+        return self._options.sessions or default_directory()
+
+    def open(self, choice: SourceChoice) -> SampleSource:
+        """Make the source chosen.
+
+        Raises:
+            ImucalError: it cannot be opened, and why.
+        """
+        self.title = choice.title or choice.target
+        self.session, self.played, self.watched = None, None, None
+        if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
+            return self._resumed(Path(choice.target))
+        if choice.kind is SourceKind.FILE:
+            paths = (Path(choice.target),) if choice.target else self._options.replay
+            return self._player(paths)
+        if choice.kind is SourceKind.PORT:
+            return self._reader(choice.target)
+        return self._virtual()
+
+    def _virtual(self) -> SampleSource:
+        """The virtual IMU; for an exercise with an effect hidden by chance, its answer sealed."""
+        from imucal_wizard.run.reader import Reader
+
+        options = self._options
+        about: dict[str, Any] = {"kind": "virtual", "magnetometer": options.magnetometer}
+        if options.mystery is None:
+            about |= {"seed": options.seed, "hidden": list(options.hidden)}
+        else:
+            about |= {"mystery": options.mystery, "grade": options.grade}
+        imu = virtual_imu(about, options)
+        engine = self._begin(about, float(imu.sensor.gyroscope.highest))
+        if options.mystery is not None and self.session is not None:
+            from imucal_wizard.teach.exercise_session import exercise_session, seal_beside
+
+            exercise = exercise_session(
+                options.mystery, options.grade, magnetometer=options.magnetometer
+            )
+            self.sealed = seal_beside(self.session, exercise, options.key)
+        return Reader(imu, engine)
+
+    def _reader(self, port: str) -> SampleSource:
+        from imucal_wizard.acquire.transport import Transport
+        from imucal_wizard.run.pump import Pump
+        from imucal_wizard.run.reader import Reader
+
+        about = {"kind": "port", "port": port, "baud": self._options.baud}
+        return Reader(Pump(Transport(port, self._options.baud)), self._begin(about))
+
+    def _begin(self, about: dict[str, Any], full_scale: float | None = None) -> "Engine":
+        """An engine that writes a new session.
+
+        Args:
+            about: what is needed to open the same source again.
+            full_scale: of the gyroscope, rad/s, where the source knows it and the user says none.
+        """
+        from imucal_wizard.run.session_replay import begin
+        from imucal_wizard.sessions import new_path
+
+        self.session = new_path(self.directory(), datetime.now().astimezone())
+        settings = self._settings()
+        settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
+        return begin(
+            self.session, stream_setup(self._options), settings, source=self.title, about=about
+        )
+
+    def _resumed(self, path: Path) -> SampleSource:
+        """The source of an earlier session, which is read again before it goes on."""
+        from imucal_wizard.run.session_replay import resume
+
+        if not path.is_file():
+            raise SessionError(f"there is no session {path}; give the path of an .imucal file")
+        resumed = resume(path)
+        self.session = path
+        self.gravity = self._options.gravity or resumed.engine.settings.gravity
+        self.title = resumed.engine.source or self.title
+        with ExitStack() as on_failure:
+            on_failure.callback(resumed.session.close)
+            source = self._opened_again(resumed)
+            on_failure.pop_all()
+        return source
+
+    def _opened_again(self, resumed: "Resumed") -> SampleSource:
+        """What a session was read from; a device may be at another port now."""
+        from imucal_wizard.acquire.transport import Transport
+        from imucal_wizard.run.pump import Pump
+        from imucal_wizard.run.reader import Reader
+
+        about, path, options = resumed.about, resumed.session.path, self._options
+        virtual = about.get("kind") == "virtual"
+        if virtual and options.port:
+            raise UsageError(f"{path} is a session of the virtual IMU; leave --port out")
+        try:
+            imu = virtual_imu(about, options) if virtual else None
+            baud = int(about.get("baud", options.baud))
+        except (TypeError, ValueError, UsageError) as error:
+            raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
+        if imu is not None:
+            return Reader(imu, resumed.engine, prepare=resumed.prepare)
+        port = options.port or str(about.get("port", ""))
+        if not port:
+            raise SessionError(f"{path} does not say which port it was; add --port PORT")
+        return Reader(Pump(Transport(port, baud)), resumed.engine, prepare=resumed.prepare)
+
+    def _player(self, paths: Sequence[Path]) -> SampleSource:
+        """A recording with today's procedure, or a session with its operator's commands."""
+        from imucal_wizard.acquire.files.session import is_session
+
+        for path in paths:
+            if not path.is_file():
+                raise RecordingError(f"there is no file {path}; check the path")
+        if len(paths) == 1 and is_session(paths[0]):
+            return self._session_player(paths[0])
+        from imucal_wizard.acquire.files import read_files
+        from imucal_wizard.acquire.files.session import taken_back
+        from imucal_wizard.run.engine import Engine
+        from imucal_wizard.run.player import Player, ReadingsTape
+
+        readings = read_files(list(paths), self._options.recording)
+        undone = (text for path in paths for text in taken_back(path))
+        self.played = replace(readings, warnings=(*undone, *readings.warnings))
+        settings = self._settings()
+        settings = replace(settings, procedure=replace(settings.procedure, led=False))
+        engine = Engine(None, settings, source=" + ".join(path.name for path in paths))
+        return Player(ReadingsTape(self.played), engine, self._options.speed)
+
+    def _session_player(self, path: Path) -> SampleSource:
+        from imucal_wizard.acquire.files.reader import with_options
+        from imucal_wizard.run.player import Player, SessionTape
+        from imucal_wizard.run.session_replay import SessionReplay
+        from imucal_wizard.sessions import KeptSession
+
+        options, session = self._options, KeptSession.look(path)
+        with ExitStack() as on_failure:
+            on_failure.callback(session.close)
+            past = SessionReplay(session, lambda setup: with_options(setup, options.recording))
+            player = Player(SessionTape(past), past.engine(), options.speed)
+            on_failure.pop_all()
+        self.watched, self.gravity = path, options.gravity or past.settings.gravity
+        return player
+
+    def _settings(self) -> "ProcedureSettings":
+        from imucal_wizard.guide.plan import standard
+        from imucal_wizard.run.procedure_settings import ProcedureSettings
+
+        options = self._options
+        limit = options.gyroscope_range
+        turns = 0 if options.gyroscope_method == "offset" else options.rotations
+        return ProcedureSettings(
+            standard(turns, poses=options.poses, count_faces=options.count_faces),
+            options.gravity or STANDARD_GRAVITY,
+            None if limit is None else math.radians(limit),
+        )
+
+
+def virtual_imu(about: Mapping[str, Any], options: WizardOptions) -> "VirtualImu":
+    """The virtual IMU that a session describes.
+
+    Args:
+        about: ``mystery`` and ``grade`` of an exercise; else ``seed`` and ``hidden``;
+            ``magnetometer``.
+        options: its speed, and whether the hand performs everything.
+
+    Raises:
+        UsageError: a hidden effect or a grade does not exist.
+        ValueError: a number is none.
+    """
+    from imucal_wizard.simulate import VirtualImu
+
+    field = bool(about.get("magnetometer", False))
+    if "mystery" not in about:
+        seed, hidden = int(about.get("seed", 0)), tuple(map(str, about.get("hidden", ())))
+        return VirtualImu(
+            seed=seed,
+            speed=options.speed,
+            hidden=hidden,
+            magnetometer=field,
+            following=options.auto,
+        )
+    from imucal_wizard.teach.exercise_session import exercise_session
+
+    exercise = exercise_session(int(about["mystery"]), str(about.get("grade")), magnetometer=field)
+    return VirtualImu(
+        seed=exercise.hand,
+        speed=options.speed,
+        sensor=exercise.sensor,
+        hidden=[exercise.truth],
+        magnetometer=exercise.magnetometer,
+        ammeter=exercise.magnetometer,
+        following=options.auto,
+    )
+
+
+def stream_setup(options: WizardOptions) -> "StreamSetup":
+    """What the options say of a stream.
+
+    Raises:
+        UsageError: a column or a unit does not exist.
+    """
+    from imucal_wizard.acquire.files.reader import with_options
+    from imucal_wizard.acquire.setup import StreamSetup
+
+    return with_options(StreamSetup(format=options.format), options.recording)

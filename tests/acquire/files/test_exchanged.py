@@ -1,0 +1,75 @@
+"""Columns that were exchanged are never fitted in silence: gravity tells which sensor is which."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.measurement.data_quality import exchanged, refuse
+from tests.acquire.files.lines import write
+from tests.shared_data import shared_data
+
+SHOWN = "t[s],ax[{0}],ay[{0}],az[{0}],gx[{1}],gy[{1}],gz[{1}]"
+
+
+def _session(scale: float = 1.0, offset: float = 0.0) -> FloatArray:
+    """Times, specific force and rate of a device that rests in twelve positions, 3 s each."""
+    rng = np.random.default_rng(3)
+    up = np.repeat(rng.normal(size=(12, 3)), 300, axis=0)
+    force = scale * 9.8 * up / np.linalg.norm(up, axis=1, keepdims=True)
+    turning = (np.arange(3600) % 300 < 60)[:, None] * rng.normal(0.0, 1.0, (3600, 3))
+    rate = np.array([0.02, -0.01, 0.03]) + turning + rng.normal(0.0, 0.002, (3600, 3))
+    force += scale * rng.normal(0.0, 0.02, (3600, 3))
+    return np.column_stack([np.arange(3600) / 100.0, force + offset, scale * rate + offset])
+
+
+@pytest.mark.parametrize(
+    ("units", "scale"),
+    [(("m/s^2", "rad/s"), 1.0), (("g", "deg/s"), 1.0), (("count", "count"), 400.0)],
+)
+def test_a_header_that_exchanges_the_sensors_is_refused(
+    tmp_path: Path, units: tuple[str, str], scale: float
+) -> None:
+    values = _session(scale)[:, [0, 4, 5, 6, 1, 2, 3]]
+    with pytest.raises(RecordingError, match="gx,gy,gz feel gravity in every position"):
+        read_files([write(tmp_path / "a.csv", values, SHOWN.format(*units))])
+
+
+@pytest.mark.parametrize(
+    ("units", "scale", "offset"),
+    [(("m/s^2", "rad/s"), 1.0, 0.0), (("count", "count"), 400.0, 0.0),
+     (("count", "count"), 400.0, 32768.0)],
+)  # fmt: skip
+def test_a_right_header_is_not(
+    tmp_path: Path, units: tuple[str, str], scale: float, offset: float
+) -> None:
+    path = write(tmp_path / "a.csv", _session(scale, offset), SHOWN.format(*units))
+    assert len(read_files([path])) == 3600
+
+
+def test_a_rate_table_is_not_taken_for_an_exchange() -> None:
+    """Constant rates look like rests, but their size is not that of gravity."""
+    rng = np.random.default_rng(0)
+    time = np.arange(4000) / 100.0
+    rates = np.repeat([0.0, 1.0, -1.0, 2.0, -2.0, 0.5, 3.0, -3.0], 500)
+    rate = np.column_stack([0 * rates, 0 * rates, rates]) + rng.normal(0.0, 0.002, (4000, 3))
+    force = np.array([0.0, 0.0, 9.8]) + rng.normal(0.0, 0.02, (4000, 3))
+    assert not exchanged(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+
+
+def test_an_accelerometer_without_gravity_is_refused() -> None:
+    rng = np.random.default_rng(0)
+    force = Series(np.arange(4000) / 100.0, rng.normal(0.0, 0.02, (4000, 3)), "m/s^2")
+    with pytest.raises(RecordingError, match="has taken gravity out"):
+        refuse(Readings(force))
+
+
+def test_real_recordings_are_far_from_both() -> None:
+    pair = [shared_data(f"imu_tk_xsens/xsens_{name}.mat") for name in ("acc", "gyro")]
+    readings = read_files(pair, RecordingOptions(as_format="imu_tk"))
+    assert readings.gyroscope is not None
+    assert not exchanged(readings.accelerometer, readings.gyroscope)
+    assert exchanged(readings.gyroscope, readings.accelerometer)

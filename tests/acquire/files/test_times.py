@@ -1,0 +1,194 @@
+"""Clocks that wrap, jump, restart, stumble or are missing, in files as in streams."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.acquire import guess
+from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.readings import FloatArray, Readings
+from tests.acquire.files.lines import samples, write
+
+
+def _ticks(count: int = 1000, step: float = 10_000.0) -> FloatArray:
+    return np.arange(count, dtype=np.float64) * step
+
+
+def _timed(tmp_path: Path, ticks: FloatArray, name: str, rate: float | None = None) -> Readings:
+    """A recording at rest with these values in its column of time, or counter."""
+    values = samples(len(ticks))[:, 1:4]
+    rows = [
+        ",".join([_printed(tick), *(f"{v:.6f}" for v in row)])
+        for tick, row in zip(ticks.tolist(), values.tolist(), strict=True)
+    ]
+    path = tmp_path / "timed.csv"
+    path.write_text("\n".join([f"{name},ax[m/s^2],ay[m/s^2],az[m/s^2]", *rows, ""]))
+    return read_files([path], RecordingOptions(rate=rate))
+
+
+def _printed(tick: float) -> str:
+    return f"{tick:.0f}" if tick == int(tick) else f"{tick:.6f}"
+
+
+def _told(readings: Readings, words: str) -> bool:
+    return any(words in text for text in readings.warnings)
+
+
+@pytest.mark.parametrize(("unit", "step"), [("us", 10_000.0), ("ms", 10.0)])
+def test_a_clock_of_32_bits_that_wraps_is_put_together(
+    tmp_path: Path, unit: str, step: float
+) -> None:
+    ticks = np.floor((_ticks(step=step) + 2.0**32 - 400 * step) % 2.0**32)
+    readings = _timed(tmp_path, ticks, f"t[{unit}]")
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, rtol=1e-5, atol=1e-6)
+    assert _told(readings, "counter was full")
+
+
+@pytest.mark.parametrize("full", [2.0**32 / 1e6, 86_400.0])
+def test_seconds_of_a_clock_that_was_full_or_passed_midnight_are_put_together(
+    tmp_path: Path, full: float
+) -> None:
+    readings = _timed(tmp_path, (_ticks(step=0.01) + full - 4.0) % full, "t[s]")
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, atol=2e-6)
+    assert _told(readings, "counter was full")
+
+
+def test_milliseconds_without_leading_zeros_are_not_taken_for_decimals(tmp_path: Path) -> None:
+    values = samples()[:, 1:4]
+    stamps = [f"2025-6-28 7:50:{i // 100}.{i % 100 * 10}" for i in range(len(values))]
+    rows = [f"0x50\t{s}\t" + "\t".join(map(str, v)) for s, v in zip(stamps, values, strict=True)]
+    path = tmp_path / "wit.txt"
+    path.write_text("\n".join(["address\ttime\tax(m/s²)\tay(m/s²)\taz(m/s²)", *rows, ""]))
+    readings = read_files([path])
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, atol=1e-4)
+
+
+def test_a_counter_of_16_bits_that_wraps_keeps_the_samples_that_are_missing(tmp_path: Path) -> None:
+    numbers = np.delete((np.arange(1000.0) + 65_000) % 65_536, 200)
+    readings = _timed(tmp_path, numbers, "counter", rate=100.0)
+    assert readings.accelerometer.time[-1] == pytest.approx(9.99)
+    assert _told(readings, "about 1 samples are missing in 1 gap,")
+
+
+def test_single_wrong_times_are_left_out(tmp_path: Path) -> None:
+    time = np.arange(100) / 100.0
+    time[40], time[70] = 99.0, 0.0
+    readings = _timed(tmp_path, time, "t[s]")
+    assert len(readings) == 98
+    assert np.all(np.diff(readings.accelerometer.time) > 0)
+    assert 99.0 not in readings.accelerometer.time
+    assert _told(readings, "2 of 100 lines do not fit")
+
+
+def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap(tmp_path: Path) -> None:
+    time = np.concatenate([np.arange(500), np.arange(500)]) / 100.0
+    readings = _timed(tmp_path, time, "t[s]")
+    assert len(readings) == 1000
+    steps = np.diff(readings.accelerometer.time)
+    assert np.all(steps > 0)
+    assert steps.max() == pytest.approx(1.0)
+    assert _told(readings, "has restarted")
+    assert not _told(readings, "missing")
+
+
+def test_missing_samples_are_counted(tmp_path: Path) -> None:
+    time = np.delete(np.arange(1000) / 100.0, slice(300, 350))
+    assert _told(_timed(tmp_path, time, "t[s]"), "about 50 samples are missing in 1 gap,")
+
+
+def test_times_of_a_coarse_clock_are_made_fine(tmp_path: Path) -> None:
+    readings = _timed(tmp_path, np.floor(np.arange(1666) / 1.666), "t[ms]")
+    steps = np.diff(readings.accelerometer.time)
+    assert np.all(steps > 0)
+    assert steps.mean() == pytest.approx(1 / 1666, rel=2e-3)
+
+
+def test_times_of_arrival_are_told_from_loss(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.choice([0.002, 0.03], 1000, p=[0.7, 0.3]))
+    readings = _timed(tmp_path, time, "t[s]")
+    assert _told(readings, "jitter")
+    assert not _told(readings, "samples are missing")
+
+
+@pytest.mark.parametrize(
+    ("step", "unit"),
+    [(0.01, "s"), (10.0, "ms"), (1.0, "ms"), (0.6, "ms"), (10_000.0, "us"), (1e6, "ns")],
+)
+def test_the_unit_of_a_time_column_is_the_one_with_a_plausible_rate(step: float, unit: str) -> None:
+    found = guess.time_unit_by_rate(_ticks(step=step), None)
+    assert found.unit == unit
+    assert f"taken as {unit}" in found.why
+
+
+def test_a_time_column_without_a_plausible_unit_is_asked_for(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"t\[ms\]"):
+        _timed(tmp_path, _ticks(step=1e12), "t")
+
+
+def test_a_rate_that_contradicts_the_times_is_not_used(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    readings = read_files([path], RecordingOptions(rate=50.0))
+    assert readings.accelerometer.rate == pytest.approx(100.0)
+    assert any("rate of 50 Hz was not used" in text for text in readings.warnings)
+
+
+def test_a_time_of_day_is_the_time_where_there_is_no_better_one(tmp_path: Path) -> None:
+    """As OpenLog Artemis prints it: date, time of day in hundredths, mg, deg/s, a last comma."""
+    rows = [
+        f"01/07/2000,16:{18 + n // 6000:02d}:{n % 6000 / 100:05.2f},{x:.2f},{y:.2f},{z + 1000:.2f},"
+        for n, (x, y, z) in enumerate(np.random.default_rng(3).normal(0, 2, (400, 3)))
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["rtcDate,rtcTime,aX,aY,aZ,", *rows, ""]))
+    readings = read_files([path])
+    assert readings.accelerometer.rate == pytest.approx(100.0)
+    assert readings.accelerometer.time[0] == pytest.approx(16 * 3600 + 18 * 60)
+    assert np.median(readings.accelerometer.values[:, 2]) == pytest.approx(9.81, abs=0.01)
+
+
+def test_samples_without_a_time_are_left_out(tmp_path: Path) -> None:
+    values = samples()
+    values[10, 0] = np.nan
+    assert len(read_files([write(tmp_path / "a.csv", values)])) == 399
+
+
+@pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        (np.zeros(200), "stands still at 0"),
+        (np.arange(200)[::-1] / 100.0, "goes back in 100% of its steps"),
+        (np.random.default_rng(1).permutation(200) / 100.0, "goes back in"),
+    ],
+)
+def test_an_unusable_time_column_is_refused_or_replaced_by_the_rate(
+    tmp_path: Path, time: FloatArray, says: str
+) -> None:
+    with pytest.raises(RecordingError, match=says):
+        _timed(tmp_path, time, "t[s]")
+    readings = _timed(tmp_path, time, "t[s]", rate=100.0)
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01)
+    assert _told(readings, says)
+
+
+def test_a_clock_that_was_set_has_not_lost_a_thousand_million_samples(tmp_path: Path) -> None:
+    time = np.arange(200) / 100.0
+    time[100:] += 1e7
+    readings = _timed(tmp_path, time, "t[s]")
+    assert _told(readings, "jumped by more than an hour")
+    assert not _told(readings, "missing")
+
+
+@pytest.mark.parametrize(("unit", "step"), [("us", 0.01), ("s", 100.0)])
+def test_a_unit_of_time_that_cannot_be_is_refused(tmp_path: Path, unit: str, step: float) -> None:
+    with pytest.raises(RecordingError, match=f"column in {unit} would mean"):
+        _timed(tmp_path, _ticks(step=step), f"t[{unit}]")
+
+
+def test_many_samples_that_are_missing_are_no_jitter(tmp_path: Path) -> None:
+    time = np.delete(np.arange(2000) / 100.0, np.random.default_rng(0).integers(0, 2000, 300))
+    readings = _timed(tmp_path, time, "t[s]")
+    assert _told(readings, "samples are missing in")
+    assert not _told(readings, "jitter")

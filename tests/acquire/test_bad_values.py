@@ -1,0 +1,135 @@
+"""Values that show that a device is set up wrongly, is broken or leaves its range."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.setup import StreamSetup, named_columns
+from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.measurement.data_quality import coarse_steps
+from tests.acquire.streams import at_rest, feed, printed, spoilt, warned
+
+
+def test_a_healthy_stream_gets_no_warning() -> None:
+    assert warned(at_rest(3000)) == ""
+
+
+def test_two_printed_decimals_are_named_with_their_step() -> None:
+    """Only where the noise does not dither them away, as it does in the accelerometer here."""
+    text = warned(at_rest(300), form="%.2f")
+    assert "readings of the gyroscope come in steps of 0.57 °/s" in text
+    assert "Serial.print(x, 5)" in text
+    assert "of the accelerometer come in steps" not in text
+
+
+@pytest.mark.parametrize(
+    ("sensor", "unit", "step", "coarse"),
+    [
+        ("accelerometer", "m/s^2", 1e-2, True),
+        ("accelerometer", "m/s^2", 1e-3, False),
+        ("accelerometer", "m/s^2", 9.8e-3, True),
+        ("accelerometer", "m/s^2", 9.8e-4, False),
+        ("accelerometer", "count", 1.0, False),
+        ("gyroscope", "rad/s", 1e-2, True),
+        ("gyroscope", "rad/s", 1.7e-2, True),
+        ("gyroscope", "rad/s", 1.7e-4, False),
+    ],
+)
+def test_digits_are_judged_by_the_step_they_make(
+    sensor: str, unit: str, step: float, coarse: bool
+) -> None:
+    values = np.random.default_rng(0).normal(0.0, 1e-4, (200, 3))
+    series = Series(np.arange(200) / 100, values, unit)
+    assert bool(coarse_steps(sensor, series, step)) is coarse
+
+
+def test_repeated_samples_are_noticed() -> None:
+    def repeat(values: FloatArray) -> None:
+        values[1::2, 1:7] = values[0::2, 1:7]
+
+    assert "50% of the samples repeat" in warned(spoilt(repeat))
+
+
+def test_values_that_never_change_are_noticed() -> None:
+    def stop(values: FloatArray) -> None:
+        values[:, 1:7] = values[0, 1:7]
+
+    assert "No value changes at all" in warned(spoilt(stop))
+
+
+def test_a_dead_axis_is_named() -> None:
+    def kill(values: FloatArray) -> None:
+        values[:, 2] = 0.0
+
+    assert "accelerometer's y axis never changes" in warned(spoilt(kill))
+
+
+def test_gravity_of_1000_in_the_wrong_unit_says_which_unit_it_is() -> None:
+    def wrong(values: FloatArray) -> None:
+        values[:, 1:4] *= 1000 / 9.80665
+
+    text = warned(spoilt(wrong))
+    assert "Gravity reads 99" in text
+    assert "mg taken for m/s^2" in text
+
+
+def test_linear_acceleration_is_recognised_as_useless() -> None:
+    def float_away(values: FloatArray) -> None:
+        values[:, 1:4] -= (0.1, -0.2, 9.8)
+
+    assert "taken gravity out" in warned(spoilt(float_away))
+
+
+def test_a_gyroscope_that_compensates_itself_is_recognised() -> None:
+    def zero(values: FloatArray) -> None:
+        values[:, 4:7] = 0.0
+
+    text = warned(spoilt(zero))
+    assert "reads exactly zero" in text
+    assert "AMG" in text
+
+
+def test_a_clipped_axis_is_named_with_its_limit() -> None:
+    def clip(values: FloatArray) -> None:
+        swing = 6 * np.sin(values[:, 0] * 3)
+        values[:, 6] = np.clip(swing + values[:, 6], -4.36, 4.36)
+
+    text = warned(spoilt(clip))
+    assert "gyroscope's z axis stands at its limit" in text
+    assert "4.36 rad/s" in text
+
+
+def test_the_top_of_a_smooth_turn_in_coarse_steps_is_not_clipped() -> None:
+    """Two printed decimals: the peak stands on one value, but comes there step by step."""
+
+    def turn(values: FloatArray) -> None:
+        values[:, 6] = np.round(2.2 * np.sin(values[:, 0] * 1.5), 2)
+
+    text = warned(spoilt(turn))
+    assert "stands at its limit" not in text
+
+
+def test_counts_at_the_end_of_int16_are_clipped() -> None:
+    columns = named_columns("ax[count],ay[count],az[count],gx[count],gy[count],gz[count]")
+    rng = np.random.default_rng(0)
+    values = np.round(rng.normal((0, 0, 16384, 0, 0, 0), 30, (600, 6)))
+    values[300, 3] = 32767
+    intake = Intake(StreamSetup(columns=columns, rate=100.0))
+    feed(intake, printed(values, "%d"))
+    assert any("gyroscope's x axis" in text for text in intake.warnings)
+
+
+def test_nan_is_left_out_and_named() -> None:
+    def gap(values: FloatArray) -> None:
+        values[::20, 1] = np.nan
+
+    text = warned(spoilt(gap))
+    assert "NaN" in text
+    assert "wiring" in text
+
+
+def test_exchanged_columns_are_named_as_such() -> None:
+    def exchange(values: FloatArray) -> None:
+        values[:, 1:7] = values[:, [4, 5, 6, 1, 2, 3]]
+
+    assert "their columns are exchanged" in warned(spoilt(exchange))

@@ -1,0 +1,80 @@
+"""A printed number has one value, whether it is read alone or with a thousand others."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from imucal_wizard.acquire.decode import numbers
+from imucal_wizard.acquire.decode.delimited import split
+from imucal_wizard.acquire.decode.lines import MAX_LINE, LineCutter, lines_of
+
+fields = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.integers(-(10**6), 10**6).map(str),
+    st.text("0123456789+-.eE \t,;_naif", max_size=8),
+)
+
+
+@given(rows=st.lists(st.lists(fields, min_size=3, max_size=3), min_size=1, max_size=6))
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
+    separator: str, rows: list[list[str]]
+) -> None:
+    lines = [separator.join(row).encode() for row in rows]
+    together = numbers.table(b"".join(line + b"\n" for line in lines), separator.encode(), 3)
+    if together is None:
+        return
+    lines = [line for line in lines if line.strip()]
+    alone = [[numbers.printed_number(field) for field in split(line)] for line in lines]
+    assert together.tolist() == alone
+
+
+def test_plain_lines_are_read_as_a_batch() -> None:
+    table = numbers.table(b"1,2.5,-3e2\n" * 50, b",", 3)
+    assert table is not None
+    np.testing.assert_array_equal(table, [[1, 2.5, -300]] * 50)
+
+
+@pytest.mark.parametrize("field", [b"nan", b"NaN", b"inf", b"-inf", b"ovf", b"", b" ", b"1e999"])
+def test_what_firmware_prints_instead_of_a_number_is_nan(field: bytes) -> None:
+    value = numbers.printed_number(field)
+    assert value is not None
+    assert math.isnan(value)
+
+
+@pytest.mark.parametrize("field", [b"abc", b"1_000", b"0x10", b"1.2.3", b"--1", b"e", b"1e"])
+def test_what_is_no_number_is_text(field: bytes) -> None:
+    assert numbers.printed_number(field) is None
+
+
+def test_a_time_of_day_is_seconds() -> None:
+    assert numbers.printed_number(b"16:18:45.54") == pytest.approx(58725.54)
+
+
+@pytest.mark.parametrize(
+    ("field", "digits"), [(b"1.25", 2), (b"-0.00001 ", 5), (b"7", 0), (b"1e-5", 17)]
+)
+def test_printed_decimals_are_counted(field: bytes, digits: int) -> None:
+    assert numbers.printed_decimals(field) == digits
+
+
+@given(data=st.binary(max_size=300), cuts=st.lists(st.integers(0, 300), max_size=8))
+def test_lines_do_not_depend_on_the_cuts(data: bytes, cuts: list[int]) -> None:
+    places = sorted({0, len(data), *(c for c in cuts if c < len(data))})
+    cutter = LineCutter()
+    pieces = [line for a, b in pairwise(places) for line in lines_of(cutter.feed(data[a:b]))]
+    assert pieces == lines_of(LineCutter().feed(data))
+
+
+@pytest.mark.parametrize("chunk", [100, 10**6])
+def test_an_endless_line_takes_no_memory_and_spoils_only_itself(chunk: int) -> None:
+    data = b"1" * (3 * MAX_LINE) + b"\n" + b"good\r\n\r\n"
+    cutter = LineCutter()
+    lines: list[bytes] = []
+    for place in range(0, len(data), chunk):
+        lines += lines_of(cutter.feed(data[place : place + chunk]))
+    assert lines == [b"\x01", b"good", b""]

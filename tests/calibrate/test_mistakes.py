@@ -1,0 +1,274 @@
+"""Spoilt recordings: each mistake is named, and what is not spoilt is still right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation as Attitude
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.result import FitReport
+from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
+
+
+def _during(readings: Readings, start: float, end: float) -> slice:
+    first, last = np.searchsorted(readings.accelerometer.time, (start, end))
+    return slice(int(first), int(last))
+
+
+def _warned(report: FitReport, *words: str) -> bool:
+    return any(all(word in warning for word in words) for warning in report.warnings)
+
+
+def test_a_good_recording_is_fitted_to_its_noise(plain: FitReport) -> None:
+    """Every parameter within 4.5 standard errors of the truth, and nothing to warn of."""
+    assert plain.warnings == ()
+    truth = true()
+    for name, matrix, bias in (
+        ("accelerometer", truth.accelerometer_matrix, truth.accelerometer_bias),
+        ("gyroscope", truth.gyroscope_matrix, truth.gyroscope_bias),
+    ):
+        fit = plain.sensors[name]
+        errors = {p.name: p.standard_error or 0.0 for p in fit.parameters}
+        for axis in range(3):
+            letter = "xyz"[axis]
+            assert abs(fit.bias[axis] - bias[axis]) < 4.5 * errors[f"bias_{letter}"]
+            off = 1.0 / fit.matrix[axis, axis] - 1.0 / matrix[axis, axis]
+            assert abs(off) < 4.5 * errors[f"sensitivity_{letter}"]
+        assert np.abs(fit.matrix - matrix).max() < 6e-4
+
+
+def test_raw_counts_are_fitted_as_well() -> None:
+    """The same sensor through a 16-bit converter around 32768."""
+    report = fit_readings(session(counts=True))
+    truth = true(counts=True)
+    gains = {"accelerometer": 415.0, "gyroscope": 4778.0}
+    known = {
+        "accelerometer": truth.accelerometer_matrix,
+        "gyroscope": truth.gyroscope_matrix,
+    }
+    for name, gain in gains.items():
+        assert np.abs(report.sensors[name].matrix - known[name]).max() * gain < 6e-4
+    assert report.warnings == ()
+
+
+def test_one_disturbed_hold_is_named_and_kept(plain: FitReport) -> None:
+    """Something pushed it by 6 mg: measure it again; nothing is thrown away unasked."""
+    hold = next(one for one in plain.holds if one.pose == "+x+y")
+
+    def push(values: FloatArray) -> FloatArray:
+        values[_during(session(), hold.start - 0.3, hold.end + 0.3)] += 0.06 * np.array([1, 1, 0])
+        return values
+
+    report = fit_readings(with_accelerometer(session(), push))
+    assert _warned(report, "hold", "does not fit", f"{hold.start:.1f}", "+x+y", "again")
+    (suspect,) = report.sensors["accelerometer"].suspects
+    assert report.holds[suspect].pose == "+x+y"
+    assert len(report.holds) == len(plain.holds)
+
+
+def test_one_bad_rotation_is_named(plain: FitReport) -> None:
+    """A tenth of a second of rates went missing as zeros in the middle of a turn."""
+    turn = next(one for one in plain.rotations if one.axis == "y" and len(one.time) > 150)
+    middle = float(turn.time[len(turn.time) // 2])
+
+    def lose(values: FloatArray) -> FloatArray:
+        values[_during(session(), middle, middle + 0.1)] = 0.0
+        return values
+
+    report = fit_readings(with_gyroscope(session(), lose))
+    assert _warned(report, "rotation", "does not fit", f"{turn.time[0]:.1f}", "again")
+
+
+def test_swapped_gyroscope_axes_are_told() -> None:
+    """The matrix puts them right, and the user hears which is which."""
+    report = fit_readings(with_gyroscope(session(), lambda y: y[:, [1, 0, 2]]))
+    assert _warned(report, "axes", "+y, +x, +z")
+    expected = true().gyroscope_matrix[:, [1, 0, 2]]
+    fit = report.sensors["gyroscope"]
+    assert np.abs(fit.matrix - expected).max() < 6e-4
+    values = {p.name: p.value for p in fit.parameters}
+    assert values["sensitivity_x"] == pytest.approx(1.0 / fit.matrix[0, 1], rel=1e-9)
+    assert [row.vector_scale for row in report.comparison] == pytest.approx(
+        [expected[0, 1], expected[1, 0], expected[2, 2]], abs=6e-4
+    )
+    assert report.comparison[0].static_scale == pytest.approx(expected[0, 1], rel=0.01)
+
+
+def test_a_negated_gyroscope_axis_is_told() -> None:
+    """Sign and all."""
+    report = fit_readings(with_gyroscope(session(), lambda y: y * [1.0, 1.0, -1.0]))
+    assert _warned(report, "axes", "+x, +y, -z")
+
+
+def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
+    """Its magnitude cannot show it; gravity then turns the other way than the rates say."""
+    report = fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 1.0, -1.0]))
+    assert _warned(report, "axes are not the accelerometer's")
+    assert (report.sensors["accelerometer"].rms_held_out or 1.0) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("factor", "word"),
+    [(180.0 / np.pi, "deg/s"), (np.pi / 180.0, "rad/s, not deg/s"), (1e3, "thousandths")],
+)
+def test_a_wrong_unit_of_rate_is_told(factor: float, word: str) -> None:
+    """Readings in degrees that were taken for radians, and the like."""
+    report = fit_readings(with_gyroscope(session(), lambda y: y * factor))
+    assert _warned(report, word)
+    scale = np.diag(report.sensors["gyroscope"].matrix) * factor
+    assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("g", 1.0 / STANDARD_GRAVITY),
+        ("mg", 1000.0 / STANDARD_GRAVITY),
+        ("m/s^2", STANDARD_GRAVITY),
+    ],
+)
+def test_a_wrong_unit_of_acceleration_is_told(unit: str, factor: float) -> None:
+    """Gravity of 1, of 1000 or of 96: the readings are in g, in mg, or in m/s² after all."""
+    report = fit_readings(with_accelerometer(session(), lambda y: y * factor))
+    assert _warned(report, f"in {unit};", f"give {unit} as their unit")
+    assert (
+        np.abs(report.sensors["accelerometer"].matrix * factor - true().accelerometer_matrix).max()
+        < 6e-4
+    )
+
+
+@pytest.mark.parametrize(("factor", "word"), [(2.0, "twice too high"), (0.5, "twice too low")])
+def test_a_wrong_sampling_rate_is_told(factor: float, word: str) -> None:
+    """Time half as long or twice: every angle is wrong by that."""
+    report = fit_readings(at_rate(session(), factor))
+    assert _warned(report, word)
+
+
+def test_a_dead_accelerometer_axis_is_refused() -> None:
+    """Named, with what to check."""
+    with pytest.raises(DataError, match="axis y"):
+        fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 0.0, 1.0]))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_dead_gyroscope_axis_is_named(noise: float) -> None:
+    """It reads the same in motion as at rest, noisy or not."""
+    rng = np.random.default_rng(0)
+
+    def kill(values: FloatArray) -> FloatArray:
+        values[:, 1] = 0.004 + noise * rng.standard_normal(len(values))
+        return values
+
+    report = fit_readings(with_gyroscope(session(), kill))
+    assert _warned(report, "gyroscope axis y", "dead")
+
+
+def test_a_clipped_axis_costs_its_rotations_only() -> None:
+    """Turns beyond the range are set aside with the reason; the scale is right all the same."""
+    report = fit_readings(with_gyroscope(session(), lambda y: np.clip(y, -3.0, 3.0)))
+    clipped = [one for one in report.rotations if one.problem and "clipped" in one.problem]
+    assert 3 <= len(clipped) <= 20
+    for rotation in clipped:
+        assert np.abs(rotation.rate).max() == 3.0
+    for rotation in report.rotations:
+        if rotation.problem is None:
+            assert (np.abs(rotation.rate) == 3.0).sum() < 4
+    scale = np.diag(report.sensors["gyroscope"].matrix)
+    assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
+
+
+def test_two_printed_decimals_are_not_clipping() -> None:
+    """0.01 rad/s and 0.01 m/s²: the tops of slow turns are flat, and that is all."""
+    coarse = with_gyroscope(session(), lambda y: np.round(y, 2))
+    report = fit_readings(with_accelerometer(coarse, lambda y: np.round(y, 2)))
+    assert not [one.problem for one in report.rotations if one.problem]
+    scale = np.diag(report.sensors["gyroscope"].matrix)
+    assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=5e-3)
+
+
+def test_a_quiet_axis_is_not_clipped_by_its_own_noise() -> None:
+    """Turns about x only: the other axes read a few steps of their converter, top step and all."""
+    stepped = with_gyroscope(session(), lambda y: np.round(y * [1.0, 1e-3, 1e-3], 3))
+    report = fit_readings(stepped)
+    assert not [one.problem for one in report.rotations if one.problem]
+
+
+def test_lost_numbers_cost_only_their_samples() -> None:
+    """NaN inside one rotation and inside one hold: the rest is fitted, and finite."""
+    readings = session()
+
+    def spoil(values: FloatArray) -> FloatArray:
+        values[5000] = np.nan
+        values[20000, 1] = np.nan
+        return values
+
+    report = fit_readings(with_gyroscope(with_accelerometer(readings, spoil), spoil))
+    for fit in report.sensors.values():
+        assert np.isfinite(fit.matrix).all()
+        assert np.isfinite(fit.bias).all()
+        assert np.isfinite(fit.rms_fitted)
+
+
+def test_a_device_that_is_already_calibrated_stays_so() -> None:
+    """Corrected readings give a matrix of one and no bias, within their standard errors."""
+    truth = true()
+    corrected = with_gyroscope(
+        with_accelerometer(
+            session(),
+            lambda y: (y - truth.accelerometer_bias) @ truth.accelerometer_matrix.T,
+        ),
+        lambda y: (y - truth.gyroscope_bias) @ truth.gyroscope_matrix.T,
+    )
+    report = fit_readings(corrected)
+    for fit in report.sensors.values():
+        for parameter in fit.parameters:
+            nominal = 1.0 if parameter.name.startswith("sensitivity") else 0.0
+            assert abs(parameter.value - nominal) < 4.5 * (parameter.standard_error or 0.0)
+    for name in report.sensors:
+        assert _warned(report, f"the {name}'s bias", "already compensated", "Keep the readings")
+
+
+def test_nothing_but_rest_is_refused() -> None:
+    """One position is no calibration."""
+    readings = session()
+    rest = _during(readings, 0.0, 15.0)
+    gyroscope = readings.gyroscope
+    assert gyroscope is not None
+    series = readings.accelerometer
+    short = Readings(
+        replace(series, time=series.time[rest], values=series.values[rest]),
+        replace(gyroscope, time=gyroscope.time[rest], values=gyroscope.values[rest]),
+    )
+    with pytest.raises(DataError, match="six faces"):
+        fit_readings(short)
+
+
+def _wandering(count: int, rng: np.random.Generator) -> FloatArray:
+    """A rate that changes within a second and never stands still, rad/s."""
+    knots = rng.standard_normal((count // 50 + 2, 3)) + 1.0
+    grid = np.arange(len(knots)) * 50
+    return np.column_stack([np.interp(np.arange(count), grid, knot) for knot in knots.T])
+
+
+def test_nothing_but_motion_is_refused() -> None:
+    """No rest, no calibration; a second of recording neither."""
+    rng = np.random.default_rng(1)
+    readings = session()
+    turned = Attitude.from_rotvec(np.cumsum(0.02 * _wandering(len(readings), rng), axis=0))
+    tumbling = STANDARD_GRAVITY * turned.inv().apply([0.0, 0.0, 1.0])
+    with pytest.raises(DataError):
+        fit_readings(Readings(replace(readings.accelerometer, values=tumbling)))
+    series = readings.accelerometer
+    with pytest.raises(DataError, match="too short"):
+        fit_readings(Readings(replace(series, time=series.time[:90], values=series.values[:90])))
+
+
+def test_an_accelerometer_alone_is_calibrated_alone() -> None:
+    """Without a gyroscope there is one sensor and no complaint."""
+    report = fit_readings(Readings(session().accelerometer))
+    assert set(report.sensors) == {"accelerometer"}
+    assert report.rotations == ()

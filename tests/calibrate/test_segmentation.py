@@ -1,0 +1,203 @@
+"""Holds and rotations found in whole recordings, against the motion that truly was."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.measurement import stillness
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.segmentation import candidates, holds_under, rests, rotations_between
+from imucal_wizard.measurement.stillness import Stream, reduce
+from imucal_wizard.simulate import VirtualHand
+from imucal_wizard.simulate.recording import recording_script
+from tests.calibrate.sessions import RATE, session, true, with_accelerometer, with_gyroscope
+
+
+def _moving(seed: int = 0) -> FloatArray:
+    """Times at which the device truly turned."""
+    hand = VirtualHand(RATE, seed)
+    chance = np.random.default_rng([seed, 5])
+    hand.perform(recording_script("18", chance, hold=4.0, rotations=6))
+    times = []
+    while count := hand.remaining(4096):
+        motion = hand.advance(count)
+        times.append(motion.time[np.linalg.norm(motion.rate, axis=1) > np.radians(0.5)])
+    return np.concatenate(times)
+
+
+def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
+    """The holds under limits at this multiple of the quietest variance."""
+    return holds_under(stream, stream.noise.limits(float(np.sqrt(variance_factor))))
+
+
+def _gyroscope(readings: Readings) -> Series:
+    assert readings.gyroscope is not None
+    return readings.gyroscope
+
+
+@pytest.mark.parametrize("factor", [3.0, 16.0, 128.0])
+def test_no_hold_contains_motion(factor: float) -> None:
+    """Under strict limits and loose ones; guards keep clear of the ends of a turn."""
+    stream = reduce(session())
+    assert stream is not None
+    moving = _moving()
+    for hold in holds_at(stream, factor):
+        assert not ((moving >= hold.start) & (moving < hold.end)).any()
+
+
+def test_every_rest_is_a_hold_and_nearly_all_of_it_is_kept() -> None:
+    """One first rest, eighteen poses, three starts and eighteen turns: forty holds."""
+    report = fit_readings(session())
+    assert len(report.holds) == 40
+    kept = sum(hold.end - hold.start for hold in report.holds)
+    moving = np.unique(np.round(_moving() * RATE)) / RATE
+    resting = session().accelerometer.time[-1] - len(moving) / RATE
+    assert kept > 0.85 * resting
+
+
+def test_every_motion_between_holds_is_a_rotation() -> None:
+    """Each begins and ends in the holds beside it and holds all samples between."""
+    readings = session()
+    stream = reduce(readings)
+    assert stream is not None
+    holds = holds_at(stream, 16.0)
+    rotations = rotations_between(holds, _gyroscope(readings), readings.accelerometer)
+    assert len(rotations) == len(holds) - 1
+    for rotation in rotations:
+        assert rotation.problem is None
+        assert rotation.before.start < rotation.time[0] <= rotation.before.end
+        assert rotation.after.start <= rotation.time[-1] < rotation.after.end
+        assert np.diff(rotation.time).max() < 1.5 / RATE
+
+
+def test_the_motions_between_poses_alone_calibrate_a_gyroscope() -> None:
+    """Nobody has to turn it on purpose: from pose to pose it turns about all axes."""
+    fit = fit_readings(session(rotations=0)).sensors["gyroscope"]
+    assert all(parameter.carried for parameter in fit.parameters)
+    assert fit.covariance is not None
+    off = (fit.matrix - true().gyroscope_matrix).ravel()
+    assert (np.abs(off) < 4.0 * np.sqrt(np.diag(fit.covariance)[:9])).all()
+
+
+def test_slabs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut into pieces of any size for the sake of memory: the same holds to the last bit."""
+    whole = reduce(session())
+    monkeypatch.setattr(stillness, "SLAB", 777)
+    pieces = reduce(session())
+    assert whole is not None
+    assert pieces is not None
+    for one, two in zip(holds_at(whole, 16.0), holds_at(pieces, 16.0), strict=True):
+        assert (one.start, one.end) == (two.start, two.end)
+        assert (one.accelerometer == two.accelerometer).all()
+        assert (one.accelerometer_covariance == two.accelerometer_covariance).all()
+
+
+@pytest.mark.parametrize("tremor", [0.005, 0.02, 0.08])
+def test_the_limit_follows_what_the_hand_does(tremor: float) -> None:
+    """Vibration from some time on, many times the quietest noise: the poses are found too."""
+    rng = np.random.default_rng(0)
+
+    def shake(values: FloatArray) -> FloatArray:
+        half = len(values) // 4
+        values[half:] += tremor * rng.standard_normal(values[half:].shape)
+        return values
+
+    report = fit_readings(with_accelerometer(session(), shake))
+    assert len({hold.pose for hold in report.holds if hold.pose}) == 18
+    assert len(report.holds) >= 36
+
+
+def test_candidates_are_all_different_and_grow() -> None:
+    """From the strictest limit to the loosest; a limit that changes nothing is not repeated."""
+    stream = reduce(session())
+    assert stream is not None
+    found = list(candidates(stream))
+    factors = [factor for factor, _ in found]
+    assert factors == sorted(factors)
+    keys = {tuple((hold.start, hold.end) for hold in holds) for _, holds in found}
+    assert len(keys) == len(found)
+
+
+def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
+    """Half a second of samples is missing in a turn: its angle is not known."""
+    readings = session()
+    gyroscope = _gyroscope(readings)
+    report = fit_readings(readings)
+    turn = next(one for one in report.rotations if len(one.time) > 200 and one.axis == "x")
+    middle = 0.5 * (turn.time[0] + turn.time[-1])
+    keep = np.abs(gyroscope.time - middle) > 0.25
+    series = readings.accelerometer
+    torn = Readings(
+        replace(series, time=series.time[keep], values=series.values[keep]),
+        replace(gyroscope, time=gyroscope.time[keep], values=gyroscope.values[keep]),
+    )
+    faulty = [one for one in fit_readings(torn).rotations if one.problem]
+    assert len(faulty) == 1
+    assert "gap of 0.5" in (faulty[0].problem or "")
+    assert faulty[0].time[0] < middle < faulty[0].time[-1]
+
+
+def test_sensors_may_have_their_own_rates() -> None:
+    """A gyroscope at 200 samples per second with its own times beside an accelerometer at 100."""
+    readings = session()
+    gyroscope = _gyroscope(readings)
+    time = np.arange(2 * len(gyroscope)) / (2.0 * RATE) + 0.0013
+    values = np.column_stack([np.interp(time, gyroscope.time, y) for y in gyroscope.values.T])
+    report = fit_readings(replace(readings, gyroscope=Series(time, values, "rad/s")))
+    plain = fit_readings(readings)
+    assert report.rates == pytest.approx({"accelerometer": 100.0, "gyroscope": 200.0})
+    assert len(report.holds) == pytest.approx(len(plain.holds), abs=2)
+    there, here = report.sensors["gyroscope"], plain.sensors["gyroscope"]
+    assert np.abs(there.matrix - here.matrix).max() < 5e-4
+
+
+def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
+    """A knock of 0.2 s splits the hold; between its halves nothing turned."""
+    readings = session()
+    plain = fit_readings(readings)
+    hold = max(plain.holds[1:], key=lambda one: one.end - one.start)
+    middle = 0.5 * (hold.start + hold.end)
+
+    def knock(values: FloatArray) -> FloatArray:
+        first = int(middle * RATE)
+        values[first : first + 20] += 0.5 * np.sin(np.arange(20))[:, None]
+        return values
+
+    report = fit_readings(with_accelerometer(readings, knock))
+    assert len(report.rotations) == len(plain.rotations)
+
+
+def test_the_parts_of_a_rest_have_one_number() -> None:
+    """Whether two holds are one rest: by what lies between them, in time and in direction."""
+    stream = reduce(session())
+    assert stream is not None
+    whole = holds_at(stream, 16.0)
+    long = max(whole, key=lambda one: one.end - one.start)
+    place = whole.index(long)
+    middle = 0.5 * (long.start + long.end)
+    parts = [replace(long, end=middle - 0.3), replace(long, start=middle + 0.3)]
+    numbers = rests([*whole[:place], *parts, *whole[place + 1 :]])
+    assert numbers[place] == numbers[place + 1]
+    assert len(set(numbers)) == len(whole)
+    assert rests([]).dtype == np.int64
+
+
+def test_nothing_is_found_in_nothing() -> None:
+    """An empty recording and one shorter than two seconds have no noise to go by."""
+    series = session().accelerometer
+    assert reduce(Readings(replace(series, time=series.time[:0], values=series.values[:0]))) is None
+    assert (
+        reduce(Readings(replace(series, time=series.time[:150], values=series.values[:150])))
+        is None
+    )
+
+
+def test_a_constant_reading_has_no_noise_and_no_division_by_it() -> None:
+    """A dead device is still, and that is all."""
+    dead = with_accelerometer(with_gyroscope(session(), np.zeros_like), np.zeros_like)
+    stream = reduce(dead)
+    assert stream is not None
+    assert len(holds_at(stream, 16.0)) == 1

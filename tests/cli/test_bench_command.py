@@ -1,0 +1,206 @@
+"""``imucal-wizard bench`` as a person and a script meet it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from imucal_wizard.api import load
+from imucal_wizard.cli import main as cli
+from imucal_wizard.simulate.recording import simulate_recording
+from tests.cli.flat import flat_recording
+
+KEYS = {
+    "model",
+    "degrees_of_freedom",
+    "ladder",
+    "suspects",
+    "explanations",
+    "verdict",
+    "disturbed_holds",
+    "next_poses",
+}
+RUNG = {"model", "added", "rms_fitted", "rms_held_out", "floor"}
+SUSPECT = {"term", "p", "size", "standard_error", "unit", "rms_after", "rms_held_out_after"}
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """18 poses of an accelerometer that hides a second-order term on x; no gyroscope."""
+    folder = tmp_path_factory.mktemp("hidden")
+    whole, path = folder / "whole.csv", folder / "accelerometer.csv"
+    simulate_recording(whole, hidden=["second-order:5:x"], seed=4, rotations=0)
+    lines = [line.split(",") for line in whole.read_text().splitlines() if line[0] != "#"]
+    columns = [lines[0].index(name) for name in lines[0] if not name.startswith("g")]
+    path.write_text("\n".join(",".join(line[k] for k in columns) for line in lines) + "\n")
+    return path
+
+
+def bench_json(
+    capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0
+) -> dict[str, Any]:
+    """The sensors of the one document that ``bench --json -`` writes."""
+    assert cli.main(["bench", *arguments, "--json", "-"]) == status
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "imucal-wizard/bench/1"
+    sensors = document["sensors"]
+    assert isinstance(sensors, dict)
+    return sensors
+
+
+def test_a_hidden_effect_is_named_added_and_the_error_held_out_falls(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my.json"
+    said = bench_json(capsys, str(recording), "--auto", "--save", str(path))["accelerometer"]
+    assert load(path)["accelerometer"].effects[0].term == "second-order"
+    assert said["verdict"] in ("missing", "ambiguous")
+    assert said["suspects"][0]["term"] == "second-order"
+    assert said["model"] == ["bias", "scale", "non-orthogonality", "second-order"]
+    first, last = said["ladder"]
+    assert first["added"] is None
+    assert last["added"] == "second-order"
+    assert last["rms_held_out"] < 0.2 * first["rms_held_out"]
+    found = said["parameters"]["second-order_x"]
+    assert abs(found["value"] - 5.0) < 4.5 * found["standard_error"]
+    assert "second-order" in said["says"]
+
+
+def test_the_document_has_every_key_of_its_contract(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = bench_json(capsys, str(recording))["accelerometer"]
+    assert KEYS | {"says"} <= said.keys()
+    assert said["ladder"][0].keys() >= RUNG
+    for suspect in said["suspects"]:
+        assert SUSPECT | {"detectable", "told_apart", "like"} <= suspect.keys()
+        assert len(suspect["size"]) == len(suspect["standard_error"])
+    for key in ("within_holds", "rounding", "repeats", "floor"):
+        assert said["noise"][key] > 0.0
+
+
+def test_without_auto_nothing_is_added(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = bench_json(capsys, str(recording))["accelerometer"]
+    assert said["model"] == ["bias", "scale", "non-orthogonality"]
+    assert len(said["ladder"]) == 1
+
+
+def test_the_base_can_be_climbed_term_by_term(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Bias alone, then scale, then non-orthogonality, then the effect: each helps."""
+    climb = ["--base", "bias", "--add", "scale", "--add", "non-orthogonality"]
+    said = bench_json(capsys, str(recording), *climb, "--add", "second-order")["accelerometer"]
+    errors = [rung["rms_fitted"] for rung in said["ladder"]]
+    assert [rung["added"] for rung in said["ladder"]][1:] == [*climb[3::2], "second-order"]
+    assert errors == sorted(errors, reverse=True)
+
+
+def test_the_text_shows_comparison_suspects_and_ladder(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording)]) == 0
+    text = capsys.readouterr().out
+    for word in ("COMPARE", "SUSPECTS", "LADDER", "held out", "noise", "second-order"):
+        assert word in text
+    assert max(len(line) for line in text.splitlines()) <= 100
+
+
+def test_an_effect_of_ones_own_is_a_suspect_like_any_other(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = tmp_path / "own.py"
+    own.write_text(
+        "import numpy as np\n"
+        "from imucal_wizard.model.effect import Effect, EffectParameter\n"
+        "class Own(Effect):\n"
+        "    name, sensors, kind = 'my-square', ('accelerometer',), 'orientation'\n"
+        "    title, equation = 'a square of my own', 'K x_x^2'\n"
+        "    def parameters(self, sensor):\n"
+        "        return (EffectParameter('x', 'mm/s²', 20.0),)\n"
+        "    def columns(self, sensor, c, variant=None):\n"
+        "        made = np.zeros((len(c), 3, 1))\n"
+        "        made[:, 0, 0] = 1e-3 * (c.force[:, 0] / c.gravity) ** 2\n"
+        "        return made\n"
+    )
+    options = ["--effects", str(own), "--add", "my-square"]
+    said = bench_json(capsys, str(recording), *options)["accelerometer"]
+    assert said["model"][-1] == "my-square"
+    found = said["parameters"]["my-square_x"]
+    assert abs(found["value"] - 5.0 * 9.80665) < 4.5 * found["standard_error"]
+
+
+def test_too_few_directions_are_insufficient_with_exit_status_one_and_words(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No model is carried; the poses needed are listed."""
+    said = bench_json(capsys, str(flat_recording(tmp_path)), status=1)["accelerometer"]
+    assert said["verdict"] == "insufficient"
+    assert said["model"] == said["ladder"] == said["suspects"] == []
+    assert "six" in said["says"]
+    assert len(said["next_poses"]) >= 11
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--add", "magic"], "magic"),
+        (["--add", "g-sensitivity"], "gyroscope/g-sensitivity"),
+        (["--add", "gyroscope/g-sensitivity"], "no gyroscope"),
+        (["--add", "barometer/drift"], "barometer"),
+        (["--base", "bias,magic"], "magic"),
+        (["--effects", "no-such-file.py"], "no-such-file.py"),
+    ],
+)
+def test_wrong_usage_is_one_clear_line_and_exit_status_two(
+    arguments: list[str], says: str, recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert says in captured.err
+
+
+def test_a_term_that_these_data_cannot_show_is_refused_with_the_reason(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["--add", "vibration-rectification", "--json", "-"]
+    assert cli.main(["bench", str(recording), *options]) == 1
+    captured = capsys.readouterr()
+    assert "quiet" in json.loads(captured.out)["error"]
+    assert captured.err.count("\n") == 1
+
+
+def test_a_picture_is_printed_as_text_and_as_data(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--view", "force-x"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("ACCELEROMETER  holds: what is left, mg")
+    assert "force along x, g" in text
+    assert max(map(len, text.splitlines())) <= 79
+    assert cli.main(["bench", str(recording), "--view", "model-x-force-x", "--json", "-"]) == 0
+    (view,) = json.loads(capsys.readouterr().out)["views"]
+    assert len(view["x"]) == len(view["y"]) == len(view["model"]) == len(view["source"])
+    assert view["x"] == sorted(view["x"])
+
+
+def test_the_picture_of_a_suspect_has_the_slope_of_its_size(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--view", "suspect-second-order", "--json", "-"]) == 0
+    (view,) = json.loads(capsys.readouterr().out)["views"]
+    assert view["slope"] == pytest.approx(5.0, abs=0.4)
+
+
+def test_the_names_of_the_pictures_are_listed_also_after_a_wrong_one(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--view", "list"]) == 0
+    assert {"accelerometer", "force-x", "model-z-time", "suspect-hysteresis"} <= set(
+        capsys.readouterr().out.split()
+    )
+    assert cli.main(["bench", str(recording), "--view", "force"]) == 2
+    assert "force-x" in capsys.readouterr().err

@@ -1,0 +1,78 @@
+"""What the commands say of themselves, and of where they may write."""
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.cli import bench, wizard
+from imucal_wizard.cli import main as cli
+from imucal_wizard.core.poses import POSE_SETS
+from imucal_wizard.estimate.accelerometer import BASE
+from imucal_wizard.estimate.magnetometer.field_data import FIELD_BASE
+from imucal_wizard.estimate.methods import MethodNames
+
+METHODS = {"method": "accelerometer", "gyro_method": "gyroscope", "mag_method": "magnetometer"}
+
+
+@pytest.mark.parametrize("command", cli.command_names())
+def test_every_option_says_what_it_does(command: str) -> None:
+    made = import_module(f"imucal_wizard.cli.{command}").parser()
+    assert isinstance(made, argparse.ArgumentParser)
+    silent = [action.dest for action in made._actions if not action.help]
+    assert silent == []
+    assert made.description
+
+
+def test_only_available_options_are_offered() -> None:
+    """The options say it again, since numpy waits until they are known to be right."""
+    offered = {action.dest: action.choices for action in wizard.parser()._actions}
+    for option, sensor in METHODS.items():
+        assert tuple(offered[option] or ()) == tuple(MethodNames(sensor))
+    assert offered["poses"] == tuple(POSE_SETS)
+    assert bench.BASES == {
+        "accelerometer": BASE,
+        "gyroscope": BASE,
+        "magnetometer": FIELD_BASE,
+    }
+
+
+def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert all(f"imucal-wizard {name} " in said for name in cli.command_names())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["fit", "a.csv", "--save", "no/such/my.json"],
+        ["fit", "a.csv", "--json", "no/such/my.json"],
+        ["compare", "a.csv", "--json", "no/such/my.json"],
+        ["bench", "a.csv", "--json", "no/such/my.json"],
+        ["simulate", "no/such/a.csv"],
+        ["--auto", "--save", "no/such/my.json"],
+    ],
+)
+def test_a_folder_that_is_missing_is_no_place_to_write_and_is_not_made(
+    arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is said before the work, which may be ten minutes of holding a device."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(arguments) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_missing_folder_and_what_to_do_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["fit", "a.csv", "--save", str(tmp_path / "no" / "my.json")]) == 2
+    assert f"there is no folder {tmp_path / 'no'}; make it first" in capsys.readouterr().err
+
+
+def test_a_folder_given_as_a_file_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["fit", "a.csv", "--save", str(tmp_path)]) == 2
+    assert "is a folder; give a file in it" in capsys.readouterr().err

@@ -1,0 +1,138 @@
+"""For every verdict the poses that would help, and what they bring."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.poses import CORNERS, EDGES, FACES
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.next_poses import (
+    Explained,
+    brings,
+    missing_directions,
+    next_requests,
+    separating_poses,
+)
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import difference_at_one_g
+from imucal_wizard.estimate.accelerometer import BASE
+from imucal_wizard.model.catalogue import effect
+from tests.diagnose.recordings import MG, fitted
+
+K2 = Explained(effect("second-order"), None, np.array([2.0, 0.0, 0.0]))
+ASYMMETRY = Explained(effect("asymmetry"), None, np.array([2.9, 0.0, 0.0]))
+
+
+def size(name: str, **parameters: float) -> FloatArray:
+    names = [one.name for one in effect(name).parameters("accelerometer")]
+    return np.array([parameters.get(one, 0.0) for one in names])
+
+
+# K₂ x² on x and −K₂(xy on y + xz on z) differ by a bias only: x³ = x − xy² − xz²
+ALIAS = Explained(effect("cross-product"), None, size("cross-product", yxy=-2.0, zxz=-2.0))
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return Benches(*fitted("second-order:5:x")).accelerometer
+
+
+@pytest.fixture(scope="module")
+def findings(bench: Bench) -> BenchFindings:
+    return bench.look()
+
+
+def between(findings: BenchFindings, *members: str) -> BenchFindings:
+    """The findings with the choice left among these effects."""
+    opinion = replace(findings.opinion, verdict=Verdict.AMBIGUOUS, terms=(members,))
+    return replace(findings, opinion=opinion)
+
+
+def test_poses_that_tell_two_explanations_apart_come_with_their_gain_in_numbers(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    open_ = between(findings, "second-order", "asymmetry")
+    poses, compared = next_requests(bench, open_, Verdict.AMBIGUOUS)
+    apart = compared[-1]
+    assert (apart.first, apart.second, apart.unit) == ("second-order", "asymmetry", "mg/g²")
+    assert apart.after < apart.before < np.inf
+    assert poses
+    assert brings(apart) in poses[0].why
+    assert f"{apart.after:.2g} instead of {apart.before:.2g} mg/g²" in poses[0].why
+    for pose in poses:
+        assert np.linalg.norm(pose.direction) == pytest.approx(1.0)
+
+
+def test_exact_aliases_are_told_apart_by_no_pose(bench: Bench) -> None:
+    c = bench.measured.circumstances
+    found = separating_poses(K2, ALIAS, c, np.full(len(c), 0.1 * MG))
+    assert found == ((), np.inf, np.inf)
+
+
+def test_where_two_cannot_be_told_apart_the_next_pair_is_tried(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    members = ("second-order", "cross-product", "asymmetry")
+    poses, compared = next_requests(bench, between(findings, *members), Verdict.AMBIGUOUS)
+    assert compared[0].never
+    assert compared[0].second == "cross-product"
+    assert compared[-1].second == "asymmetry"
+    assert poses
+
+
+def test_at_one_g_alike_in_magnitude_is_not_always_alike_in_direction() -> None:
+    """K₂ or asymmetry hardly moves up; K₂ or its alias across the axes does, by milliradians."""
+    assert difference_at_one_g(K2, K2) == 0.0
+    assert difference_at_one_g(K2, ASYMMETRY) < 0.03
+    assert difference_at_one_g(K2, ALIAS) > 0.05
+
+
+def test_a_disturbed_hold_is_taken_again_in_its_own_direction(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    opinion = replace(findings.opinion, holds=(7,))
+    (pose,) = next_requests(bench, replace(findings, opinion=opinion), Verdict.DISTURBED)[0]
+    force = bench.measured.circumstances.force[7]
+    assert np.degrees(np.arccos(pose.direction @ force / np.linalg.norm(force))) < 0.01
+    assert "hold 8" in pose.why
+
+
+def test_what_is_unexplained_asks_for_corners_and_for_the_worst_holds_again(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    poses = next_requests(bench, findings, Verdict.UNEXPLAINED)[0]
+    assert {pose.pose for pose in poses} >= set(CORNERS)
+    assert sum("again" in pose.why for pose in poses) == 4
+
+
+def test_a_complete_model_asks_for_nothing(bench: Bench, findings: BenchFindings) -> None:
+    assert next_requests(bench, findings, Verdict.COMPLETE) == ((), ())
+
+
+@pytest.mark.parametrize("held", [0, 1, 3])
+def test_few_directions_are_completed_until_the_model_is_determined(held: int) -> None:
+    """With what was held, the directions asked for carry nine parameters and two to spare."""
+    up = np.array([*FACES.values()])[:held].reshape(-1, 3)
+    asked = missing_directions(up, BASE)
+    assert len(asked) + held >= 11
+    names = [pose.pose for pose in asked]
+    assert len(set(names)) == len(names)
+
+
+def test_enough_directions_ask_for_no_more() -> None:
+    up = np.array([*FACES.values(), *EDGES.values()])
+    assert missing_directions(up, BASE) == ()
+
+
+def test_between_faces_and_edges_a_kink_and_a_bend_differ_most(bench: Bench) -> None:
+    c = bench.measured.circumstances
+    noise = np.full(len(c), 0.1 * MG)
+    poses, before, after = separating_poses(K2, ASYMMETRY, c, noise, 6)
+    tilts = [one for one in poses if one.pose is None]
+    assert len(tilts) >= 4
+    assert "tilted 30° towards" in tilts[0].why
+    assert all(np.linalg.norm(one.direction) == pytest.approx(1.0) for one in poses)
+    assert after < 0.6 * before

@@ -1,0 +1,87 @@
+"""What is added without being asked, settled between the settings tried, or taken back."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden.designs import REPEATED, Schedule
+from benchmarks.hidden.fitted import measured_of
+from benchmarks.hidden.noise import CONSUMER
+from benchmarks.hidden.recording import Extra, record
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.simulate.hidden import parse_hidden
+
+ON_Y = np.array([0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class OnY(Extra):
+    """An error of the y axis alone, mg, from what happened to each hold."""
+
+    of: Callable[[Schedule], FloatArray]
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """The same for every session."""
+        del rng
+        return np.outer(self.of(schedule), ON_Y)
+
+
+def bench_of(*hidden: str, extra: Extra | None = None, seed: int = 3) -> Bench:
+    effects = [parse_hidden(text) for text in hidden]
+    rng = np.random.default_rng(seed)
+    return Bench("accelerometer", measured_of(record(REPEATED, CONSUMER, effects, rng, extra)))
+
+
+@pytest.mark.parametrize(
+    "time_constant",
+    [
+        pytest.param(85.0, marks=pytest.mark.study),
+        130.0,
+        pytest.param(250.0, marks=pytest.mark.study),
+    ],
+)
+def test_a_time_constant_between_those_tried_is_found(time_constant: float) -> None:
+    """A warm-up of a hundred times the noise leaves nothing behind, and no second name.
+
+    The constants tried are a factor of 1.7 apart; one session knows them to about a tenth.
+    """
+    warming = OnY(lambda schedule: 12.0 * np.exp(-schedule.middle / time_constant))
+    bench = bench_of(extra=warming)
+    bench.add("warm-up")
+    found = bench.fit.terms[0].variant
+    assert found == pytest.approx(time_constant, rel=0.25)
+    assert bench.look().opinion.verdict is Verdict.COMPLETE
+
+
+def test_a_setting_that_is_given_is_kept() -> None:
+    """Nothing is settled against the user's word."""
+    bench = bench_of("warm-up:6:y")
+    bench.add("warm-up", variant=100.0)
+    assert bench.fit.terms[0].variant == 100.0
+
+
+@pytest.mark.parametrize(
+    "seed", [0, pytest.param(1, marks=pytest.mark.study), pytest.param(2, marks=pytest.mark.study)]
+)
+def test_a_dead_zone_is_not_left_under_the_name_that_it_resembles(seed: int) -> None:
+    """What leaves a sixth of itself behind was something else: all is taken back."""
+    dead = OnY(lambda schedule: 10.0 * np.tanh(schedule.up[:, 1] / 0.02))
+    bench = bench_of(extra=dead, seed=seed)
+    said = add_by_itself(bench)
+    assert said.opinion.verdict is Verdict.UNEXPLAINED
+    assert bench.fit.terms == ()
+    assert len(bench.ladder) == 1
+
+
+def test_what_was_added_is_the_first_explanation() -> None:
+    """And both of two effects are added together."""
+    bench = bench_of("second-order:4:x", "third-order:6:x")
+    said = add_by_itself(bench)
+    assert said.opinion.verdict is Verdict.MISSING
+    assert said.opinion.explanations[0] == ("second-order", "third-order")
+    assert {term.name for term in bench.fit.terms} == {"second-order", "third-order"}

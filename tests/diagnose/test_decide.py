@@ -1,0 +1,74 @@
+"""From probabilities to one word."""
+
+import pytest
+
+from imucal_wizard.diagnose.verdict import Evidence, Verdict, decide_verdict
+
+
+def evidence(
+    present: dict[str, float],
+    taken: dict[str, float] | None = None,
+    strongest: float = 0.0,
+    noise: float = 1.0,
+    repeats: int = 12,
+    discriminability: float = 0.35,
+) -> Evidence:
+    return Evidence(
+        {"nothing": 0.0, **present}, taken or {}, strongest, noise, repeats, discriminability
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "verdict", "named"),
+    [
+        (evidence({"nothing": 0.9}), Verdict.COMPLETE, ()),
+        (evidence({"even-order": 0.95}, {"even-order": 150.0}), Verdict.MISSING, ("even-order",)),
+        (evidence({"even-order": 0.95}, {"even-order": 40.0}), Verdict.UNEXPLAINED, ()),
+        (evidence({"disturbed": 0.95}, {"disturbed": 80.0}), Verdict.DISTURBED, ("disturbed",)),
+        (evidence({"even-order": 0.5, "odd-order": 0.5}, {}, 150.0), Verdict.AMBIGUOUS, ()),
+        (evidence({"unknown": 0.9}, {}, 150.0), Verdict.UNEXPLAINED, ()),
+    ],
+)
+def test_each_verdict_has_its_evidence(
+    given: Evidence, verdict: Verdict, named: tuple[str, ...]
+) -> None:
+    """Likely and strong is named; likely and weak is not; rivals are listed; strangers stay so."""
+    assert decide_verdict(given) == (verdict, named)
+
+
+def test_structure_without_a_name_forbids_every_name() -> None:
+    """A strong family is not named while an unknown shape may be the truth."""
+    given = evidence({"even-order": 0.78, "unknown": 0.22}, {"even-order": 150.0}, 150.0)
+    assert decide_verdict(given) == (Verdict.UNEXPLAINED, ())
+
+
+def test_a_weak_second_family_does_not_spoil_the_first_name() -> None:
+    """Only what takes away enough by itself is named."""
+    taken = {"even-order": 200.0, "hysteresis": 9.0}
+    given = evidence({"even-order": 0.99, "hysteresis": 0.9}, taken)
+    assert decide_verdict(given) == (Verdict.MISSING, ("even-order",))
+
+
+def test_loud_noise_is_believed_only_where_poses_were_repeated() -> None:
+    """Five times the noise within the holds is noise if repeats show it, else a riddle."""
+    assert decide_verdict(evidence({"nothing": 0.9}, noise=5.0)) == (Verdict.COMPLETE, ())
+    given = evidence({"nothing": 0.9}, noise=5.0, repeats=0)
+    assert decide_verdict(given) == (Verdict.UNEXPLAINED, ())
+
+
+@pytest.mark.parametrize(
+    ("strength", "discriminability", "named"),
+    [(150.0, 0.35, True), (150.0, 0.03, False), (550.0, 0.03, True), (80.0, 1.0, False)],
+)
+def test_where_any_characteristic_looks_bent_a_bent_one_must_be_overwhelming(
+    strength: float, discriminability: float, named: bool
+) -> None:
+    """Eighteen poses show two numbers of a characteristic: effects are listed, none is named."""
+    given = evidence(
+        {"odd-order": 0.95},
+        {"odd-order": strength},
+        max(strength, 100.0),
+        discriminability=discriminability,
+    )
+    expected = (Verdict.MISSING, ("odd-order",)) if named else (Verdict.AMBIGUOUS, ())
+    assert decide_verdict(given) == expected

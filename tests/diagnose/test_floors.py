@@ -1,0 +1,103 @@
+"""Three floors are told apart: within the holds, rounding, repeats; repeats are tested first."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import Series
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.floors import Floors, rounding_of
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.holds import Hold
+from tests.diagnose.recordings import MG, along, fitted, moved
+
+
+def floors(report: FitReport) -> Floors:
+    return Benches(report).accelerometer.ladder[0].floors
+
+
+@pytest.fixture(scope="module")
+def report() -> FitReport:
+    """26 poses and twelve of them again."""
+    return fitted(poses="26+repeats", seed=5)[0]
+
+
+def test_rounding_is_the_converters_step_over_the_root_of_twelve() -> None:
+    """The virtual accelerometer has 14 bits over ±4 g, and noise of two steps."""
+    benches = Benches(*fitted())
+    rounding = benches.accelerometer.rounding
+    assert rounding is not None
+    assert rounding.error == pytest.approx(8.0 * 9.80665 / 2**14 / np.sqrt(12.0), rel=0.05)
+    assert rounding.dithered
+    floors = benches.accelerometer.ladder[0].floors
+    assert floors.rounding == rounding.error
+    assert floors.floor < rounding.error
+
+
+def test_a_noise_under_half_a_step_does_not_average_rounding_away() -> None:
+    """Readings of a quiet sensor in steps of one: the floor cannot fall under 1/√12 of them."""
+    rng = np.random.default_rng(0)
+    time = np.arange(1000) / 100.0
+    hold = Hold(0.0, 10.0, np.zeros(3), np.eye(3), None, None, 1000)
+    for spread, dithered in ((0.3, False), (2.0, True)):
+        values = np.round(rng.normal(0.3, spread, (1000, 3)))
+        rounding = rounding_of(Series(time, values, "count"), [hold], 2.0)
+        assert rounding is not None
+        assert rounding.error == pytest.approx(2.0 / np.sqrt(12.0))
+        assert rounding.dithered is dithered
+
+
+def test_without_readings_the_rounding_is_not_known(report: FitReport) -> None:
+    assert floors(report).rounding is None
+
+
+def test_repeats_as_good_as_the_noise_within_leave_the_floor_there(report: FitReport) -> None:
+    """Moved by a quarter milli-g from hold to hold they are not, and the floor rises to that."""
+    rng = np.random.default_rng(1)
+    good = floors(moved(report, lambda _, hold: 0.0 * hold.accelerometer))
+    bad = floors(moved(report, lambda _, hold: along(hold, rng.normal(0.0, 0.25 * MG))))
+    assert good.freedom == bad.freedom >= 12
+    assert good.repeats is not None
+    assert good.repeats < 2.0 * good.within
+    assert bad.repeatable is False
+    assert bad.repeats == pytest.approx(0.25 * MG, rel=0.4)
+    assert bad.floor == bad.steady
+
+
+def test_a_steady_drift_spoils_the_repeats_but_not_the_floor(report: FitReport) -> None:
+    """0.3 mg a minute can be modelled: the floor is what is left without it."""
+    drift = np.array([0.3, 0.0, 0.0]) * MG / 60.0
+    found = floors(moved(report, lambda _, hold: drift * hold.start))
+    assert found.repeatable is False
+    assert found.repeats is not None
+    assert found.repeats > 5.0 * found.within
+    assert found.floor < 2.0 * found.within
+
+
+def test_pieces_of_one_rest_are_no_repeats(report: FitReport) -> None:
+    """A disturbance that cuts every rest in two gives nothing to judge by that was not there."""
+    whole = floors(report)
+    cut = []
+    for hold in report.holds:
+        middle = 0.5 * (hold.start + hold.end)
+        cut += [replace(hold, end=middle - 0.5), replace(hold, start=middle + 0.5)]
+    halves = moved(report, lambda _, hold: 0.0 * hold.accelerometer)
+    object.__setattr__(halves, "holds", tuple(cut))
+    found = floors(halves)
+    assert found.freedom == whole.freedom
+    assert whole.repeats is not None
+    assert found.repeats == pytest.approx(whole.repeats * np.sqrt(2.0), rel=0.2)
+
+
+def test_without_repeats_nothing_is_said_of_them() -> None:
+    """One hold for each direction."""
+    whole, _ = fitted()
+    up = np.array([hold.accelerometer / np.linalg.norm(hold.accelerometer) for hold in whole.holds])
+    once = [k for k in range(len(up)) if not (up[:k] @ up[k] > np.cos(np.radians(15.0))).any()]
+    report = moved(whole, lambda _, hold: 0.0 * hold.accelerometer)
+    object.__setattr__(report, "holds", tuple(report.holds[k] for k in once))
+    found = floors(report)
+    assert found.repeats is None
+    assert found.repeatable is None
+    assert found.floor == found.within

@@ -1,0 +1,94 @@
+"""Turns that would tell two explanations of a gyroscope's misfit apart, with their gain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.next_poses import (
+    Explained,
+    apart_length,
+    next_requests,
+    rotation_patterns,
+    size_needed,
+)
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.model.catalogue import effect
+from tests.diagnose.recordings import fitted
+
+K2 = Explained(effect("second-order"), None, np.array([2.0, 0.0, 0.0]))
+ASYMMETRY = Explained(effect("asymmetry"), None, np.array([3.0, 0.0, 0.0]))
+
+
+def gyroscope(rotations: int) -> Bench:
+    """A gyroscope that bends on its x axis, turned so often about each axis."""
+    report, readings = fitted("gyroscope/second-order:2:x", seed=4, rotations=rotations)
+    bench = Benches(report, readings).gyroscope
+    assert bench is not None
+    return bench
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return gyroscope(2)
+
+
+@pytest.fixture(scope="module")
+def findings(bench: Bench) -> BenchFindings:
+    return bench.look()
+
+
+def apart(bench: Bench, first: Explained, second: Explained, axis: str) -> tuple[float, float]:
+    now, more = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
+    both = (np.concatenate(pair) for pair in zip(now, more, strict=True))
+    return size_needed(apart_length(*now)), size_needed(apart_length(*both))
+
+
+def test_turns_about_the_axis_that_bends_tell_more_than_turns_about_another(bench: Bench) -> None:
+    before, after = apart(bench, K2, ASYMMETRY, "x")
+    _, across = apart(bench, K2, ASYMMETRY, "y")
+    assert after < 0.8 * before
+    assert after < across <= before * 1.001
+
+
+def test_what_is_predicted_is_what_more_turns_by_hand_bring() -> None:
+    """Six imagined turns bring what the hand's next four do, up to a factor of two."""
+    few, many = gyroscope(2), gyroscope(6)
+    before, after = apart(few, K2, ASYMMETRY, "x")
+    then, _ = apart(many, K2, ASYMMETRY, "x")
+    assert then < before
+    assert 0.5 * then < after < then
+
+
+def test_an_effect_is_told_from_itself_by_no_turn(bench: Bench) -> None:
+    assert apart(bench, K2, K2, "x") == (np.inf, np.inf)
+
+
+def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    members = ("second-order", "asymmetry")
+    opinion = replace(findings.opinion, verdict=Verdict.AMBIGUOUS, terms=(members,))
+    open_ = replace(findings, opinion=opinion)
+    requests, compared = next_requests(bench, open_, Verdict.AMBIGUOUS)
+    gain = compared[-1]
+    assert gain.turning
+    assert gain.after < gain.before
+    (asked,) = requests
+    assert f"from {gain.after:.2g} instead of {gain.before:.2g}" in asked.why
+    assert (asked.axis, asked.turns) == ("x", 6)
+    told = verdict_text(
+        Diagnosis(
+            "gyroscope",
+            Verdict.AMBIGUOUS,
+            next_poses=requests,
+            apart=compared,
+            bench=bench,
+            findings=open_,
+        )
+    )
+    assert "6 more rotations" in told

@@ -1,0 +1,53 @@
+"""The noise that explanations are judged under: it may wander, at rest and while turning."""
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden.designs import EXACT, REPEATED, STANDARD
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.explained_variance import discriminability
+from imucal_wizard.diagnose.random_walk import frame_of
+from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from tests.diagnose.recordings import fitted
+from tests.diagnose.sessions import session
+
+
+@pytest.fixture(scope="module")
+def gyroscope() -> WhitenedResiduals:
+    bench = Benches(*fitted(rotations=6)).gyroscope
+    assert bench is not None
+    return bench.look().misfit
+
+
+def test_a_bias_moves_a_mean_at_rest_by_one_and_a_closure_by_its_seconds(
+    gyroscope: WhitenedResiduals,
+) -> None:
+    """Turns of this hand last between one second and eight; two of three axes close."""
+    rest = gyroscope.kind == RowKind.STILL
+    axes = gyroscope.axis[rest]
+    own = np.abs(gyroscope.lever[rest][np.arange(len(axes)), axes])
+    np.testing.assert_allclose(own, 1.0, atol=0.05)
+    seconds = np.linalg.norm(gyroscope.lever[gyroscope.kind == RowKind.ROTATION], axis=1)
+    assert np.median(seconds) > 0.5
+    assert seconds.max() < 10.0
+
+
+def test_a_wandering_bias_is_noise_for_rotations_too(gyroscope: WhitenedResiduals) -> None:
+    """A random walk that reaches them as it reaches the rests is likelier as noise than a drift."""
+    frame = frame_of(gyroscope)
+    moved = gyroscope.lever * (gyroscope.time - gyroscope.time.mean())[:, None] / 60.0
+    drift = frame.across.T @ (moved * np.radians(0.01) / gyroscope.sigma[:, None])
+    calm, wandering = ((frame.weights(w) @ drift**2).sum() for w in (0.0, 2.0))
+    assert wandering < 0.02 * calm
+
+
+def test_faces_and_edges_show_two_numbers_of_a_characteristic_corners_more() -> None:
+    """Second and third order imitate every ripple on exact faces and edges."""
+    shares = {
+        plan.name: discriminability(misfit, hypotheses.frame)
+        for plan in (EXACT, STANDARD, REPEATED)
+        for misfit, hypotheses in [session(design=plan.name)]
+    }
+    assert shares[EXACT.name] < 0.02
+    assert shares[STANDARD.name] < 0.1
+    assert shares[REPEATED.name] > 0.25

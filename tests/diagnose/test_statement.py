@@ -1,0 +1,239 @@
+"""What is said of each sensor: the word, the sentences, and the order among the sensors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.poses import FACES
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.survey import (
+    diagnose_benches,
+    diagnosis_of,
+    insufficient,
+)
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.report.bench_document import bench_document
+from imucal_wizard.report.bench_text import bench_text
+from tests.diagnose.recordings import MG, along, fitted, moved
+
+
+def benches(*hidden: str, rotations: int = 0) -> Benches:
+    """Of a recording with 18 poses; without rotations, as if there were no gyroscope."""
+    report, readings = fitted(*hidden, rotations=rotations)
+    if not rotations:
+        report = replace(
+            report,
+            rates={"accelerometer": 100.0},
+            sensors={"accelerometer": report.sensors["accelerometer"]},
+        )
+    return Benches(report, readings)
+
+
+def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> None:
+    (said,) = diagnose_benches(benches("second-order:5:x"), {}, automatic=True)
+    assert said.added == ("second-order",)
+    text = said.says
+    for words in ("follows the force", "second-order", "±", "mg/g²", "up wrong by", "falls from"):
+        assert words in text
+
+
+def test_a_complete_model_states_the_detectable_sizes() -> None:
+    (said,) = diagnose_benches(benches(), {}, automatic=True)
+    assert said.verdict is Verdict.COMPLETE
+    assert "complete" in said.says
+    assert "would have shown from" in bench_text([said])
+    assert said.next_poses == ()
+
+
+def test_poses_that_do_not_repeat_are_no_alarm_where_the_model_is_complete() -> None:
+    """A quarter milli-g from hold to hold, as a bias that wanders makes."""
+    rng = np.random.default_rng(1)
+    report, _ = fitted(poses="26+repeats", seed=5)
+    restless = moved(report, lambda _, hold: along(hold, rng.normal(0.0, 0.25 * MG)))
+    said = diagnose_benches(
+        Benches(replace(restless, rates={"accelerometer": 100.0})), {}, automatic=True
+    )[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert said.bench is not None
+    assert said.bench.ladder[-1].floors.repeatable is False
+    assert "is counted as noise here" in said.says
+
+
+def test_what_a_missing_effect_spoils_is_not_blamed_on_the_seat() -> None:
+    """Poses are held again within some degrees only: a bent characteristic reads another value."""
+    report, readings = fitted("second-order:5:y", poses="26+repeats", seed=5)
+    report = replace(report, rates={"accelerometer": 100.0})
+    said = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
+    assert said.verdict is Verdict.MISSING
+    assert said.bench is not None
+    assert said.bench.ladder[-1].floors.repeatable is False
+    assert "repeat" not in said.says
+
+
+def test_a_wrong_member_of_the_right_family_is_told_from_a_riddle() -> None:
+    """The student has added asymmetry; what it leaves is the rest of a second-order term."""
+    report, readings = fitted("second-order:5:y", poses="26+repeats", seed=5)
+    report = replace(report, rates={"accelerometer": 100.0})
+    wrong = Benches(report, readings)
+    said = diagnose_benches(wrong, {"accelerometer": ["asymmetry"]}, automatic=False)[0]
+    assert said.verdict is Verdict.UNEXPLAINED
+    text = said.says
+    assert "Second-order explains it" in text
+    assert "Take asymmetry out and look again" in text
+    assert "No effect known here" not in text
+
+
+def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
+    """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
+    report, _ = fitted(poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
+    spoilt = replace(spoilt, rates={"accelerometer": 100.0})  # the gyroscope is not asked
+    said = diagnose_benches(Benches(spoilt), {}, automatic=True)[0]
+    assert said.verdict is Verdict.DISTURBED
+    assert said.disturbed_holds == (9,)
+    assert said.added == ()
+    assert "Hold 10" in said.says
+    assert "hold 10" in said.next_poses[0].why
+
+
+def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
+    """The six faces carry bias and scale; the edges are asked for."""
+    report, readings = fitted()
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    said = statement_of(Benches(replace(report, holds=faces), readings))
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert "theta" in said.says
+    assert "bias, scale" in said.says
+    assert said.next_poses
+
+
+def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
+    """The gyroscope's reference is not known better than what it stands on."""
+    report, readings = fitted()
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    assert not Benches(replace(report, holds=faces), readings).passed
+
+
+def test_nothing_is_added_to_a_base_that_the_directions_do_not_determine() -> None:
+    """Nine directions: a tilt of the axes that is left at zero looks like a second-order term."""
+    report, readings = fitted(seed=3)
+    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    (said,) = diagnose_benches(Benches(alone, readings), {}, automatic=True)
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert said.added == ()
+
+
+def test_an_effect_asked_for_that_takes_up_every_hold_leaves_a_word_not_a_fault() -> None:
+    """Nothing is left to compare when there are as many parameters as holds."""
+    report, readings = fitted(seed=3)
+    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    (said,) = diagnose_benches(
+        Benches(alone, readings), {"accelerometer": ("second-order",)}, False
+    )
+    assert said.verdict is Verdict.INSUFFICIENT
+
+
+def test_while_a_part_of_the_base_is_left_out_no_effect_is_named() -> None:
+    """What it leaves looks like any effect: the sentence asks for it, and automatic adds it."""
+    report, readings = fitted()
+    alone = replace(report, rates={"accelerometer": 100.0})
+    (said,) = diagnose_benches(
+        Benches(alone, readings, {"accelerometer": ("bias",)}), {}, automatic=False
+    )
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert "Put back scale and non-orthogonality" in said.says
+    assert said.next_poses == ()
+    climbed = Benches(alone, readings, {"accelerometer": ("bias",)})
+    (said,) = diagnose_benches(climbed, {}, automatic=True)
+    assert said.verdict is Verdict.COMPLETE
+    added = [rung.added for rung in climbed.accelerometer.ladder]
+    assert added == [None, "scale", "non-orthogonality"]
+
+
+def statement_of(benches: Benches) -> Diagnosis:
+    return diagnosis_of(benches, benches.accelerometer)
+
+
+def test_a_term_added_by_hand_that_does_not_help_is_regretted() -> None:
+    said = diagnose_benches(benches(), {"accelerometer": ["cross-product"]}, automatic=False)[0]
+    assert "data held out do not confirm it" in said.says
+
+
+def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
+    """What tilts its reference would be blamed on it: nothing is added, and the sentence says why.
+
+    Once the accelerometer's term is in, its own effect is named.
+    """
+    both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
+    first, waiting = diagnose_benches(both, {}, automatic=False)
+    assert first.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    assert waiting.waiting
+    assert waiting.verdict is not Verdict.MISSING
+    assert "accelerometer's own model is not complete" in waiting.says
+    first, second = diagnose_benches(both, {}, automatic=True)
+    assert not second.waiting
+    assert second.added == ("g-sensitivity",)
+    sizes = {one.name: one for one in second.bench.fit.parameters} if second.bench else {}
+    found = sizes["g-sensitivity_xy"]
+    assert found.standard_error is not None
+    assert abs(found.value - 0.1) < 4.5 * found.standard_error
+
+
+def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes() -> None:
+    both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
+    assert both.gyroscope is not None
+    both.gyroscope.add("g-sensitivity")
+    before = both.gyroscope
+    both.accelerometer.add("second-order")
+    assert both.gyroscope is not None
+    assert both.gyroscope is not before
+    assert both.gyroscope.fit.model[-1] == "g-sensitivity"
+
+
+def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> None:
+    report, readings = fitted()
+    still = replace(
+        report, rotations=(), sensors={"accelerometer": report.sensors["accelerometer"]}
+    )
+    _, said = diagnose_benches(Benches(still, readings), {}, automatic=False)
+    assert said.sensor == "gyroscope"
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert {pose.pose for pose in said.next_poses} == {"+z", "+x"}
+    assert all("turn it about" in pose.why for pose in said.next_poses)
+
+
+def test_a_term_for_a_gyroscope_that_is_not_there_is_refused() -> None:
+    with pytest.raises(UsageError, match="no gyroscope"):
+        diagnose_benches(benches(), {"gyroscope": ["g-sensitivity"]}, automatic=False)
+
+
+def test_document_and_text_are_made_of_every_statement() -> None:
+    """Numbers, words and nulls only; no line of text is wider than a terminal."""
+    statements = (
+        *diagnose_benches(benches("second-order:5:x"), {}, automatic=True),
+        insufficient("gyroscope", "it never turned"),
+    )
+    document = bench_document(statements)
+    assert set(document["sensors"]) == {"accelerometer", "gyroscope"}
+    for one in document["sensors"].values():
+        assert isinstance(one["says"], str)
+        for pose in one["next_poses"]:
+            assert np.linalg.norm(pose["direction"]) == pytest.approx(1.0)
+    assert max(len(line) for line in bench_text(statements).splitlines()) <= 80
+
+
+def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
+    """Something has changed since: the verdict on the model stays, and the reservation is added."""
+    report, readings = fitted()
+    fit = report.sensors["accelerometer"]
+    worse = replace(fit, validation_rms=10.0 * (fit.rms_held_out or 0.0), validation=(0.0,) * 4)
+    changed = replace(report, sensors={**report.sensors, "accelerometer": worse})
+    said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert "On your 4 new poses" in said.says
+    assert "Measure them again" in said.says
+    same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
+    assert "new poses" not in same.says

@@ -1,0 +1,68 @@
+"""The study of hidden effects, small and with fixed seeds: what is hidden is found, or not named.
+
+The whole of it is ``python -m benchmarks.hidden_effects``.
+"""
+
+from collections import Counter
+from functools import cache
+
+import pytest
+
+from benchmarks.hidden.designs import REPEATED, STANDARD, Plan
+from benchmarks.hidden.noise import CONSUMER
+from benchmarks.hidden.scenarios import Scenario, bent, single, two, usual
+from benchmarks.hidden.table import outcome
+from benchmarks.hidden.trialled import chances_of, try_out
+
+pytestmark = pytest.mark.study
+
+CHANCES = cache(chances_of)
+RIGHT = ("named", "family")
+TERMS = ("second-order", "third-order", "hysteresis", "bias-step", "scale-temperature")
+STRANGERS = (
+    "field l=5 4 sigma",
+    "ripple 8 sigma",
+    "placement scatter 4 sigma",
+    "flicker floor 0.12 mg",
+)
+
+
+def counted(plan: Plan, scenario: Scenario, count: int) -> Counter[str]:
+    chances = CHANCES(plan, CONSUMER)
+    seeds = ([99, number] for number in range(count))
+    return Counter(outcome(try_out(plan, CONSUMER, scenario, chances, seed)) for seed in seeds)
+
+
+def row(name: str) -> Scenario:
+    return next(one for one in usual() if one.name == name)
+
+
+@pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
+def test_nothing_is_claimed_of_a_sensor_that_lacks_nothing(plan: Plan) -> None:
+    """Coloured noise, rounding, tremor and warming are not called an effect."""
+    assert counted(plan, row("no effect"), 8) == {"complete": 8}
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_with_repeats_an_effect_at_three_times_its_detectable_size_is_found(term: str) -> None:
+    """The family is right."""
+    found = counted(REPEATED, single(term, 3.0), 3)
+    assert sum(found[name] for name in RIGHT) == 3
+
+
+def test_two_effects_are_found_together() -> None:
+    """Second and third order on one axis, and any two families: no disturbed hold is blamed."""
+    found = counted(REPEATED, bent(3.0), 4) + counted(REPEATED, two(3.0), 4)
+    assert sum(found[name] for name in RIGHT) == 8
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+@pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
+def test_a_misfit_outside_the_catalogue_gets_no_name(plan: Plan, name: str) -> None:
+    """A strange shape, scatter and slow noise are not called by the name of an effect."""
+    assert set(counted(plan, row(name), 4)) <= {"unexpl", "complete", "cannot"}
+
+
+def test_a_disturbed_hold_is_called_one() -> None:
+    """And no physics is blamed for it."""
+    assert counted(REPEATED, row("disturbed hold 10 sigma"), 4) == {"disturb": 4}

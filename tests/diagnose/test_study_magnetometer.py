@@ -1,0 +1,51 @@
+"""The study of the magnetometer's hidden effects, small and with fixed seeds.
+
+The whole of it is ``python -m benchmarks.hidden_magnetometer``.
+"""
+
+from collections import Counter
+from functools import cache
+
+import pytest
+
+from benchmarks.hidden.table import outcome
+from benchmarks.hidden_field.scenarios import EFFECTS, Scenario, rows, single
+from benchmarks.hidden_field.sessions import REPEATED
+from benchmarks.hidden_field.trialled import Quiet, quiet, try_out
+
+pytestmark = pytest.mark.study
+
+SEEDS = (99001, 99002, 99003, 99004)
+RIGHT = ("named", "family")
+STRANGERS = ("room 4 µT/m", "steel passes 4 µT", "bias jumps 0.2 µT", "random walk 0.03 µT/√min")
+
+
+@cache
+def known(seed: int) -> Quiet:
+    return quiet(REPEATED, seed)
+
+
+def counted(scenario: Scenario) -> Counter[str]:
+    found = [try_out(REPEATED, scenario, known(seed), seed) for seed in SEEDS]
+    return Counter("refused" if one is None else outcome(one) for one in found)
+
+
+def row(name: str) -> Scenario:
+    return next(scenario for scenario in rows() if scenario.name == name)
+
+
+def test_where_nothing_is_hidden_nothing_is_claimed() -> None:
+    assert counted(row("no effect")) == {"complete": len(SEEDS)}
+
+
+@pytest.mark.parametrize("term", EFFECTS)
+def test_at_twice_its_detectable_size_an_effect_is_named_or_its_family_is(term: str) -> None:
+    found = counted(single(term, 2.0))
+    assert sum(found[word] for word in RIGHT) == len(SEEDS)
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_a_disturbance_outside_the_catalogue_gets_no_name(name: str) -> None:
+    found = counted(row(name))
+    assert not {*RIGHT, "part", "WRONG"} & set(found)
+    assert found["unexpl"] + found["disturb"] + found["complete"] == len(SEEDS)

@@ -1,0 +1,66 @@
+"""Which effects look the same here, which are invisible, and from what size they show."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.diagnose.suspects import Suspect, rank
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
+from tests.diagnose.sessions import EXACT_POSES, session
+
+
+def ranked(misfit: WhitenedResiduals) -> dict[str, Suspect]:
+    hypotheses = hypothesis_set(misfit)
+    return {
+        one.term: one for one in rank(misfit, hypotheses, hypotheses.posterior(misfit.residual))
+    }
+
+
+@pytest.mark.parametrize(
+    ("term", "alike"),
+    [
+        ("second-order", {"asymmetry"}),
+        ("third-order", {"odd-quadratic"}),
+        ("bias-drift", {"warm-up", "bias-temperature"}),
+    ],
+)
+def test_members_of_a_family_look_the_same(term: str, alike: set[str]) -> None:
+    """Where 1 g cannot split two effects, the suspect says so; strangers are not listed."""
+    suspect = ranked(session()[0])[term]
+    assert alike <= set(suspect.like)
+    assert "hysteresis" not in suspect.like
+
+
+def test_a_product_that_no_pose_shows_is_visible_at_no_size() -> None:
+    """Faces and edges alone never see x·y·z: its three parameters are infinite, others are not."""
+    misfit, _ = session(design=EXACT_POSES)
+    suspect = ranked(misfit)["cross-product"]
+    assert suspect.candidate is not None
+    sizes = dict(zip(suspect.candidate.names, suspect.detectable, strict=True))
+    assert {name for name, size in sizes.items() if np.isinf(size)} == {"xyz", "yxz", "zxy"}
+
+
+def test_an_undetectable_effect_is_never_named() -> None:
+    """However large x·y·z is, exact faces and edges see nothing of it and nothing is claimed."""
+    misfit, hypotheses = session("cross-product:50:xyz", design=EXACT_POSES)
+    opinion = judge_misfit(misfit, hypotheses, hypotheses.posterior(misfit.residual))
+    assert opinion.verdict is Verdict.COMPLETE
+    assert opinion.families == ()
+
+
+def test_a_hidden_effect_is_the_first_suspect_at_its_size_and_sign() -> None:
+    """Name, axis, sign and size come back."""
+    first = next(iter(ranked(session("hysteresis:-1:z")[0]).values()))
+    assert first.term == "hysteresis"
+    assert first.p < 0.01
+    assert first.trial is not None
+    assert first.trial.size[2] == pytest.approx(-1.0, abs=4.0 * first.trial.standard_error[2])
+
+
+def test_louder_noise_hides_larger_effects() -> None:
+    """The detectable size is in proportion to the noise."""
+    quiet, loud = (session(colour=colour)[0] for colour in ("consumer", "white"))
+    sizes = [ranked(misfit)["second-order"].detectable for misfit in (quiet, loud)]
+    ratio = loud.sigma.mean() / quiet.sigma.mean()
+    assert np.median(sizes[1] / sizes[0]) == pytest.approx(ratio, rel=0.1)

@@ -1,0 +1,76 @@
+"""What adding an effect would do is what adding it does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.diagnose.suspects import try_effect
+from tests.diagnose.sessions import session
+
+
+def refitted(misfit: WhitenedResiduals, candidate: Candidate, keep: BoolArray) -> FloatArray:
+    """Residuals of all rows under the fit of those kept: the prior as rows of its own."""
+    count = misfit.base.shape[1]
+    columns = np.concatenate([misfit.base, candidate.columns], axis=1)
+    held = np.diag(1.0 / candidate.typical)
+    prior = np.concatenate([np.zeros((len(held), count)), held], axis=1)
+    rows = np.concatenate([columns[keep], prior])
+    wanted = np.concatenate([misfit.residual[keep], np.zeros(len(prior))])
+    scale = np.linalg.norm(rows, axis=0)
+    found = np.linalg.lstsq(rows / scale, wanted, rcond=None)[0] / scale
+    return np.asarray(misfit.residual - columns @ found)
+
+
+@pytest.mark.parametrize("term", ["second-order", "warm-up", "cross-product"])
+def test_fitted_and_held_out_errors_are_those_of_explicit_fits(term: str) -> None:
+    """Without any refit, to the last digit: all rows, and each direction left out in turn."""
+    misfit, _ = session("second-order:2:y")
+    candidate = next(one for one in misfit.candidates if one.term == term)
+    trial = try_effect(misfit, (candidate,))
+    whole = refitted(misfit, candidate, np.ones(len(misfit), np.bool_))
+    np.testing.assert_allclose(trial.fitted, whole, atol=1e-6)
+    left = np.empty(len(misfit))
+    for group in np.unique(misfit.group):
+        out = misfit.group == group
+        left[out] = refitted(misfit, candidate, ~out)[out]
+    rms = float(np.sqrt(np.mean((left * misfit.sigma) ** 2)))
+    assert trial.rms_held_out == pytest.approx(rms, rel=1e-6)
+
+
+@pytest.mark.parametrize("wander", [0.0, 0.6])
+@pytest.mark.parametrize("term", ["second-order", "bias-drift"])
+def test_the_size_comes_back_within_its_standard_error(term: str, wander: float) -> None:
+    """Over many noises, steady or wandering, the size scatters by its standard error."""
+    misfit, hypotheses = session(colour="white")
+    candidate = next(one for one in misfit.candidates if one.term == term)
+    size = float(candidate.typical[1])
+    hidden = size * candidate.columns[:, 1]
+    walk = hypotheses.frame.walked(wander)
+    root = np.linalg.cholesky(np.eye(len(misfit)) + walk)
+    rng = np.random.default_rng(3)
+    off = []
+    for _ in range(200):
+        noisy = replace(misfit, residual=hidden + root @ rng.standard_normal(len(misfit)))
+        trial = try_effect(noisy, (candidate,), 1.0, walk)
+        off.append((trial.size[1] - size) / trial.standard_error[1])
+    assert np.mean(off) == pytest.approx(0.0, abs=0.4)  # the prior pulls a little towards zero
+    assert np.std(off) == pytest.approx(1.0, abs=0.15)
+
+
+def test_an_effect_that_is_not_there_does_not_help_what_is_held_out() -> None:
+    """More columns fit better, but do not predict better."""
+    misfit, _ = session(colour="white")
+    rng = np.random.default_rng(4)
+    candidate = next(one for one in misfit.candidates if one.term == "cross-product")
+    better = []
+    for _ in range(40):
+        noisy = replace(misfit, residual=rng.standard_normal(len(misfit)))
+        plain, more = try_effect(noisy, ()), try_effect(noisy, (candidate,))
+        assert more.rms_fitted < plain.rms_fitted
+        assert more.rms_held_out is not None
+        assert plain.rms_held_out is not None
+        better.append(more.rms_held_out < plain.rms_held_out)
+    assert np.mean(better) < 0.3

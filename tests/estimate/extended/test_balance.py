@@ -1,0 +1,102 @@
+"""Variances of several kinds of rows against closed forms."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.estimate.variance_components import System, balanced, determined, inverted
+
+
+def test_of_repeated_readings_it_is_the_sample_variance() -> None:
+    """One unknown mean: variance with n − 1, standard error by its root over n."""
+    rng = np.random.default_rng(0)
+    readings = rng.normal(3.0, 0.7, 12)
+    system = System(
+        residual=-readings,
+        columns=np.ones((12, 1)),
+        own=np.full(12, 1e-12),
+        kinds=np.zeros(12, np.int64),
+        precision=np.zeros(1),
+        value=np.zeros(1),
+    )
+    found = balanced(system)
+    assert found.step[0] == pytest.approx(readings.mean())
+    assert found.variance[0] == pytest.approx(readings.var(ddof=1), rel=1e-3)
+    assert found.covariance[0, 0] == pytest.approx(readings.var(ddof=1) / 12, rel=1e-3)
+    assert found.freedom[0] == pytest.approx(11.0)
+
+
+def test_two_kinds_with_a_mean_of_their_own_do_not_disturb_each_other() -> None:
+    """Each kind gets its own sample variance."""
+    rng = np.random.default_rng(1)
+    fine, coarse = rng.normal(0.0, 0.01, 8), rng.normal(0.0, 2.0, 20)
+    kinds = np.repeat([0, 1], [8, 20])
+    system = System(
+        residual=np.concatenate([fine, coarse]),
+        columns=np.eye(2)[kinds],
+        own=np.full(28, 1e-12),
+        kinds=kinds,
+        precision=np.zeros(2),
+        value=np.zeros(2),
+    )
+    found = balanced(system)
+    assert found.variance[0] == pytest.approx(fine.var(ddof=1), rel=1e-3)
+    assert found.variance[-1] == pytest.approx(coarse.var(ddof=1), rel=1e-3)
+
+
+def test_a_common_mean_is_weighed_by_the_scatter_of_each_kind() -> None:
+    """Over many draws the estimate beats the plain mean and its standard error is honest."""
+    rng = np.random.default_rng(2)
+    kinds = np.repeat([0, 1], [20, 20])
+    estimates, claimed = [], []
+    for _ in range(200):
+        rows = np.concatenate([rng.normal(0.0, 0.1, 20), rng.normal(0.0, 1.0, 20)])
+        system = System(
+            -rows, np.ones((40, 1)), np.full(40, 1e-12), kinds, np.zeros(1), np.zeros(1)
+        )
+        found = balanced(system)
+        estimates.append(found.step[0])
+        claimed.append(found.covariance[0, 0])
+    assert np.std(estimates) == pytest.approx(0.1 / np.sqrt(20.2), rel=0.15)
+    assert np.sqrt(np.mean(claimed)) == pytest.approx(np.std(estimates), rel=0.15)
+
+
+def test_noise_that_is_known_to_be_larger_than_the_scatter_is_kept() -> None:
+    """The rest on top of the known noise is never negative."""
+    system = System(
+        residual=np.array([0.1, -0.1, 0.05, -0.02]),
+        columns=np.zeros((4, 0)),
+        own=np.full(4, 1.0),
+        kinds=np.zeros(4, np.int64),
+        precision=np.zeros(0),
+        value=np.zeros(0),
+    )
+    np.testing.assert_array_equal(balanced(system).variance, 1.0)
+
+
+def test_a_prior_stands_in_for_what_no_row_shows() -> None:
+    """A size without rows keeps its prior as its posterior."""
+    system = System(
+        residual=np.array([1.0, -1.0, 0.5]),
+        columns=np.zeros((3, 1)),
+        own=np.full(3, 1e-6),
+        kinds=np.zeros(3, np.int64),
+        precision=np.array([0.25]),
+        value=np.zeros(1),
+    )
+    found = balanced(system)
+    assert found.covariance[0, 0] == pytest.approx(4.0)
+    assert found.step[0] == 0.0
+
+
+def test_a_singular_matrix_is_inverted_over_what_it_determines() -> None:
+    """The Moore–Penrose inverse; a regular one has the plain inverse."""
+    rng = np.random.default_rng(3)
+    root = rng.standard_normal((3, 5))
+    regular = root @ root.T
+    np.testing.assert_allclose(inverted(regular), np.linalg.inv(regular), rtol=1e-8)
+    assert determined(regular)
+    column = np.array([1.0, 2.0, 0.0])
+    singular = np.outer(column, column)
+    inverse = inverted(singular)
+    np.testing.assert_allclose(singular @ inverse @ singular, singular, atol=1e-12)
+    assert not determined(singular)

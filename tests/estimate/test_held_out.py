@@ -1,0 +1,147 @@
+"""What is held out is what a complete refit without it would err."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.directions import group_directions
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.hold_search import judge
+from tests.estimate.motions import experiment, hand_turns
+from tests.estimate.truth import (
+    EIGHTEEN,
+    SIX,
+    TWENTY_SIX,
+    even_directions,
+    holds_of,
+    tilted,
+    typical_accelerometer,
+    typical_gyroscope,
+)
+
+GRAVITY = 9.80665
+
+
+@pytest.mark.parametrize("method", ["least_squares", "newton"])
+def test_each_direction_is_left_out_whole(method: str) -> None:
+    """A refit of all holds but those within 12° of one direction gives exactly its errors."""
+    rng = np.random.default_rng(0)
+    up = tilted(np.concatenate([EIGHTEEN, SIX]), 1.0, rng)
+    noise = 3e-3 * rng.standard_normal((24, 3))
+    holds = holds_of(typical_accelerometer(), up, noise=noise, sigma=3e-3)
+    result = fit_accelerometer(holds, GRAVITY, "m/s^2", method)
+    assert result.held_out is not None
+    assert result.reference is not None
+    assert result.rms_held_out is not None
+    labels = result.reference.labels
+    assert labels.max() + 1 == 18
+    allowed = 2e-6 if method == "newton" else 1e-2 * result.rms_held_out
+    for label in range(18):
+        kept = [hold for hold, own in zip(holds, labels, strict=True) if own != label]
+        refit = fit_accelerometer(kept, GRAVITY, "m/s^2", method)
+        for index in np.flatnonzero(labels == label):
+            corrected = refit.matrix @ (holds[index].accelerometer - refit.bias)
+            error = np.linalg.norm(corrected) - GRAVITY
+            # the fit without a direction follows by one step from the fit of all
+            assert result.held_out[index] == pytest.approx(error, abs=allowed)
+
+
+def test_no_two_holds_of_a_direction_are_far_apart() -> None:
+    """Complete linkage: all of a direction lie within 12° of one another."""
+    up = tilted(np.concatenate([EIGHTEEN] * 3), 6.0, np.random.default_rng(7))
+    labels = group_directions(up)
+    apart = np.degrees(np.arccos(np.clip(up @ up.T, -1.0, 1.0)))
+    same = labels[:, None] == labels
+    assert apart[same].max() < 12.0
+    # and two directions could not be one
+    for first in range(labels.max() + 1):
+        for second in range(first):
+            assert apart[np.ix_(labels == first, labels == second)].max() > 12.0
+
+
+def test_held_out_errors_are_those_of_new_directions() -> None:
+    """On average over experiments: the rms held out is the rms on orientations never seen.
+
+    A new hold has its own noise as a held-out one has. 60 experiments know the ratio to 5 %.
+    """
+    rng = np.random.default_rng(1)
+    truth = typical_accelerometer()
+    new = holds_of(truth, even_directions(200, rng), noise=3e-3 * rng.standard_normal((200, 3)))
+    readings = np.array([hold.accelerometer for hold in new])
+    held, unseen = [], []
+    for _ in range(60):
+        noise = 3e-3 * rng.standard_normal((26, 3))
+        fit = fit_accelerometer(holds_of(truth, TWENTY_SIX, noise=noise), GRAVITY, "m/s^2")
+        lengths = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1)
+        unseen.append(np.mean((lengths - GRAVITY) ** 2))
+        held.append((fit.rms_held_out or 0.0) ** 2)
+    # leaving a direction out also leaves a hole, so it errs a little more
+    assert 1.0 < np.sqrt(np.mean(held) / np.mean(unseen)) < 1.35
+
+
+@pytest.mark.parametrize("tilt_sigma", [0.0, 1e-3])
+def test_a_rotation_left_out_errs_as_under_a_complete_refit(tilt_sigma: float) -> None:
+    """One Gauss–Newton step from the fit of all is all that it takes.
+
+    Refits also weigh the still means and the rotations anew, which moves an error by 3 % of its
+    size at most.
+    """
+    rng = np.random.default_rng(2)
+    data = experiment(
+        hand_turns(6, rng), typical_gyroscope(), rng, sigma=0.0025, tilt_sigma=tilt_sigma
+    )
+    fit = data.fit()
+    assert fit.held_out is not None
+    rms = float(np.sqrt((fit.held_out**2).mean()))
+    assert isinstance(fit.experiment, GyroscopeExperiment)
+    closure = fit.experiment.closure
+    for index in range(18):
+        refit = data.only([i for i in range(18) if i != index]).fit()
+        error = float(np.linalg.norm(closure.closures(refit.matrix, refit.bias)[index]))
+        assert fit.held_out[index] == pytest.approx(error, abs=0.03 * (rms + error))
+
+
+def test_too_few_rotations_cannot_be_left_out() -> None:
+    """Five rotations have ten equations for nine gains: one less leaves eight."""
+    rng = np.random.default_rng(3)
+    data = experiment(hand_turns(6, rng), typical_gyroscope(), rng, sigma=0.0025)
+    fit = data.only([0, 1, 6, 7, 12]).fit()
+    assert fit.held_out is None or fit.not_determined
+
+
+def test_judging_needs_no_refit() -> None:
+    """The linearised left-out error follows the refitted one; the rest is geometry."""
+    rng = np.random.default_rng(4)
+    truth = typical_accelerometer()
+    ratios = []
+    noise = 1e-3 * rng.standard_normal((26, 3))
+    for size in (1.0, 10.0):
+        holds = holds_of(truth, TWENTY_SIX, noise=size * noise)
+        fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+        ratios.append(judge(holds, GRAVITY) / (fit.rms_held_out or 1.0))
+    assert ratios[0] == pytest.approx(ratios[1], rel=0.02)
+    assert 0.4 < ratios[0] < 1.0
+
+
+def test_judging_prefers_good_holds_and_many_directions() -> None:
+    """Less noise is better; eighteen directions are better than ten of them; nothing is worst."""
+    rng = np.random.default_rng(5)
+    truth = typical_accelerometer()
+    noise = 1e-3 * rng.standard_normal((18, 3))
+    good = holds_of(truth, EIGHTEEN, noise=noise)
+    bad = holds_of(truth, EIGHTEEN, noise=10.0 * noise)
+    assert judge(good, GRAVITY) < judge(bad, GRAVITY)
+    assert judge(good, GRAVITY) < judge(good[:12], GRAVITY) < np.inf
+    assert judge(good[:3], GRAVITY) == np.inf
+    assert judge([], GRAVITY) == np.inf
+
+
+def test_a_rest_in_pieces_is_judged_as_one() -> None:
+    """A calm rest counts no more for being broken: the same error as of the whole."""
+    noise = 1e-3 * np.random.default_rng(6).standard_normal((18, 3))
+    holds = holds_of(typical_accelerometer(), EIGHTEEN, noise=noise)
+    numbers = np.arange(len(holds))
+    broken = [*[holds[0]] * 5, *holds[1:]]
+    together = judge(broken, GRAVITY, np.concatenate([np.zeros(4, int), numbers]))
+    assert together == pytest.approx(judge(holds, GRAVITY), rel=1e-9)
+    assert together != pytest.approx(judge(broken, GRAVITY), rel=1e-3)

@@ -1,0 +1,243 @@
+"""Small statistics: Student's t, noise of averages, repeats, what stands out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from imucal_wizard.core.directions import group_directions
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.fisher import exceeded
+from imucal_wizard.estimate.noise import has_rate, hold_noise
+from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
+from imucal_wizard.estimate.student import quantile, two_sided
+from imucal_wizard.measurement.blocks import BlockCutter
+from imucal_wizard.measurement.holds import hold_from
+from tests.estimate.truth import EIGHTEEN, even_directions, hold, tilted
+
+
+def _odd_hold(errors: FloatArray, columns: FloatArray) -> Outlier | None:
+    """The hold that stands out among weighted residuals of a fit with these columns."""
+    left = 1.0 - (columns * np.linalg.pinv(columns).T).sum(axis=1)
+    freedom = len(errors) - columns.shape[1]
+    return outlier(errors**2 / left, float(errors @ errors), 1, freedom)
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 4, 9, 10, 29, 60])
+def test_students_t_is_scipys(freedom: int) -> None:
+    """Tail probabilities to 1e-13 and quantiles to 1e-9, odd and even degrees of freedom."""
+    for t in (0.0, 0.1, -1.0, 2.5, 7.0, 40.0):
+        assert two_sided(t, freedom) == pytest.approx(2 * stats.t.sf(abs(t), freedom), abs=1e-13)
+    for level in (0.5, 0.95, 0.999):
+        expected = stats.t.ppf(0.5 + level / 2, freedom)
+        assert quantile(level, freedom) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("above", "below"), [(1, 1), (2, 9), (9, 6), (27, 18), (30, 400)])
+def test_fishers_f_is_scipys(above: int, below: int) -> None:
+    """Tail probabilities to ten digits, from nearly certain to a millionth."""
+    for ratio in (1e-3, 0.4, 1.0, 2.5, 9.0, 60.0):
+        expected = stats.f.sf(ratio, above, below)
+        assert exceeded(ratio, above, below) == pytest.approx(expected, rel=1e-9, abs=1e-14)
+    assert exceeded(0.0, above, below) == 1.0
+    assert exceeded(np.inf, above, below) == 0.0
+
+
+def test_few_degrees_of_freedom_reach_further() -> None:
+    """The table at the end of every textbook."""
+    known = {1: 12.706, 2: 4.303, 5: 2.571, 9: 2.262, 30: 2.042, 1000: 1.962}
+    for freedom, value in known.items():
+        assert quantile(0.95, freedom) == pytest.approx(value, abs=5e-4)
+
+
+def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
+    """200 holds of 2 s at 100 Hz: the pooled variance is σ²/n within 5 %, of both sensors."""
+    rng = np.random.default_rng(0)
+    sigma = np.array([0.02, 0.02, 0.02, 0.001, 0.002, 0.003])
+    holds = []
+    for _ in range(200):
+        values = sigma * rng.standard_normal((200, 6))
+        time = np.arange(200) / 100.0
+        readings = Readings(
+            Series(time, values[:, :3], "m/s^2"), Series(time, values[:, 3:], "rad/s")
+        )
+        holds.append(hold_from(BlockCutter(100.0).feed(readings)))
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(200, 0.02**2 / 200), rel=0.05)
+    assert noise.gyroscope_density == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
+
+
+def test_one_restless_hold_does_not_move_the_pooled_noise() -> None:
+    """The median, not the mean, of all holds; its own noise counts when it was taken by hand."""
+    quiet = [hold(np.zeros(3), 10.0 * i, sigma=1e-3) for i in range(9)]
+    shaky = hold(np.zeros(3), 100.0, sigma=0.1)
+    alone, spoilt = hold_noise(quiet).accelerometer, hold_noise([*quiet, shaky]).accelerometer
+    assert spoilt == pytest.approx(np.full(10, alone[0]))
+    by_hand = hold_noise([*quiet, replace(shaky, hand_held=True)]).accelerometer
+    assert by_hand[9] == pytest.approx(0.1**2)
+
+
+def test_a_longer_hold_is_quieter() -> None:
+    """White noise: four times as long, a quarter of the variance."""
+    noise = hold_noise([hold(np.zeros(3), 0.0, seconds, sigma=1e-3) for seconds in (2.0, 8.0)])
+    assert noise.accelerometer[0] == pytest.approx(4.0 * noise.accelerometer[1])
+
+
+def test_holds_within_twelve_degrees_are_repeats() -> None:
+    """Eighteen poses held three times by a hand that misses by 1.5° are eighteen directions."""
+    rng = np.random.default_rng(1)
+    up = tilted(np.tile(EIGHTEEN, (3, 1)), 1.0, rng)
+    labels = group_directions(up)
+    assert (labels == np.tile(np.arange(18), 3)).all()
+
+
+def test_false_alarms_are_as_rare_as_they_are_said_to_be() -> None:
+    """2000 faultless sets of holds and of rotations: at most 7 suspects where 2 are expected."""
+    rng = np.random.default_rng(2)
+    columns = np.column_stack([EIGHTEEN, EIGHTEEN**2, np.ones(18) * 0.1])
+    hat = columns @ np.linalg.pinv(columns)
+    holds = rotations = 0
+    gains = rng.standard_normal((36, 9))
+    project = np.eye(36) - gains @ np.linalg.pinv(gains)
+    for _ in range(2000):
+        noise = rng.standard_normal(18)
+        holds += _odd_hold(noise - hat @ noise, columns) is not None
+        left = (project @ rng.standard_normal(36)).reshape(18, 2)
+        drops = np.array(
+            [
+                left[i] @ np.linalg.solve(project[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], left[i])
+                for i in range(18)
+            ]
+        )
+        rotations += outlier(drops, float((left**2).sum()), 2, 27) is not None
+    assert FALSE_ALARM == 0.001
+    assert holds <= 7
+    assert rotations <= 7
+
+
+def test_a_disturbed_hold_stands_out() -> None:
+    """Ten times the noise at one of eighteen, where nine parameters try to hide it."""
+    rng = np.random.default_rng(3)
+    up = even_directions(26, rng)
+    pairs = [up[:, i] * up[:, j] for i in range(3) for j in range(i, 3)]
+    columns = np.column_stack([up, *pairs])
+    noise = rng.standard_normal(26)
+    noise[11] += 12.0
+    errors = noise - columns @ np.linalg.pinv(columns) @ noise
+    found = _odd_hold(errors, columns)
+    assert found is not None
+    assert found.index == 11
+    assert found.ratio > 5.0
+
+
+@pytest.mark.parametrize("size", [10.0, 14.0])
+def test_the_suspects_probability_is_that_of_a_studentised_residual(size: float) -> None:
+    """Against a refit without the hold: its error there over the spread of the others, by t."""
+    rng = np.random.default_rng(4)
+    columns = rng.standard_normal((26, 9))
+    noise = rng.standard_normal(26)
+    noise[5] += size
+    errors = noise - columns @ np.linalg.pinv(columns) @ noise
+    found = _odd_hold(errors, columns)
+    assert found is not None
+    others = np.delete(np.arange(26), 5)
+    inverse = np.linalg.inv(columns[others].T @ columns[others])
+    refit = inverse @ columns[others].T @ noise[others]
+    left = noise[others] - columns[others] @ refit
+    spread = left @ left / (25 - 9)
+    ratio = (noise[5] - columns[5] @ refit) / np.sqrt(
+        spread * (1.0 + columns[5] @ inverse @ columns[5])
+    )
+    assert found.ratio == pytest.approx(abs(ratio))
+    assert found.probability == pytest.approx(26.0 * 2.0 * stats.t.sf(abs(ratio), 16), rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [9.0, 15.0])
+def test_the_probability_of_a_suspect_rotation_is_fishers(size: float) -> None:
+    """Two components against the spread of all others: F with 2 and ν − 2 degrees of freedom."""
+    rng = np.random.default_rng(5)
+    closure = np.column_stack([rng.standard_normal((18, 2)), np.zeros(18)])
+    closure[7, 0] = size
+    drops = (closure**2).sum(axis=1)  # nothing was fitted, so that each takes but its own away
+    found = outlier(drops, float(drops.sum()), 2, 36)
+    assert found is not None
+    assert found.index == 7
+    spread = np.delete(drops, 7).sum() / 34.0
+    expected = 18.0 * stats.f.sf(0.5 * drops[7] / spread, 2, 34)
+    assert found.probability == pytest.approx(expected, rel=1e-9)
+    assert found.ratio == pytest.approx(np.sqrt(0.5 * drops[7] / spread))
+
+
+def test_too_little_is_left_to_suspect_anything() -> None:
+    """With two degrees of freedom one outlier cannot be told from another; zero errors neither."""
+    assert outlier(np.array([0, 0, 0, 0, 0, 0, 0, 25.0, 1.0]), 26.0, 1, 2) is None
+    assert outlier(np.zeros(9), 0.0, 1, 6) is None
+    assert outlier(np.zeros(6), 0.0, 2, 9) is None
+    assert outlier(np.array([1e6, 1.0, 1.0]), 1e6 + 2.0, 2, 4) is None
+
+
+def test_a_direction_is_no_longer_than_its_limit() -> None:
+    """At 0°, 11° and 13° the last two are closest, and the first is too far from the third."""
+    angles = np.radians([0.0, 11.0, 13.0, 40.0])
+    up = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(4)])
+    assert group_directions(up).tolist() == [0, 1, 1, 2]
+
+
+def test_the_noise_is_the_mean_and_not_the_median_of_what_single_holds_show() -> None:
+    """With four degrees of freedom the median of χ² is 16 % below its mean."""
+    rng = np.random.default_rng(12)
+    batches = rng.standard_normal((2000, 5, 3))
+    holds = [
+        replace(
+            hold(np.zeros(3), 0.0, 2.0, gyroscope=np.zeros(3)),
+            accelerometer_covariance=np.cov(one.T) / 5.0,
+            gyroscope_covariance=np.cov(one.T) / 5.0,
+        )
+        for one in batches
+    ]
+    noise = hold_noise(holds)
+    assert noise.gyroscope_density == pytest.approx(np.full(3, 2.0 / 5.0), rel=0.05)
+    assert noise.accelerometer[0] == pytest.approx(1.0 / 5.0, rel=0.03)
+
+
+def test_a_hand_that_trembles_turns_gravity_more_than_it_changes_it() -> None:
+    """Along gravity and across it are then two numbers; a device that lies still has one."""
+    rng = np.random.default_rng(13)
+    holds = []
+    signs = np.tile([1.0, -1.0], 60)[:, None]
+    for index, up in enumerate(signs * np.repeat(np.eye(3), 40, axis=0)):
+        sigma = np.where(up == 0.0, 3.0, 1.0)
+        batches = sigma * rng.standard_normal((5, 3))
+        one = hold(9.8 * up, 10.0 * index)
+        holds.append(replace(one, accelerometer_covariance=np.cov(batches.T) / 5.0))
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(120, 0.2), rel=0.3)
+    assert noise.across == pytest.approx(np.full(120, 9.0 * 0.2), rel=0.25)
+    still = [replace(one, accelerometer_covariance=np.eye(3)) for one in holds]
+    assert (hold_noise(still).across == hold_noise(still).accelerometer).all()
+
+
+@pytest.mark.parametrize("offset", [0.0, 32768.0])
+def test_gravity_is_seen_from_the_middle_of_the_readings(offset: float) -> None:
+    """Raw counts around 32768 point nowhere; what is left of their middle does.
+
+    Each axis holds 1 along gravity and 9 on either component across it; a median of four degrees of
+    freedom stands for a mean that is 1 / (1 − 1/18)³ times as large, of eight 1 / (1 − 1/36)³.
+    """
+    holds = [
+        replace(
+            hold(offset + 980.0 * up, 10.0 * index),
+            accelerometer_covariance=np.diag(np.where(up == 0.0, 9.0, 1.0)),
+        )
+        for index, up in enumerate(np.concatenate([np.eye(3), -np.eye(3)]))
+    ]
+    noise = hold_noise(holds)
+    assert noise.accelerometer == pytest.approx(np.full(6, 1.0 / (1.0 - 1.0 / 18.0) ** 3))
+    assert noise.across == pytest.approx(np.full(6, 9.0 / (1.0 - 1.0 / 36.0) ** 3))
+
+
+def test_a_hold_without_a_number_of_the_gyroscope_has_no_rate() -> None:
+    assert has_rate(hold(np.zeros(3), 0.0, gyroscope=np.ones(3)))
+    assert not has_rate(hold(np.zeros(3), 0.0, gyroscope=np.array([1.0, np.nan, 1.0])))
+    assert not has_rate(hold(np.zeros(3), 0.0))

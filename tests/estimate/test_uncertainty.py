@@ -1,0 +1,213 @@
+"""Standard errors hold the truth as often as they say, from the residual and from the repeats.
+
+Coverage is counted over seeded repetitions; tolerances are binomial. With n repetitions a true
+95 % scatters by σ = sqrt(0.95 · 0.05 / n); one parameter may be 3.5 σ off (nine are looked at).
+"""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.parameters import (
+    full_parameters,
+    triangular_parameters,
+    with_errors,
+)
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.student import quantile
+from imucal_wizard.measurement.holds import Hold
+from tests.estimate.motions import experiment, hand_turns
+from tests.estimate.truth import (
+    EIGHTEEN,
+    SIX,
+    Truth,
+    holds_of,
+    random_triangular,
+    tilted,
+    typical_gyroscope,
+)
+
+GRAVITY = 9.80665
+SIGMA = 3e-3
+"""Noise of a hold, m/s²: 0.3 mg."""
+
+
+def _allowed(repetitions: int) -> float:
+    return float(3.5 * np.sqrt(0.95 * 0.05 / repetitions))
+
+
+def _check(inside: Counter[str], repetitions: int) -> None:
+    """Every parameter covers, and all of them together to half of that."""
+    assert inside
+    for count in inside.values():
+        assert abs(count / repetitions - 0.95) < _allowed(repetitions)
+    mean = sum(inside.values()) / len(inside) / repetitions
+    assert abs(mean - 0.95) < 0.5 * _allowed(repetitions)
+
+
+def _one(rng: np.random.Generator, up: FloatArray, method: str) -> tuple[Truth, SensorFit]:
+    truth = random_triangular(rng)
+    noise = SIGMA * rng.standard_normal((len(up), 3))
+    holds = holds_of(truth, tilted(up, 1.0, rng), noise=noise, sigma=SIGMA)
+    return truth, fit_accelerometer(holds, GRAVITY, "m/s^2", method)
+
+
+@pytest.mark.parametrize("method", ["least_squares", "newton"])
+def test_eighteen_poses_cover_by_students_t(method: str) -> None:
+    """Nine degrees of freedom: ±2.26 standard errors hold the truth 95 % of the time."""
+    rng, repetitions = np.random.default_rng(1), 120
+    inside: Counter[str] = Counter()
+    normal = 0
+    for _ in range(repetitions):
+        truth, fit = _one(rng, EIGHTEEN, method)
+        assert fit.degrees_of_freedom == 9
+        true = triangular_parameters(truth.matrix, truth.bias)
+        for parameter in fit.parameters:
+            assert parameter.standard_error is not None
+            off = abs(parameter.value - true[parameter.name]) / parameter.standard_error
+            inside[parameter.name] += off < quantile(0.95, 9)
+            normal += off < 1.96 and not parameter.name.startswith("bias")
+    _check(inside, repetitions)
+    # 1.96 of them would hold it 91.8 % of the time only; a bias has a doubt of its own
+    assert normal / repetitions / 6 < 0.94
+
+
+def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
+    """The six faces twice: six degrees of freedom from the repeats alone."""
+    rng, repetitions = np.random.default_rng(2), 120
+    inside: Counter[str] = Counter()
+    for _ in range(repetitions):
+        truth, fit = _one(rng, np.concatenate([EIGHTEEN, SIX]), "least_squares")
+        assert fit.repeat_degrees_of_freedom == 6
+        true = triangular_parameters(truth.matrix, truth.bias)
+        for parameter in fit.parameters:
+            assert parameter.standard_error_repeats is not None
+            off = abs(parameter.value - true[parameter.name]) / parameter.standard_error_repeats
+            inside[parameter.name] += off < quantile(0.95, 6)
+    _check(inside, repetitions)
+
+
+def test_the_repeats_do_not_see_what_the_model_lacks() -> None:
+    """With 3 mg/g² of second order the residual grows and the repeats stay at the noise."""
+    rng = np.random.default_rng(3)
+    up = tilted(np.concatenate([EIGHTEEN, EIGHTEEN, SIX]), 0.2, rng)
+    force = GRAVITY * up
+    force[:, 0] += 3e-3 / GRAVITY * force[:, 0] ** 2
+    readings = force + SIGMA / 10.0 * rng.standard_normal(up.shape)
+    plain = holds_of(Truth(np.eye(3), np.zeros(3)), up)
+    holds = [_with_reading(hold, y) for hold, y in zip(plain, readings, strict=True)]
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    assert fit.repeat_rms == pytest.approx(SIGMA / 10.0, rel=0.4)
+    assert fit.repeat_rms is not None
+    assert fit.rms_fitted > 10.0 * fit.repeat_rms
+    first = fit.parameters[0]
+    assert first.standard_error is not None
+    assert first.standard_error_repeats is not None
+    assert first.standard_error > 10.0 * first.standard_error_repeats
+
+
+def _with_reading(hold: Hold, reading: FloatArray) -> Hold:
+    return replace(hold, accelerometer=reading)
+
+
+def test_repeat_rms_is_the_scatter_about_the_mean_of_each_direction() -> None:
+    """By hand: an ideal sensor, six faces twice, one pair 2 mm/s² apart: s² = 2 · (1e-3)² / 6."""
+    holds = holds_of(Truth(np.eye(3), np.zeros(3)), np.concatenate([SIX, SIX]))
+    holds[0] = _with_reading(holds[0], np.array([GRAVITY + 1e-3, 0.0, 0.0]))
+    holds[6] = _with_reading(holds[6], np.array([GRAVITY - 1e-3, 0.0, 0.0]))
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    assert fit.repeat_rms == pytest.approx(1e-3 * np.sqrt(2.0 / 6.0), rel=1e-3)
+    assert fit.repeat_degrees_of_freedom == 6
+
+
+def test_standard_errors_of_eighteen_poses_are_the_known_ones() -> None:
+    """Closed form of the design: 6 faces and 12 edges.
+
+    ``Cov = σ² (XᵀX)⁻¹``; with 6 + 12 poses the sum of u_x² is 2 + 8/2 = 6, so a bias has σ/√6; a
+    product u_x u_y is ±1/2 at four edges and nothing else, so an angle has σ/g.
+    """
+    rng = np.random.default_rng(4)
+    noise = SIGMA * rng.standard_normal((18, 3))
+    holds = holds_of(Truth(np.eye(3), np.zeros(3)), EIGHTEEN, noise=noise)
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    sigma = fit.rms_fitted * np.sqrt(18.0 / 9.0)
+    errors = {p.name: p.standard_error for p in fit.parameters}
+    for axis in "xyz":
+        assert errors[f"bias_{axis}"] == pytest.approx(sigma / np.sqrt(6.0), rel=1e-2)
+    for angle in ("theta_yz", "theta_zy", "theta_zx"):
+        assert errors[angle] == pytest.approx(sigma / GRAVITY, rel=1e-2)
+
+
+def test_the_six_position_method_has_its_own_standard_errors() -> None:
+    """Each axis is known from its own two faces alone: s/2 · sqrt(1/n₊ + 1/n₋), and it covers."""
+    rng, repetitions = np.random.default_rng(5), 200
+    inside: Counter[str] = Counter()
+    up = np.concatenate([SIX, SIX, SIX])
+    for _ in range(repetitions):
+        truth = Truth(np.diag(rng.uniform(0.95, 1.05, 3)), rng.uniform(-0.5, 0.5, 3))
+        noise = SIGMA * rng.standard_normal((18, 3))
+        fit = fit_accelerometer(holds_of(truth, up, noise=noise), GRAVITY, "m/s^2", "six-position")
+        true = triangular_parameters(truth.matrix, truth.bias)
+        for parameter in fit.parameters:
+            if parameter.standard_error is not None:
+                off = abs(parameter.value - true[parameter.name]) / parameter.standard_error
+                inside[parameter.name] += off < quantile(0.95, fit.degrees_of_freedom)
+    assert len(inside) == 6
+    _check(inside, repetitions)
+
+
+def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
+    """Against a shift of each hold in turn, with gains that differ and faces repeated unequally."""
+    gains = np.array([1.0, 1.15, 0.9])
+    up = np.repeat(SIX, [3, 1, 2, 1, 1, 4], axis=0)
+    noise = SIGMA * gains * np.random.default_rng(6).standard_normal((12, 3))
+    holds = holds_of(Truth(np.diag(gains), np.zeros(3)), up, noise=noise)
+
+    def fitted(some: list[Hold]) -> FloatArray:
+        fit = fit_accelerometer(some, GRAVITY, "m/s^2", "six-position")
+        return np.concatenate([fit.bias, np.diag(fit.matrix)])
+
+    columns = []
+    for index, one in enumerate(holds):
+        shift = 1e-5 * gains * np.abs(up[index])
+        moved = replace(one, accelerometer=one.accelerometer + shift)
+        others = [*holds[:index], moved, *holds[index + 1 :]]
+        columns.append((fitted(others) - fitted(holds)) / 1e-5)
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2", "six-position")
+    variance = float(fit.residuals @ fit.residuals) / (len(holds) - 6)
+    expected = variance * np.array(columns).T @ np.array(columns)
+    assert fit.covariance is not None
+    places = [0, 1, 2, 3, 6, 8]  # the biases, then M's diagonal
+    found = fit.covariance[np.ix_(places, places)]
+    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert found / size == pytest.approx(expected / size, abs=2e-3)
+
+
+@pytest.mark.study
+def test_the_gyroscopes_standard_errors_cover() -> None:
+    """Six hand turns per axis, with noise of the rate and of gravity's direction."""
+    rng, repetitions = np.random.default_rng(6), 150
+    truth = typical_gyroscope()
+    true = full_parameters(truth.matrix, truth.bias)
+    motions = [hand_turns(6, np.random.default_rng(seed), rate=25.0) for seed in range(4)]
+    inside: Counter[str] = Counter()
+    for index in range(repetitions):
+        data = experiment(motions[index % 4], truth, rng, sigma=0.00125, tilt_sigma=3e-4)
+        fit = data.fit()
+        assert fit.not_determined == ()
+        parameters = with_errors(
+            lambda t: full_parameters(t[:9].reshape(3, 3), t[9:]),
+            np.concatenate([fit.matrix.ravel(), fit.bias]),
+            fit.covariance,
+            lambda _: "",
+            (),
+        )
+        reach = quantile(0.95, fit.degrees_of_freedom)
+        for parameter in parameters:
+            off = abs(parameter.value - true[parameter.name])
+            inside[parameter.name] += off < reach * (parameter.standard_error or 0.0)
+    _check(inside, repetitions)

@@ -1,0 +1,174 @@
+"""Rotations by hand between still periods: what is taken, and what is rejected with its reason."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.live_checks import speeds
+from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.data_quality import clipped_axis
+from tests.guide.device import Device, kinds, machine_at, texts
+
+
+def rotating() -> tuple[Device, StateMachine]:
+    """A device that lies with +z up at the beginning of the rotations."""
+    device = Device()
+    machine = machine_at(StepKind.ROTATIONS, device)
+    machine.feed(device.rotate("x", 10.0).rotate("x", -10.0).rest(2.0).taken())
+    return device, machine
+
+
+@pytest.mark.parametrize("degrees", [90.0, -75.0, 170.0, -240.0, 400.0])
+def test_a_rotation_between_holds_is_taken_with_its_angle(degrees: float) -> None:
+    device, machine = rotating()
+    events = machine.feed(device.rotate("x", degrees, 3.0).rest(2.0).taken())
+    assert EventKind.ROTATION_TAKEN in kinds(events)
+    rotation = machine.status().rotation
+    assert rotation is not None
+    assert list(rotation.done) == pytest.approx([degrees], abs=0.3)
+
+
+def test_the_samples_go_from_inside_one_hold_to_inside_the_other() -> None:
+    device, machine = rotating()
+    machine.feed(device.rotate("x", 90.0).rest(3.0).rotate("x", -90.0).rest(2.0).taken())
+    collected = machine.collected()
+    rotations = [collected.rotations[index] for index in collected.turns]
+    assert len(rotations) == 2
+    for rotation in rotations:
+        assert rotation.before.start < rotation.time[0] < rotation.before.end
+        assert rotation.after.start < rotation.time[-1] < rotation.after.end
+        assert np.diff(rotation.time) == pytest.approx(0.01)
+    assert rotations[0].after is rotations[1].before
+
+
+def test_the_live_angle_and_rates_follow_the_turn() -> None:
+    device, machine = rotating()
+    machine.feed(device.rotate("x", -120.0, 2.0).taken())
+    rotation = machine.status().rotation
+    assert rotation is not None
+    assert rotation.angle == pytest.approx(-120.0, abs=2.0)
+    assert rotation.fastest == pytest.approx(120.0, abs=3.0)
+    assert machine.status().instruction == "ROTATE ABOUT X"
+    machine.feed(device.rest(2.0).taken())
+    after = machine.status().rotation
+    assert after is not None
+    assert after.angle == 0.0
+
+
+def test_both_senses_and_several_speeds_are_asked_for() -> None:
+    device, machine = rotating()
+    machine.command("goto", "rotations")
+    machine.feed(device.rotate("x", 90.0, 3.0).rest(2.0).taken())
+    rotation = machine.status().rotation
+    assert rotation is not None
+    assert (rotation.senses, rotation.speeds) == (False, 1)
+    assert rotation.advice == "turn to the right too"
+
+
+def test_motion_under_the_wrong_axis_is_rejected_and_says_which_it_was() -> None:
+    device, machine = rotating()
+    events = machine.feed(device.rotate("y", 60.0).rest(2.0).taken())
+    assert "mostly about y" in texts(events, EventKind.ROTATION_REJECTED)[0]
+    rotation = machine.collected().rotations[-1]
+    assert (rotation.axis, rotation.problem) == (None, None)
+
+
+def test_a_small_rotation_is_rejected() -> None:
+    device, machine = rotating()
+    events = machine.feed(device.rotate("x", 12.0).rest(2.0).taken())
+    assert "at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
+    assert machine.collected().turns == ()
+
+
+def test_a_nudge_is_not_called_a_rotation() -> None:
+    device, machine = rotating()
+    events = machine.feed(device.rotate("x", 2.0, 0.5).rest(2.0).taken())
+    assert EventKind.ROTATION_REJECTED not in kinds(events)
+
+
+def test_a_rotation_with_missing_samples_is_rejected() -> None:
+    device, machine = rotating()
+    events = machine.feed(device.rotate("x", 40.0).gap(0.2).rotate("x", 40.0).rest(2.0).taken())
+    assert "missing" in texts(events, EventKind.ROTATION_REJECTED)[0]
+    assert "missing" in (machine.collected().rotations[-1].problem or "")
+
+
+def test_a_clipped_rotation_is_rejected_without_knowing_the_range() -> None:
+    device, machine = rotating()
+    readings = device.rotate("x", 160.0, 1.0).rest(2.0).taken()
+    assert readings.gyroscope is not None
+    limit = np.radians(250.0)
+    values = np.clip(readings.gyroscope.values, -limit, limit)
+    clipped_gyroscope = Series(readings.gyroscope.time, values, "rad/s")
+    events = machine.feed(Readings(readings.accelerometer, clipped_gyroscope))
+    assert "clipped" in texts(events, EventKind.ROTATION_REJECTED)[0]
+
+
+def test_a_rotation_that_took_longer_than_a_minute_is_dropped_with_the_reason() -> None:
+    device, machine = rotating()
+    device.rotate("x", 45.0).shake(61.0, force=5.0, rate=1.0).rotate("x", 45.0).rest(2.0)
+    events = machine.feed(device.taken())
+    assert "longer than 60 s" in texts(events, EventKind.ROTATION_REJECTED)[0]
+    assert machine.collected().turns == ()
+
+
+def test_the_start_pose_is_asked_for_until_the_axis_lies_level() -> None:
+    device = Device(up="+x")
+    machine = machine_at(StepKind.ROTATIONS, device)
+    machine.feed(device.rest(1.0).taken())
+    status = machine.status()
+    assert (status.instruction, status.wanted) == ("TURN +Z UP", "+z")
+    events = machine.feed(device.place("+z").rest(2.0).taken())
+    assert EventKind.ROTATION_REJECTED not in kinds(events)
+    assert machine.status().instruction == "ROTATE ABOUT X"
+    assert machine.status().wanted is None
+
+
+def test_rotations_about_z_begin_with_x_up() -> None:
+    device, machine = rotating()
+    for axis in "xy":
+        device.place("+z").rest(2.0)
+        device.rotate(axis, 90.0).rest(2.0).rotate(axis, -90.0).rest(2.0)
+    machine.feed(device.taken())
+    rotation = machine.status().rotation
+    assert rotation is not None
+    assert (rotation.axis, rotation.start_pose) == ("z", "+x")
+    machine.feed(device.place("+x").rest(2.0).rotate("z", 80.0).rest(2.0).taken())
+    after = machine.status().rotation
+    assert after is not None
+    assert list(after.done) == pytest.approx([80.0], abs=0.3)
+
+
+def test_without_a_gyroscope_there_are_no_rotations() -> None:
+    device = Device().rest(5.0).poses(["-z", "+x", "-x", "+y", "-y"])
+    machine = StateMachine(rate=device.rate)
+    machine.command("start")
+    machine.command("skip")
+    machine.command("skip")
+    machine.feed(device.readings(gyro=False))
+    machine.command("skip")
+    assert machine.status().step is StepKind.RESULT
+    assert dict(machine.status().skipped)[StepKind.ROTATIONS] == "the stream has no gyroscope"
+
+
+def test_a_reading_at_the_end_of_the_range_is_clipped() -> None:
+    rate = np.zeros((50, 3))
+    rate[20, 2] = -4.36
+    assert clipped_axis(rate, np.zeros(3), 4.363) == "z"
+    assert clipped_axis(rate, np.zeros(3), 8.7) is None
+
+
+def test_a_smooth_peak_is_not_clipped_even_when_it_is_coarse() -> None:
+    time = np.linspace(0.0, 1.0, 200)
+    rate = np.zeros((200, 3))
+    rate[:, 1] = np.round(np.sin(np.pi * time) ** 2 * 40.0) / 10.0
+    assert clipped_axis(rate, np.zeros(3), None) is None
+
+
+@pytest.mark.parametrize(
+    ("peaks", "number"),
+    [([], 0), ([50.0, 55.0, 60.0], 1), ([50.0, 100.0, 110.0], 2), ([30.0, 60.0, 120.0, 240.0], 3)],
+)
+def test_speeds_count_as_different_when_they_clearly_are(peaks: list[float], number: int) -> None:
+    assert speeds(peaks) == number

@@ -1,0 +1,145 @@
+"""The simulator, written apart from the effects, agrees with them on names, units and axes."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import Circumstances, Effect
+from imucal_wizard.simulate import VirtualHand, parse_hidden
+from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake
+from imucal_wizard.simulate.hidden import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.simulate.motion import Motion
+from imucal_wizard.simulate.stream import VirtualSamples, VirtualStream
+from tests.simulate.sensors import ideal
+
+POSES = ["+x-y", "-z+x", "+x+y+z", "-x-y", "+y-z", "-z"]
+SCRIPT: list[Action] = [
+    LieStill(4.0),
+    *(
+        action
+        for n, pose in enumerate(POSES)
+        for action in (Shake(0.05 if n % 2 else 0.0), Place(pose), LieStill(4.0))
+    ),
+    Shake(0.0),
+    *(Rotate(axis, 60.0 * sense, 150.0) for axis in "xyz" for sense in (1.0, -1.0)),
+    LieStill(1.0),
+]
+COUNT = 5000
+STEP_MINUTES = 0.34
+REFERENCE_TEMPERATURE = 25.0
+VARIANTS = {"warm-up": 180.0, "bias-step": 60.0 * STEP_MINUTES}
+
+
+def _take(*hidden: str) -> VirtualSamples:
+    hand = VirtualHand()
+    hand.perform(SCRIPT)
+    return VirtualStream(hand, ideal(), hidden, step=STEP_MINUTES).take(COUNT)
+
+
+@cache
+def _without() -> VirtualSamples:
+    return _take()
+
+
+@cache
+def _motion() -> Motion:
+    hand = VirtualHand()
+    hand.perform(SCRIPT)
+    return hand.advance(COUNT)
+
+
+def _holds() -> list[slice]:
+    """Where the device rests for two seconds or more, a fifth of a second off at either end."""
+    still = np.abs(_motion().rate).max(axis=1) < 1e-9
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    return [slice(a + 20, b - 20) for a, b in edges.reshape(-1, 2).tolist() if b - a > 200]
+
+
+def _rows(parts: list[slice]) -> Circumstances:
+    """Circumstances of these parts, of their mean force and so on; one row for each."""
+    m, samples = _motion(), _without()
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.array([values[part].mean(axis=0) for part in parts])
+
+    return Circumstances(
+        force=mean(m.specific_force),
+        rate=mean(m.rate),
+        temperature=mean(samples.temperature),
+        time=mean(m.time),
+        previous=mean(m.previous) * 9.80665,
+        vibration=mean((m.acceleration**2).sum(axis=1)),
+        reference_temperature=REFERENCE_TEMPERATURE,
+        reference_time=0.0,
+    )
+
+
+def _size_on(known: Effect, sensor: str, axes: tuple[int, ...], size: float) -> FloatArray:
+    """Sizes (p,) with ``size`` on the parameter that ``--hidden`` names by these axes."""
+    letters = ["xyz"[axis] for axis in axes]
+    name = "up" if known.name == "earth-rate" else letters[0] + "".join(sorted(letters[1:]))
+    names = [parameter.name for parameter in known.parameters(sensor)]
+    return np.asarray(size * (np.array(names) == name), np.float64)
+
+
+def _typical(sensor: str, term: str) -> float:
+    return effect(term).parameters(sensor)[0].typical
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+@pytest.mark.parametrize("term", ACCELEROMETER)
+def test_hold_averages_move_by_columns_times_size(term: str, axis: str) -> None:
+    """With the hidden effect minus without, averaged over holds, to first order."""
+    known, size = effect(term), -1.5 * _typical("accelerometer", term)
+    hidden = parse_hidden(f"{term}:{size}:{axis}")
+    holds = _holds()
+    assert len(holds) >= 7
+    with_it, without = _take(f"{term}:{size}:{axis}"), _without()
+    moved = np.array(
+        [(with_it.accelerometer - without.accelerometer)[hold].mean(axis=0) for hold in holds]
+    )
+    sizes = _size_on(known, "accelerometer", hidden.axes, size)
+    expected = known.error("accelerometer", _rows(holds), sizes, VARIANTS.get(term))
+    scale = np.abs(expected).max()
+    assert scale > 0.0
+    np.testing.assert_allclose(moved, expected, atol=0.01 * scale)
+    assert hidden.unit == known.parameters("accelerometer")[0].unit
+
+
+GYROSCOPE_AXES = {
+    "g-sensitivity": ("x", "xy", "zx"),
+    "g2-sensitivity": ("y", "yz"),
+    "cross-product": ("x", "z", "zyx"),
+    "earth-rate": ("z",),
+}
+
+
+@pytest.mark.parametrize(
+    ("term", "axis"), [(t, axis) for t in GYROSCOPE for axis in GYROSCOPE_AXES.get(t, ("y",))]
+)
+def test_rates_move_by_columns_times_size_at_rest_and_in_motion(term: str, axis: str) -> None:
+    """With the hidden effect minus without, sample by sample."""
+    known, size = effect(term), 2.0 * _typical("gyroscope", term)
+    text = f"gyroscope/{term}:{size}:{axis}"
+    hidden = parse_hidden(text)
+    moved = _take(text).gyroscope - _without().gyroscope
+    every = np.arange(0, COUNT, 7)
+    if term == "earth-rate":  # up is gravity's direction where nothing shakes or accelerates
+        every = every[np.abs(_motion().acceleration[every]).max(axis=1) < 1e-9]
+    rows = _rows([slice(k, k + 1) for k in every.tolist()])
+    sizes = _size_on(known, "gyroscope", hidden.axes, size)
+    expected = known.error("gyroscope", rows, sizes, VARIANTS.get(term))
+    assert np.abs(expected).max() > 0.0
+    np.testing.assert_allclose(moved[every], expected, atol=1e-9 * np.abs(expected).max())
+    assert hidden.unit == known.parameters("gyroscope")[0].unit
+
+
+def test_both_sides_know_the_same_terms() -> None:
+    """What can be hidden can be found, and the other way round."""
+    from imucal_wizard.model.catalogue import effects_for
+
+    assert {known.name for known in effects_for("accelerometer")} == set(ACCELEROMETER)
+    assert {known.name for known in effects_for("gyroscope")} == set(GYROSCOPE)

@@ -1,0 +1,160 @@
+"""What each effect moves, by hand: one row, numbers that can be checked on paper."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import Circumstances
+
+MILLI_G = 9.80665e-3
+DEGREE = math.pi / 180.0
+
+
+def moment(**changed: float | tuple[float, float, float]) -> Circumstances:
+    """One row: 0.6 g along x and −0.8 g along y, 100 °/s about x and −20 about z, 30 °C, 4 min.
+
+    The session's mean is 25 °C, its middle 2 min; the hold before had 0.5 g along −z; 0.2 g rms of
+    vibration.
+    """
+
+    def row(name: str, value: float | tuple[float, float, float]) -> FloatArray:
+        return np.array([changed.get(name, value)], np.float64)
+
+    return Circumstances(
+        force=STANDARD_GRAVITY * row("force", (0.6, -0.8, 0.0)),
+        rate=DEGREE * row("rate", (100.0, 0.0, -20.0)),
+        temperature=row("temperature", 30.0),
+        time=row("time", 240.0),
+        previous=STANDARD_GRAVITY * row("previous", (0.0, 0.0, -0.5)),
+        vibration=(STANDARD_GRAVITY * row("vibration", 0.2)) ** 2,
+        reference_temperature=25.0,
+        reference_time=120.0,
+    )
+
+
+ACCELEROMETER: dict[str, tuple[float, float, float]] = {
+    "second-order": (0.36, 0.64, 0.0),
+    "asymmetry": (0.6, 0.8, 0.0),
+    "odd-quadratic": (0.36, -0.64, 0.0),
+    "third-order": (0.216, -0.512, 0.0),
+    "bias-temperature": (5.0, 5.0, 5.0),
+    "scale-temperature": (5e-3 * 0.6, 5e-3 * -0.8, 0.0),
+    "warm-up": (math.exp(-240.0 / 180.0),) * 3,
+    "bias-drift": (2.0, 2.0, 2.0),
+    "bias-step": (1.0, 1.0, 1.0),
+    "hysteresis": (0.0, 0.0, -0.5),
+    "vibration-rectification": (0.04, 0.04, 0.04),
+}
+"""mg on x, y and z for 1 shown unit (mg/g², mg/g …, ppm/°C) on that axis."""
+GYROSCOPE: dict[str, tuple[float, float, float]] = {
+    "second-order": (0.1, 0.0, 0.004),
+    "asymmetry": (0.1, 0.0, 0.02),
+    "third-order": (0.1, 0.0, -0.0008),
+    "bias-temperature": (5.0, 5.0, 5.0),
+    "scale-temperature": (5e-4, 0.0, -1e-4),
+    "warm-up": (math.exp(-240.0 / 180.0),) * 3,
+    "bias-drift": (2.0, 2.0, 2.0),
+    "bias-step": (1.0, 1.0, 1.0),
+}
+"""°/s on x, y and z for 1 shown unit (1e-5/(°/s), 1e-3, 1e-7/(°/s)², ppm/°C …) on that axis."""
+
+
+@pytest.mark.parametrize("name", ACCELEROMETER)
+def test_an_accelerometer_effect_moves_each_axis_by_its_own_parameter(name: str) -> None:
+    """The closed form in mg on the diagonal, nothing off it."""
+    columns = effect(name).columns("accelerometer", moment())
+    np.testing.assert_allclose(columns[0], MILLI_G * np.diag(ACCELEROMETER[name]), atol=1e-15)
+
+
+@pytest.mark.parametrize("name", GYROSCOPE)
+def test_a_gyroscope_effect_moves_each_axis_by_its_own_parameter(name: str) -> None:
+    """The closed form in °/s on the diagonal, nothing off it."""
+    columns = effect(name).columns("gyroscope", moment())
+    np.testing.assert_allclose(columns[0], DEGREE * np.diag(GYROSCOPE[name]), atol=1e-15)
+
+
+def named(name: str, sensor: str, c: Circumstances) -> dict[str, FloatArray]:
+    """Each parameter's column at the first row, in mg or °/s."""
+    columns = effect(name).columns(sensor, c)[0] / (MILLI_G if sensor[0] == "a" else DEGREE)
+    keys = [parameter.name for parameter in effect(name).parameters(sensor)]
+    return dict(zip(keys, columns.T, strict=True))
+
+
+def test_a_product_acts_on_the_axis_named_first() -> None:
+    """``yxy`` is what y reads of a_x·a_y; a product with a level axis is nothing."""
+    products = named("cross-product", "accelerometer", moment())
+    assert list(products) == ["xxy", "xxz", "xyz", "yxy", "yxz", "yyz", "zxy", "zxz", "zyz"]
+    np.testing.assert_allclose(products["yxy"], [0.0, -0.48, 0.0])
+    np.testing.assert_allclose(products["zxy"], [0.0, 0.0, -0.48])
+    np.testing.assert_array_equal(products["xyz"], np.zeros(3))
+    rates = named("cross-product", "gyroscope", moment())
+    np.testing.assert_allclose(rates["xxz"], [-0.02, 0.0, 0.0])
+
+
+def test_g_sensitivity_is_output_then_input() -> None:
+    """``zx`` is what the z gyroscope feels of gravity along x; squares have no sign."""
+    linear = named("g-sensitivity", "gyroscope", moment())
+    square = named("g2-sensitivity", "gyroscope", moment())
+    assert list(linear) == ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"]
+    np.testing.assert_allclose(linear["zx"], [0.0, 0.0, 0.6])
+    np.testing.assert_allclose(linear["xy"], [-0.8, 0.0, 0.0])
+    np.testing.assert_allclose(square["xy"], [0.64, 0.0, 0.0])
+
+
+def test_the_earth_turns_about_up() -> None:
+    """15 °/h upwards are felt as 15 °/h along the up direction, whatever gravity is."""
+    rate = effect("earth-rate").error("gyroscope", moment(), np.array([15.0]))
+    np.testing.assert_allclose(rate[0], 15.0 * DEGREE / 3600.0 * np.array([0.6, -0.8, 0.0]))
+    fallen = effect("earth-rate").columns("gyroscope", moment(force=(0.0, 0.0, 0.0)))
+    np.testing.assert_array_equal(fallen, np.zeros((1, 3, 1)))
+
+
+def test_nothing_is_felt_where_nothing_is_known() -> None:
+    """No hold before, no temperature, no vibration: no error, and no NaN."""
+    nan = math.nan
+    blank = moment(previous=(nan, nan, nan), temperature=nan, vibration=nan)
+    names = "hysteresis", "bias-temperature", "scale-temperature", "vibration-rectification"
+    for name in names:
+        columns = effect(name).columns("accelerometer", blank)
+        np.testing.assert_array_equal(columns, np.zeros((1, 3, 3)))
+
+
+def test_warm_up_tries_time_constants_and_a_step_every_moment_between_holds() -> None:
+    """A step needs three holds on either side; its error begins with the hold after the moment."""
+    warm, step = effect("warm-up"), effect("bias-step")
+    session = Circumstances(
+        force=np.zeros((8, 3)),
+        rate=np.zeros((8, 3)),
+        temperature=np.full(8, 25.0),
+        time=np.array([0.0, 10.0, 20.0, 30.0, 50.0, 60.0, 70.0, 80.0]),
+        previous=np.zeros((8, 3)),
+        vibration=np.zeros(8),
+    )
+    constants = [float(tau) for tau in warm.variants(session) if tau is not None]
+    assert (constants[0], constants[-1]) == (60.0, 1200.0)
+    np.testing.assert_allclose(
+        warm.columns("accelerometer", session, 60.0)[5], MILLI_G * math.exp(-1.0) * np.eye(3)
+    )
+    assert step.variants(session) == (25.0, 40.0, 55.0)
+    jump = step.columns("accelerometer", session, 40.0)[:, 2, 2] / MILLI_G
+    np.testing.assert_allclose(jump, [0, 0, 0, 0, 1, 1, 1, 1])
+    assert step.variants(session.select(slice(0, 5))) == (None,)
+
+
+def test_neighbouring_time_constants_leave_no_gap() -> None:
+    """A warm-up between two of them is explained to 99 % by one of them, biases aside."""
+    t = np.arange(0.0, 1200.0, 30.0)
+
+    def course(tau: float) -> FloatArray:
+        centred = np.exp(-t / tau) - np.exp(-t / tau).mean()
+        return np.asarray(centred / np.linalg.norm(centred), np.float64)
+
+    variants = [tau for tau in effect("warm-up").variants(moment()) if tau is not None]
+    for low, high in pairwise(variants):
+        between = course(math.sqrt(low * high))
+        assert max(between @ course(low), between @ course(high)) > 0.99

@@ -1,0 +1,52 @@
+"""What ignoring an effect costs, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.lesson import (
+    cost_of_ignoring,
+    left_by_magnitude,
+    left_by_rotations,
+    session_poses,
+    session_rotations,
+)
+
+
+def on_x(value: float, p: int = 3) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    sizes = np.zeros(p)
+    sizes[0] = value
+    return sizes
+
+
+def test_a_second_order_term_tilts_up_although_the_fit_looks_good() -> None:
+    """A fit of the magnitude takes 0.6 K₂ as bias; √(24/175) K₂ rms of the rest lies across."""
+    price = cost_of_ignoring(effect("second-order"), "accelerometer", on_x(3.0))
+    closed = math.degrees(3e-3 * math.sqrt(24.0 / 175.0))
+    assert price.tilt_rms == pytest.approx(closed, rel=0.01)
+    assert price.rotation_rms is None
+
+
+def test_a_bias_that_moves_by_eight_milli_g_tilts_a_level_axis_by_as_many_milliradians() -> None:
+    """0.8 mg/°C over ±10 °C; the worst direction is the one with the axis level."""
+    price = cost_of_ignoring(effect("bias-temperature"), "accelerometer", on_x(0.8))
+    assert price.tilt_worst == pytest.approx(math.degrees(8e-3), rel=0.01)
+
+
+def test_a_turn_at_fifty_degrees_per_second_gathers_g_sensitivity_for_seven_seconds() -> None:
+    """0.1 °/s/g under 1 g is 0.1 °/s for 360/50 s; at rest √(1/3) · 0.1 °/s for 60 s."""
+    price = cost_of_ignoring(effect("g-sensitivity"), "gyroscope", on_x(0.1, 9))
+    assert price.rotation_worst == pytest.approx(0.1 * 360.0 / 50.0)
+    assert price.rest_rms == pytest.approx(6.0 / math.sqrt(3.0))
+    assert price.tilt_rms is None
+
+
+def test_what_the_base_can_explain_costs_nothing() -> None:
+    """A bias and a scale error of the accelerometer; a bias and any gain of the gyroscope."""
+    c = session_poses()
+    error = c.force * np.array([0.01, -0.02, 0.005]) + np.array([0.1, -0.2, 0.3])
+    assert np.abs(left_by_magnitude(c.force, error)).max() < 1e-12
+    rate = session_rotations().rate
+    assert np.abs(left_by_rotations(rate, rate @ np.full((3, 3), 0.02) + 0.01)).max() < 1e-12

@@ -1,0 +1,80 @@
+"""What data lack is told before anything is fitted to them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.lesson import session_poses, session_rotations
+from tests.model.sphere import at_rest, full_sphere
+
+
+@pytest.mark.parametrize("sensor", ["accelerometer", "gyroscope"])
+def test_a_session_in_which_everything_varies_lacks_nothing(sensor: str) -> None:
+    """All effects can be tested on it."""
+    c = session_poses() if sensor == "accelerometer" else session_rotations()
+    assert [known.name for known in effects_for(sensor) if known.lacking(sensor, c)] == []
+
+
+def still_life() -> Circumstances:
+    """Eight poses within 10 s at one temperature, on a quiet table, order unknown."""
+    c = at_rest(full_sphere(8))
+    return replace(c, time=c.time / 60.0, previous=np.full((8, 3), np.nan))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "name", "says"),
+    [
+        ("accelerometer", "bias-temperature", "only one temperature, 25.0 °C"),
+        ("gyroscope", "scale-temperature", "only one temperature"),
+        ("accelerometer", "warm-up", "shorter than a minute"),
+        ("accelerometer", "bias-drift", "shorter than a minute"),
+        ("gyroscope", "bias-step", "shorter than a minute"),
+        ("accelerometer", "hysteresis", "different sides"),
+        ("accelerometer", "vibration-rectification", "equally quiet"),
+        ("gyroscope", "second-order", "nothing turns"),
+        ("gyroscope", "cross-product", "nothing turns"),
+    ],
+)
+def test_what_does_not_vary_is_named(sensor: str, name: str, says: str) -> None:
+    """With what to do about it."""
+    told = effect(name).lacking(sensor, still_life())
+    assert told is not None
+    assert says in told
+
+
+def test_without_a_thermometer_nothing_follows_the_temperature() -> None:
+    """The message asks for the chip's temperature."""
+    c = replace(session_poses(), temperature=np.full(len(session_poses()), np.nan))
+    told = effect("bias-temperature").lacking("accelerometer", c)
+    assert told is not None
+    assert "no temperature was recorded" in told
+
+
+def test_turns_in_one_sense_hide_the_even_terms() -> None:
+    """A second-order term or an asymmetry is then part of the scale; a third-order term is not."""
+    c = replace(session_rotations(), rate=np.abs(session_rotations().rate))
+    for name in ("second-order", "asymmetry"):
+        told = effect(name).lacking("gyroscope", c)
+        assert told is not None
+        assert "one sense only" in told
+    assert effect("third-order").lacking("gyroscope", c) is None
+    assert effect("second-order").lacking("accelerometer", c) is None
+
+
+def test_one_pose_shows_no_dependence_on_gravity() -> None:
+    """Neither g-sensitivity nor the turning Earth."""
+    up = np.tile([0.0, 0.0, 1.0], (5, 1))
+    for name in ("g-sensitivity", "g2-sensitivity", "earth-rate"):
+        told = effect(name).lacking("gyroscope", at_rest(up))
+        assert told is not None
+        assert "one side only" in told
+
+
+def test_a_step_needs_three_holds_on_either_side() -> None:
+    """Five holds are too few."""
+    told = effect("bias-step").lacking("accelerometer", at_rest(full_sphere(5)))
+    assert told is not None
+    assert "only 5 holds" in told

@@ -1,0 +1,134 @@
+"""What holds for every effect, whatever the circumstances."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.catalogue import builtin_effects, effects_for
+from imucal_wizard.model.effect import Circumstances, Effect
+from imucal_wizard.model.lesson import lesson
+
+PAIRS = [
+    (effect, sensor) for sensor in ("accelerometer", "gyroscope") for effect in effects_for(sensor)
+]
+each = pytest.mark.parametrize(
+    ("effect", "sensor"), PAIRS, ids=[f"{sensor}-{effect.name}" for effect, sensor in PAIRS]
+)
+
+
+@st.composite
+def sessions(draw: st.DrawFn) -> Circumstances:
+    """Anything a recording can be: few or many rows, unknown temperatures, no pose before."""
+    n = draw(st.integers(1, 12))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+
+    def unknown(values: FloatArray) -> FloatArray:
+        return np.where(rng.random(n)[:, None] < draw(st.sampled_from([0, 0.3, 1])), np.nan, values)
+
+    return Circumstances(
+        force=rng.uniform(-40.0, 40.0, (n, 3)) * draw(st.sampled_from([0, 1])),
+        rate=rng.uniform(-35.0, 35.0, (n, 3)) * draw(st.sampled_from([0, 1])),
+        temperature=unknown(rng.uniform(-40.0, 85.0, (n, 1)))[:, 0],
+        time=np.sort(rng.uniform(0.0, 7200.0, n)),
+        previous=unknown(rng.uniform(-10.0, 10.0, (n, 3))),
+        vibration=unknown(rng.uniform(0.0, 10.0, (n, 1)))[:, 0],
+    )
+
+
+@each
+@settings(max_examples=40)
+@given(c=sessions())
+def test_columns_are_finite_and_linear_for_every_variant(
+    effect: Effect, sensor: str, c: Circumstances
+) -> None:
+    """(n, 3, p) finite numbers; twice the size is twice the error; rows stand for themselves."""
+    p = len(effect.parameters(sensor))
+    sizes = np.arange(1.0, p + 1.0)
+    for variant in effect.variants(c):
+        columns = effect.columns(sensor, c, variant)
+        assert columns.shape == (len(c), 3, p)
+        assert np.isfinite(columns).all()
+        error = effect.error(sensor, c, sizes, variant)
+        assert error.shape == (len(c), 3)
+        np.testing.assert_allclose(effect.error(sensor, c, -2.0 * sizes, variant), -2.0 * error)
+        last = effect.columns(sensor, c.select(slice(-1, None)), variant)
+        np.testing.assert_array_equal(last, columns[-1:])
+
+
+@each
+@settings(max_examples=40)
+@given(c=sessions())
+def test_what_is_lacking_is_a_sentence_or_nothing(
+    effect: Effect, sensor: str, c: Circumstances
+) -> None:
+    """No data make it fail."""
+    told = effect.lacking(sensor, c)
+    assert told is None or len(told) > 10
+
+
+def neutral() -> Circumstances:
+    """Weightless, at rest, at the mean temperature, in the middle of an unshaken session."""
+    nothing = np.zeros((1, 3))
+    return Circumstances(
+        force=nothing,
+        rate=nothing,
+        temperature=np.array([25.0]),
+        time=np.array([600.0]),
+        previous=np.full((1, 3), np.nan),
+        vibration=np.zeros(1),
+    )
+
+
+@each
+def test_without_its_cause_an_effect_moves_nothing(effect: Effect, sensor: str) -> None:
+    """Warm-up fades, and a step is nothing before its moment; all others are exactly 0."""
+    variant = {"warm-up": 60.0, "bias-step": 601.0}.get(effect.name)
+    size = effect.columns(sensor, neutral(), variant)
+    usual = effect.error(sensor, neutral(), np.ones(size.shape[2]), variant)
+    assert np.abs(usual).max() < 1e-4 * abs(effect.parameters(sensor)[0].typical)
+    if effect.name != "warm-up":
+        np.testing.assert_array_equal(size, np.zeros_like(size))
+
+
+@each
+def test_an_effect_says_what_a_screen_and_a_prior_need(effect: Effect, sensor: str) -> None:
+    """Names, units, a positive prior within the consumer range's reach, grades in order."""
+    names = [parameter.name for parameter in effect.parameters(sensor)]
+    assert len(set(names)) == len(names)
+    assert effect.title
+    assert effect.equation
+    for parameter in effect.parameters(sensor):
+        assert parameter.unit
+        assert list(parameter.grades) == ["consumer", "industrial", "tactical"]
+        for low, high in parameter.grades.values():
+            assert 0.0 <= low < high
+        low, high = parameter.grades["consumer"]
+        assert low <= parameter.typical <= high
+        assert set(parameter.chosen) <= set(parameter.grades)
+
+
+@each
+def test_every_lesson_is_told_in_full(effect: Effect, sensor: str) -> None:
+    """Each part is a text of its own; sizes carry the unit, the cost a number of degrees."""
+    told = lesson(effect, sensor)
+    parts = (told.what, told.equation, told.signature, told.sizes, told.needs, told.cost)
+    assert all(len(part) > 20 for part in parts)
+    assert len(set(parts)) == 6
+    assert effect.parameters(sensor)[0].unit in told.sizes
+    assert "°" in told.cost
+    assert "nan" not in " ".join(parts).replace("°", " ").split()
+
+
+def test_family_members_are_those_of_the_contract() -> None:
+    """Families that 1 g cannot split."""
+    families: dict[str, set[str]] = {}
+    for effect in builtin_effects():
+        if effect.family:
+            families.setdefault(effect.family, set()).add(effect.name)
+    assert families == {
+        "even-order": {"second-order", "asymmetry", "cross-product"},
+        "odd-order": {"third-order", "odd-quadratic"},
+        "slow-bias": {"bias-temperature", "warm-up", "bias-drift", "bias-step"},
+    }

@@ -1,0 +1,45 @@
+"""The picture in a lesson shows what the words beside it say."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.formula import FormulaEffect
+from imucal_wizard.model.lesson import picture
+
+
+@pytest.mark.parametrize(
+    ("known", "sensor"),
+    [(known, sensor) for sensor in ("accelerometer", "gyroscope") for known in effects_for(sensor)],
+)
+def test_every_effect_has_a_picture_in_which_something_is_seen(known: Effect, sensor: str) -> None:
+    """Points in the order of x, over something that varies, with a residual that does."""
+    seen = picture(known, sensor)
+    assert np.isfinite(seen.x).all()
+    assert (np.diff(seen.x) >= 0.0).all()
+    assert np.ptp(seen.x) > 0.0
+    assert np.ptp(seen.y) > 0.0
+    assert "," in seen.x_label
+    assert seen.y_label.endswith(("mg", "°/s"))
+
+
+def test_a_second_order_term_is_an_s_that_crosses_zero_at_forty_degrees_from_the_face() -> None:
+    """2 mg/g² leave 2·(x³ − 0.6 x) mg: +0.8 at one face, −0.8 at the other."""
+    seen = picture(effect("second-order"), "accelerometer")
+    np.testing.assert_allclose(seen.y, 2.0 * (seen.x**3 - 0.6 * seen.x), atol=0.02)
+
+
+def test_g_sensitivity_is_a_straight_line_over_the_force() -> None:
+    """0.1 °/s/g: a slope of 0.1 at rest and in motion alike."""
+    seen = picture(effect("g-sensitivity"), "gyroscope")
+    np.testing.assert_allclose(seen.y, 0.1 * seen.x, atol=1e-9)
+    assert seen.x_label == "force along x, g"
+
+
+def test_a_typed_formula_is_drawn_over_what_it_depends_on() -> None:
+    """Temperature before anything else; sizes other than the usual ones may be given."""
+    seen = picture(FormulaEffect("x: k*T*w", "gyroscope"), "gyroscope", np.array([0.01]))
+    assert seen.x_label == "temperature, °C"
+    wide = picture(FormulaEffect("x: k*T*w", "gyroscope"), "gyroscope", np.array([0.02]))
+    np.testing.assert_allclose(wide.y, 2.0 * seen.y)

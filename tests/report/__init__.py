@@ -1,0 +1,1 @@
+"""Text, JSON, calibration files and exports."""

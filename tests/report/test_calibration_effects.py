@@ -1,0 +1,156 @@
+"""A model with effects on disk: it corrects what was read as the bench's own fit does."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.api import load
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.report.calibration_file import Sensor, from_report, sensor_record
+from imucal_wizard.tui.panels.report import bench_rows
+from tests.diagnose.recordings import MG, fitted, tumbled
+from tests.tui.terminals import plain
+
+
+def errors(values: FloatArray, gravity: float) -> float:
+    """Rms of the length of corrected vectors against gravity, m/s²."""
+    return float(np.sqrt(np.mean((np.linalg.norm(values, axis=1) - gravity) ** 2)))
+
+
+def written(benches: Benches, path: Path) -> Path:
+    """The calibration that the wizard saves after the bench."""
+    return from_report(benches.report, "a test", "2026-01-01", benches.models()).save(path)
+
+
+def means(bench: Bench) -> FloatArray:
+    """The accelerometer's reading in each hold."""
+    assert isinstance(bench.measured, AccelerometerExperiment)
+    return np.array([hold.accelerometer for hold in bench.measured.holds])
+
+
+def test_what_the_bench_added_is_saved_and_applied(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    bench = benches.accelerometer
+    plain = load(written(benches, tmp_path / "plain.json")).sensors["accelerometer"]
+    bench.add("second-order")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
+    assert plain.effects == []
+    assert saved.model[-1] == "second-order"
+    (effect,) = saved.effects
+    assert (effect.term, effect.parameters, effect.unit) == ("second-order", [*"xyz"], "mg/g²")
+    assert effect.sizes[0] == pytest.approx(5.0, abs=0.3)
+    assert saved.parameters["second-order_x"].standard_error is not None
+    before = errors(plain.apply(means(bench)), benches.report.gravity)
+    after = errors(saved.apply(means(bench)), benches.report.gravity)
+    assert after == pytest.approx(bench.fit.rms_fitted, rel=1e-6)
+    assert after < 0.2 * before
+    assert after < 0.2 * MG
+
+
+def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:
+    benches = Benches(*fitted("bias-temperature:1:x"))
+    bench = benches.accelerometer
+    bench.add("bias-temperature")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
+    with pytest.raises(UsageError, match="bias-temperature follows the temperature"):
+        saved.apply(means(bench))
+    told = saved.apply(means(bench), bench.measured.circumstances)
+    np.testing.assert_allclose(
+        told, bench.fit.correct(means(bench), bench.measured.circumstances), rtol=0, atol=1e-12
+    )
+
+
+def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path = written(benches, tmp_path / "c.json")
+    path.write_text(path.read_text().replace('"term": "second-order"', '"term": "my-own"'))
+    with pytest.raises(UsageError, match="my-own"):
+        load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
+
+
+def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path: Path) -> None:
+    """The misalignment is in the matrix then, and the current's field turned with it."""
+    made = tumbled("magnetometer/current:0.3:x")
+    benches = Benches(made.report, made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    assert isinstance(bench.measured, MagnetometerExperiment)
+    bench.add("misalignment")
+    bench.add("current")
+    saved = load(written(benches, tmp_path / "c.json")).sensors["magnetometer"]
+    assert saved.frame == "accelerometer"
+    assert [effect.term for effect in saved.effects] == ["current"]
+    still, dips = bench.measured.data.still, bench.measured.data.dips
+    told = saved.apply(dips.reading, still)
+    own = bench.fit.correct(dips.reading, still)
+    np.testing.assert_allclose(told, own @ dips.turn.T, atol=1e-9)
+    up = still.force @ dips.turn.T / benches.report.gravity
+    along = (told * up).sum(axis=1) / np.linalg.norm(told, axis=1)
+    assert np.degrees(along.std()) < 0.1
+
+
+def aligned(made: Benches) -> Benches:
+    """The benches of a fit to which the second stage belongs, as the wizard's has it."""
+    assert made.readings is not None
+    return Benches(fit_readings(made.readings), made.readings)
+
+
+def scatter_of_dip(saved: Sensor, benches: Benches) -> float:
+    """Of the field's angle to the vertical over the holds, °, by means of the readings alone."""
+    report, readings = benches.report, benches.readings
+    assert readings is not None
+    assert readings.magnetometer is not None
+    series, plain = readings.magnetometer, report.sensors["accelerometer"]
+    force = np.array([plain.matrix @ (hold.accelerometer - plain.bias) for hold in report.holds])
+    means = [series.between(hold.start, hold.end).values.mean(axis=0) for hold in report.holds]
+    field = (np.array(means) - saved.bias) @ np.array(saved.matrix).T
+    cosine = (force * field).sum(axis=1)
+    cosine /= np.linalg.norm(force, axis=1) * np.linalg.norm(field, axis=1)
+    return float(np.degrees(np.arccos(cosine)).std())
+
+
+def test_the_alignment_of_the_second_stage_is_applied_once_with_the_bench_and_without(
+    tmp_path: Path,
+) -> None:
+    """The bench starts in the magnetometer's own axes, with the misalignment as a term."""
+    benches = aligned(tumbled())
+    bench = benches.magnetometer
+    assert bench is not None
+    assert bench.fit.model == ("bias", "soft-iron", "misalignment")
+    looked = load(written(benches, tmp_path / "looked.json")).sensors["magnetometer"]
+    assert np.array_equal(looked.matrix, benches.report.sensors["magnetometer"].matrix)
+    bench.add("bias-drift")
+    added = load(written(benches, tmp_path / "added.json")).sensors["magnetometer"]
+    bench.undo()
+    bench.remove("misalignment")
+    bench.add("bias-drift")
+    without = load(written(benches, tmp_path / "without.json")).sensors["magnetometer"]
+    for saved in (looked, added, without):
+        assert saved.frame == "accelerometer"
+        assert scatter_of_dip(saved, benches) < 0.1
+    assert benches.report.magnetic is not None
+    assert benches.found("magnetometer") == ("bias-drift",)
+    own = sensor_record(benches.report.magnetic.fit)
+    assert scatter_of_dip(own, benches) > 0.5
+
+
+def test_a_mounting_that_only_the_bench_has_found_is_said_to_be_saved() -> None:
+    """It is in the matrix, and no effect of its own in the model that is saved."""
+    made = tumbled()
+    benches = Benches(made.report, made.readings)
+    bench = benches.magnetometer
+    assert bench is not None
+    assert bench_rows(benches, 200) == []
+    bench.add("misalignment")
+    model, _ = benches.models()["magnetometer"]
+    assert model.terms == ()
+    (row,) = bench_rows(benches, 200)
+    assert "✓ from the bench: magnetometer + misalignment" in plain(row)

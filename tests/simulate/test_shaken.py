@@ -1,0 +1,80 @@
+"""A machine idles near the device: the wizard copes with it, and vibration rectification shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray, Readings, Series, join
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.plan import Procedure, standard
+from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.simulate import VirtualHand, VirtualImu
+from imucal_wizard.simulate.follow import FOLLOW_SHAKE_RMS
+from imucal_wizard.simulate.scripts import FACES
+from imucal_wizard.simulate.stream import VirtualStream
+from tests.simulate.sensors import ideal
+
+RECTIFICATION = 100.0
+"""mg/g², as consumer parts have."""
+NOISE = 1.5e-3
+"""White noise of the accelerometer, m/s²/√Hz."""
+LONGEST = 900.0
+
+
+def _held() -> tuple[StateMachine, Readings]:
+    """Settle and six poses on a sensor with noise and no other error; two poses are shaken."""
+    perfect = ideal()
+    sensor = replace(perfect, accelerometer=replace(perfect.accelerometer, density=NOISE))
+    hand = VirtualHand(seed=3, shaken=True)
+    hidden = [f"vibration-rectification:{RECTIFICATION}:{axis}" for axis in "xyz"]
+    stream = VirtualStream(hand, sensor, hidden, seed=3)
+    kinds = (StepKind.SOURCE, StepKind.SETTLE, StepKind.POSES, StepKind.RESULT)
+    steps = tuple(
+        replace(standard().step(kind), poses=FACES if kind is StepKind.POSES else ())
+        for kind in kinds
+    )
+    machine = StateMachine(Procedure(steps), rate=100.0, listener=hand.follow)
+    machine.command("start")
+    parts = []
+    while hand.time < LONGEST and machine.status().step is not StepKind.RESULT:
+        samples = stream.take(50)
+        t = samples.time
+        force = Series(t, samples.accelerometer, "m/s^2")
+        parts.append(Readings(force, Series(t, samples.gyroscope, "rad/s")))
+        machine.feed(parts[-1])
+    return machine, join(parts)
+
+
+def _vibration(hold: Hold, readings: Readings) -> FloatArray:
+    return np.asarray(readings.accelerometer.between(hold.start, hold.end).values.var(axis=0))
+
+
+def test_every_third_pose_is_taken_from_a_shaking_support_and_errs_by_its_mean_square() -> None:
+    """The wizard loosens its limits for it, and takes them back for the next calm pose."""
+    machine, readings = _held()
+    assert machine.status().step is StepKind.RESULT
+    poses = [machine.collected().holds[index] for index in machine.collected().poses]
+    square = np.array([_vibration(hold, readings).sum() for hold in poses])
+    shaken = square > 0.1 * FOLLOW_SHAKE_RMS**2
+    assert len(poses) == 6
+    assert shaken.sum() == 2
+    np.testing.assert_allclose(np.sqrt(square[shaken] / 3.0), FOLLOW_SHAKE_RMS, rtol=0.25)
+    mean = np.array([hold.accelerometer for hold in poses])
+    size = np.linalg.norm(mean, axis=1)
+    error = (size - STANDARD_GRAVITY) / STANDARD_GRAVITY * 1000.0
+    expected = RECTIFICATION * square / STANDARD_GRAVITY**2 * mean.sum(axis=1) / size
+    slope = (error @ expected) / (expected @ expected)
+    assert slope == pytest.approx(1.0, abs=0.15)
+    assert np.abs(expected).max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("hidden", "shaken"), [((), False), (("vibration-rectification:1:x",), True)]
+)
+def test_the_support_shakes_only_where_that_is_to_be_seen(
+    hidden: tuple[str, ...], shaken: bool
+) -> None:
+    assert VirtualImu(hidden=hidden).hand.shaken is shaken

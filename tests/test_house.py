@@ -1,0 +1,142 @@
+"""Rules that hold the code base together and that no linter knows."""
+
+import ast
+import re
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import imucal_wizard
+
+PACKAGE = Path(imucal_wizard.__file__).parent
+SHOWING = ("cli", "tui")
+"""The packages whose messages may name options and keys."""
+DISCOVERED = {
+    "run": "each command in cli/ has one",
+    "parser": "each command in cli/ has one",
+}
+"""Names that each discovered module of a folder defines, by its folder's convention."""
+HOMONYMS = {
+    "Calibration": "a calibration file; matrix and bias within the estimator",
+    "averaged": "a mean over time of a closure; of slow noise",
+    "corrected": "readings by a matrix and bias; by the terms of a model",
+    "joined": "pieces of a series; pieces of a table of rows",
+    "unit_of": "the unit of a word; the unit of a parameter",
+}
+"""Public names that two modules define, and what each means."""
+LOCAL = ("AS_GOOD", "BLIND", "CONVERGED", "MAX_PASSES", "SHORTEST", "SIZE")
+"""Names of numeric constants that two modules of the estimator define for themselves."""
+ASKING = ("estimate/fitting/compensated.py",)
+"""Modules that judge how each sensor compensates itself."""
+KEYS = r"\b(press|hit|key) [`'\"]?([A-Za-z?]|enter|space|tab|esc(ape)?)[`'\"]?(?=[ .,;:)]|$)"
+FLAGS = r"(?<![\w-])--[a-z][a-z-]+"
+
+
+def modules() -> Iterator[tuple[str, ast.Module]]:
+    """Path inside the package and syntax tree of every module."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        yield path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text())
+
+
+def repeated(names: Iterator[tuple[str, str]]) -> dict[str, list[str]]:
+    """The names that are defined in more than one module, with the modules."""
+    places: dict[str, list[str]] = defaultdict(list)
+    for name, place in names:
+        places[name].append(place)
+    return {name: found for name, found in places.items() if len(found) > 1}
+
+
+def test_no_public_name_means_two_things() -> None:
+    definitions = (
+        (node.name, place)
+        for place, tree in modules()
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+        and not node.name.startswith("_")
+        and node.name not in DISCOVERED
+    )
+    assert set(repeated(definitions)) <= set(HOMONYMS)
+
+
+def test_a_limit_is_defined_once() -> None:
+    constants = (
+        (target.id, place)
+        for place, tree in modules()
+        for node in tree.body
+        for target in _targets(node)
+        if re.fullmatch(r"_?[A-Z][A-Z0-9_]+", target.id) and _is_number(node)
+    )
+    found = repeated((name.lstrip("_"), place) for name, place in constants)
+    assert set(found) <= set(LOCAL)
+
+
+def _targets(node: ast.stmt) -> list[ast.Name]:
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+    return [target for target in targets if isinstance(target, ast.Name)]
+
+
+def _is_number(node: ast.stmt) -> bool:
+    value = getattr(node, "value", None)
+    if isinstance(value, ast.UnaryOp):
+        value = value.operand
+    return isinstance(value, ast.Constant) and type(value.value) in (int, float)
+
+
+def _texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Strings of a module without its docstrings and those that document a constant."""
+    silent = {
+        id(node.value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    }
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in silent
+        ):
+            yield node.lineno, node.value
+
+
+def test_no_message_of_the_domain_names_a_key_or_an_option() -> None:
+    found = [
+        f"{place}:{line}: {text!r}"
+        for place, tree in modules()
+        if place.split("/")[0] not in SHOWING
+        for line, text in _texts(tree)
+        if re.search(KEYS, text) or re.search(FLAGS, text)
+    ]
+    assert found == []
+
+
+SENSORS = {"accelerometer", "gyroscope", "magnetometer"}
+
+
+def test_only_the_rows_ask_which_sensor_they_deal_with() -> None:
+    """In the model, the estimator and the diagnosis, by comparing the sensor's name."""
+    found = [
+        f"{place}:{node.lineno}"
+        for place, tree in modules()
+        if place.startswith(("model/", "estimate/", "diagnose/"))
+        and not place.startswith("model/rows/")
+        and place not in ASKING
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Compare)
+        and any(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops)
+        and any(
+            isinstance(side, ast.Constant) and side.value in SENSORS
+            for side in (node.left, *node.comparators)
+        )
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize("heavy", ["numpy", "textual"])
+def test_importing_the_package_imports_nothing_heavy(heavy: str) -> None:
+    script = f"import sys, imucal_wizard; print({heavy!r} in sys.modules)"
+    printed = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert printed.stdout.strip() == b"False"
