@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.errors import ImucalError, UsageError
 from imucal_wizard.core.output import harmless, never_fail_to_encode, note
 from imucal_wizard.run.faults import watch
 
@@ -83,11 +83,21 @@ def _dispatch(arguments: list[str]) -> int:
 
         print(f"imucal-wizard {__version__}")
         return 0
-    command = "wizard"
-    if arguments and arguments[0] in command_names():
+    command, names = "wizard", command_names()
+    if arguments and arguments[0] in names:
         command, *arguments = arguments
+    elif arguments and not arguments[0].startswith("-"):
+        raise UsageError(_no_command(arguments[0], names))
     run = import_module(f"imucal_wizard.cli.{command}").run
     return int(run(arguments))
+
+
+def _no_command(name: str, names: Sequence[str]) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, names, n=1)
+    meant = f"did you mean '{near[0]}'?" if near else f"the commands are {', '.join(names)}."
+    return f"there is no command '{name}'; {meant} See: imucal-wizard --help"
 
 
 def _options(error: ImucalError) -> str:

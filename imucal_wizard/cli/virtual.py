@@ -1,17 +1,14 @@
 """``imucal-wizard virtual``: the virtual IMU on a pseudo-terminal, for another one to read."""
 
 import argparse
+import signal
 import sys
 import threading
 from collections.abc import Sequence
-from contextlib import suppress
+from types import FrameType
 from typing import TYPE_CHECKING
 
-from imucal_wizard.cli.arguments import (
-    Parser,
-    add_sensor,
-    positive,
-)
+from imucal_wizard.cli.arguments import Parser, add_sensor, positive
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import note
 
@@ -53,6 +50,8 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Serve the device until interrupted or told to quit."""
     arguments = parser().parse_args(argv)
+    # Ctrl+C is the usual way to stop: it ends the command with 0 wherever the main thread is
+    signal.signal(signal.SIGINT, _stop)
     from imucal_wizard.simulate import VirtualImu
     from imucal_wizard.simulate.terminal import Pty, serve
 
@@ -66,10 +65,16 @@ def run(argv: Sequence[str]) -> int:
     pty, stopping = Pty(), threading.Event()
     print(pty.path, flush=True)
     threading.Thread(target=_listen, args=(imu.hand, stopping), daemon=True).start()
-    with suppress(KeyboardInterrupt):  # the usual way to stop it
-        serve(imu, pty, stopping)
+    serve(imu, pty, stopping)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     pty.close()
     return 0
+
+
+def _stop(_signal: int, _frame: FrameType | None) -> None:
+    """End the process; another Ctrl+C while it ends is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(0)
 
 
 def _listen(hand: "VirtualHand", stopping: threading.Event) -> None:

@@ -97,7 +97,7 @@ def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [f"For now its error is {_against_noise(bench)}."]
     if diagnosis.base_left_out:
         return [f"The error is {_against_noise(bench)}."]
-    return [f"The {bench.sensor}'s model is complete: {_against_noise(bench)}."]
+    return [f"The model is complete: {_against_noise(bench)}."]
 
 
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:

@@ -15,7 +15,7 @@ from imucal_wizard.estimate.fitting.methods import (
 BEST = "▸"
 """Marks the methods with the least held-out error."""
 _COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
-_WIDTHS = (11, 11, 11, 11, 12)
+_WIDTHS = (13, 13, 10, 10, 12)
 _NOTE = (
     f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Errors: of "
     "|corrected| − g over holds; of the gyroscope's closure over rotations (offset: rate at rest); "
@@ -41,7 +41,7 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
         lines.append(f"{sensor.upper():20}{_cells(_COLUMNS)}")
         if first.fit is not None and first.fit.rms_before is not None:
             lines.append(
-                f"  {'not calibrated':18}{quantity(first.fit.rms_before, first.fit.unit):>11}"
+                f"  {'not calibrated':18}{quantity(first.fit.rms_before, first.fit.unit):>13}"
             )
         best = least_held_out(mine)
         for row in mine:

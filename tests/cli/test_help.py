@@ -45,6 +45,16 @@ def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(
+    ("typed", "answer"), [("fitt", "did you mean 'fit'?"), ("rec.csv", "the commands are wizard,")]
+)
+def test_a_command_that_is_unknown_is_named_with_the_nearest(
+    typed: str, answer: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([typed, "a.csv"]) == 2
+    assert f"there is no command '{typed}'; {answer}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     "arguments",
     [
         ["fit", "a.csv", "--save", "no/such/my.json"],

@@ -14,8 +14,7 @@ from imucal_wizard.cli.main import main
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
-from tests.acquire.ports import until
-from tests.run.performance import wait_for
+from tests.waiting import PATIENCE, received, wait_for
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 
@@ -45,7 +44,7 @@ def test_the_same_seed_gives_the_same_bytes_on_the_port() -> None:
         with _virtual("--seed", "4", "--speed", "50", "--magnetometer") as (_, path):
             transport = Transport(path)
             transport.open()
-            runs.append(until(transport.read, 20_000)[:20_000])
+            runs.append(received(transport.read, 20_000)[:20_000])
             transport.close()
     assert runs[0] == runs[1]
     assert runs[0].startswith(b"t[s],ax[m/s^2]")
@@ -69,7 +68,7 @@ def test_a_wizard_on_the_port_sees_the_poses_that_are_typed_in_the_other_termina
         finally:
             reader.stop()
         _type(process, "quit")
-        assert process.wait(10.0) == 0
+        assert process.wait(PATIENCE) == 0
 
 
 def test_a_line_that_is_not_understood_is_named_and_changes_nothing() -> None:
@@ -77,8 +76,23 @@ def test_a_line_that_is_not_understood_is_named_and_changes_nothing() -> None:
         _type(process, "jump high")
         assert process.stderr is not None
         assert "jump high" in process.stderr.readline()
+        _type(process, "quit")
+        assert process.wait(PATIENCE) == 0
+
+
+@pytest.mark.parametrize("reading", [False, True])
+def test_ctrl_c_ends_it_cleanly(reading: bool) -> None:
+    with _virtual() as (process, path):
+        transport = Transport(path)
+        if reading:
+            transport.open()
+            received(transport.read, 100)
         process.send_signal(signal.SIGINT)
-        assert process.wait(10.0) == 0
+        process.send_signal(signal.SIGINT)  # an impatient operator
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
+        assert process.wait(PATIENCE) == 0
+        transport.close()
 
 
 def test_an_effect_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,7 +35,7 @@ async def to_the_field(pilot: Pilot[Any]) -> None:
     """From the accelerometer over the gyroscope to the magnetometer."""
     await shows(pilot, "BENCH  accelerometer", "model is complete", "g gyroscope, …")
     await pilot.press("g")
-    await shows(pilot, "The gyroscope's model is complete", "g magnetometer, …")
+    await shows(pilot, "BENCH  gyroscope", "The model is complete", "g magnetometer, …")
     await pilot.press("g")
     await shows(pilot, "BENCH  magnetometer", "▸ misalignment", "g accelerometer, …")
 
@@ -50,7 +50,7 @@ async def test_the_magnetometer_is_one_key_away_and_its_error_falls(
         await pilot.press("enter")
         await shows(pilot, "▸ current", "µT/A")
         await pilot.press("enter")
-        await shows(pilot, "magnetometer's model is complete")
+        await shows(pilot, "BENCH  magnetometer", "The model is complete")
         await pilot.press("3")
         await shows(pilot, "▸LADDER", "+ current", "µT", "noise alone")
     bench = drawing.bench("magnetometer")

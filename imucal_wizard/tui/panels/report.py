@@ -125,16 +125,18 @@ class _Plot:
         values = np.asarray(fit.residuals, np.float64).ravel() * factor
         places = np.flatnonzero(np.isfinite(values))
         x = np.asarray(places + 1, np.float64)
-        error = None if fit.floor is None else np.full(len(places), fit.floor * factor)
+        floor = fit.floor_fitted
+        error = None if floor is None else np.full(len(places), floor * factor)
         label = f"number of the {_EACH.get(fit.sensor, 'hold')}"
         rows = scatter(x, values[places], options.max_width, _PLOT_ROWS, x_label=label, error=error)
         yield rich_text([by_sign(row) for row in rows])
 
 
 def residual_plot(fit: SensorFit) -> Iterator[RenderableType]:
-    """The residual of each hold or rotation."""
+    """The fitted residual of each hold or rotation, beside the noise of fitted residuals."""
     _, unit = readable(fit.unit)
-    noise = "" if fit.floor is None else f", ┈ = noise ±{quantity(fit.floor, fit.unit)}"
+    floor = fit.floor_fitted
+    noise = "" if floor is None else f", ┈ = noise ±{quantity(floor, fit.unit)}"
     head = f"what is left of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
     yield Text.assemble((f"{fit.sensor}: ", "bold"), (head, "dim"))
     yield _Plot(fit)
