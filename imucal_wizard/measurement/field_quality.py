@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import decimals, fixed
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 
 FEWEST_FIELD_SAMPLES = 60
 """Six directions ten times over."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
     from imucal_wizard.report.exports import Exported

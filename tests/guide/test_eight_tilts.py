@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.poses import EIGHT, NAMED, TILTS, nearest, spoken
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected
+from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine

@@ -14,7 +14,7 @@ import pytest
 from imucal_wizard.acquire.files import read_files
 from imucal_wizard.acquire.files.options import RecordingOptions
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state import StepKind

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.options import RecordingOptions
 from imucal_wizard.acquire.files.reader import FileSamples, decoded, with_options
 from imucal_wizard.acquire.files.text import is_database
@@ -20,7 +19,9 @@ def read_session(path: Path, options: RecordingOptions) -> FileSamples:
         SessionError: the file cannot be read.
         RecordingError: its bytes do not give samples.
     """
-    about, pieces = session_file.read_raw(path)
+    from imucal_wizard.acquire.files.session_file import read_raw  # SQLite
+
+    about, pieces = read_raw(path)
     try:
         setup = StreamSetup.from_json(about.get("setup", {}))
     except (UsageError, AttributeError) as error:
@@ -64,7 +65,11 @@ def taken_back(path: Path) -> tuple[str, ...]:
     Raises:
         SessionError: the file is a session that cannot be read.
     """
-    count = session_file.corrections(path) if is_session(path) else 0
+    if not is_session(path):
+        return ()
+    from imucal_wizard.acquire.files.session_file import corrections  # SQLite
+
+    count = corrections(path)
     if not count:
         return ()
     says = (
