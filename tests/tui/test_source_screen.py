@@ -181,7 +181,7 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
         source.say(source.status)
         await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
         await pilot.press("enter")
-        await shows(pilot, "choose the rate unit")
+        await shows(pilot, "choose the unit of the gyroscope")
         await pilot.press("right", "right", "right", "enter")
         await until(pilot, lambda: bool(source.setups))
     setup = source.setups[0]
