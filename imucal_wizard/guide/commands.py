@@ -44,6 +44,7 @@ class Commands:
             "enough": self._enough,
             "validate": self._validate,
             "save": self._save,
+            "end": self._end,
         }
 
     def obey(self, name: str, argument: str = "") -> None:
@@ -96,6 +97,13 @@ class Commands:
         if not machine.stages[kind].finished:
             machine.skipped[kind] = self._context.procedure.step(kind).skipped
         machine.enter(StepKind.SAVE)
+
+    def _end(self) -> None:
+        """The data have ended: leave a step that measures, with what it has."""
+        if self._machine.step in (*MEASURING, StepKind.MORE):
+            self._goto(StepKind.RESULT)
+        elif self._machine.step is StepKind.VALIDATE:
+            self._save()
 
     def _measure(self, argument: str) -> None:
         """Enter the step of requested measurements; it returns to the result."""

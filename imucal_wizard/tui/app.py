@@ -25,8 +25,6 @@ from imucal_wizard.tui.state import WizardState
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.run.snapshot import Snapshot
 
-MEASURING = ("settle", "up-down", "poses", "rotations", "field", "more")
-"""Steps that cannot go on when the source has ended."""
 _SCREENS = {
     "settle": "steps.SettleScreen",
     "up-down": "steps.UpDownScreen",
@@ -161,7 +159,7 @@ class WizardApp(BaseApp[Saved]):
             return
         self.state.take(snapshot)
         if snapshot.finished:
-            self._end_early(snapshot)
+            self._end(snapshot)
         if isinstance(screen, LiveScreen):
             self._shown = (screen, snapshot.serial)
             screen.take(snapshot)
@@ -178,17 +176,15 @@ class WizardApp(BaseApp[Saved]):
         screens = reversed(self.screen_stack)
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
-    def _end_early(self, snapshot: "Snapshot") -> None:
-        """A recording that ends in the middle of a step is fitted with what it has."""
+    def _end(self, snapshot: "Snapshot") -> None:
+        """Tell the procedure once per step that the recording has ended."""
         step = str(snapshot.status.step)
         if step == self._ended_in:
             return
         self._ended_in = step
-        if step in MEASURING:
-            self.state.order("goto", "result")
-        elif step == "validate":
-            self.state.order("save")
-        elif step == "source" and not snapshot.stream.samples:
+        if snapshot.stream.samples:
+            self.state.order("end")
+        else:
             error = DataError("nothing could be read before the recording ended")
             self.post_message(Failed(error))
 
