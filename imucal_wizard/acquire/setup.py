@@ -123,12 +123,11 @@ def chosen_setup(
         kept = own.unit if channel == own.channel else ""
         unit = chosen_units.get(quantity) or kept or units.SI_UNIT.get(quantity, "")
         made.append(replace(own, channel=channel, unit=unit if channel else ""))
+    own_units = {name: unit for name, unit in chosen_units.items() if name in asked}
     return StreamSetup(
         format=stream_format or AUTO,
         columns=tuple(made),
-        **{
-            f"{sensor}_unit": chosen_units[sensor]
-            for sensor in ("accelerometer", "gyroscope", "magnetometer")
-            if sensor in asked
-        },
+        accelerometer_unit=own_units.get("accelerometer", ""),
+        gyroscope_unit=own_units.get("gyroscope", ""),
+        magnetometer_unit=own_units.get("magnetometer", ""),
     )

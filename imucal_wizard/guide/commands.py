@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
-from imucal_wizard.guide.plan import AFTERWARDS, MEASURING
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.guide.steps.directions import DirectionsStage
-from imucal_wizard.guide.wording import TITLES, label, plural
+from imucal_wizard.guide.wording import label, plural
 from imucal_wizard.measurement.requests import from_text
 
 if TYPE_CHECKING:

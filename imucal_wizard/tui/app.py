@@ -13,6 +13,7 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.run.faults import fault_line, keep_traceback
 from imucal_wizard.tui.options import FRAMES_PER_SECOND, AppSettings
 from imucal_wizard.tui.screens.base import HORIZONTAL, VERTICAL, Failed, LiveScreen, StepOver
@@ -25,16 +26,16 @@ from imucal_wizard.tui.state import WizardState
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.run.snapshot import Snapshot
 
-_SCREENS = {
-    "settle": "steps.SettleScreen",
-    "up-down": "steps.UpDownScreen",
-    "poses": "steps.PoseScreen",
-    "validate": "steps.ValidateScreen",
-    "rotations": "steps.RotationScreen",
-    "more": "steps.MoreScreen",
-    "field": "field.FieldScreen",
-    "result": "result.ResultScreen",
-    "save": "result.SaveScreen",
+_SCREENS: dict[str, str] = {
+    StepKind.SETTLE: "steps.SettleScreen",
+    StepKind.UP_DOWN: "steps.UpDownScreen",
+    StepKind.POSES: "steps.PoseScreen",
+    StepKind.VALIDATE: "steps.ValidateScreen",
+    StepKind.ROTATIONS: "steps.RotationScreen",
+    StepKind.MORE: "steps.MoreScreen",
+    StepKind.FIELD: "field.FieldScreen",
+    StepKind.RESULT: "result.ResultScreen",
+    StepKind.SAVE: "result.SaveScreen",
 }
 """Screen of each step but the first; imported while the operator looks at that one."""
 Result = TypeVar("Result")

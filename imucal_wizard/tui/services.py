@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
 
@@ -253,13 +254,12 @@ class WizardServices:
 
 def _resumable(session: "SessionInfo") -> SourceChoice:
     from imucal_wizard.guide.wording import plural
-    from imucal_wizard.tui.screens.base import MORE, STEPS
     from imucal_wizard.tui.text import clock
 
     begun = datetime.fromtimestamp(session.created).astimezone()
     today = begun.date() == datetime.now().astimezone().date()
     when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
-    step = (STEPS | MORE).get(session.step, session.step)
+    step = TITLES.get(session.step, session.step)
     return SourceChoice(
         SourceKind.SESSION,
         str(session.path),

@@ -3,7 +3,7 @@
 import pytest
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import to_text
 from tests.guide.device import RATE, Device, kinds, machine_at, pose_asked, texts

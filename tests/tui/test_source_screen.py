@@ -8,7 +8,8 @@ import pytest
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings
