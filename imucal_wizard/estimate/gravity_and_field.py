@@ -213,7 +213,15 @@ def with_gyroscope(
     places, readings = field_at(report.holds, calm, found, offset)
     field = (readings - aligned.bias) @ aligned.matrix.T
     known = dict(zip(places, unit_vectors(field), strict=True))
-    turns = [turn for turn in turns if turn.before in known and turn.after in known]
+    holds = report.holds
+    faulty = {(one.before.start, one.after.start) for one in report.rotations if one.problem}
+    turns = [
+        turn
+        for turn in turns
+        if turn.before in known
+        and turn.after in known
+        and (holds[turn.before].start, holds[turn.after].start) not in faulty
+    ]
     if len(turns) < MIN_SEGMENTS:
         note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
         return replace(stage, notes=(*stage.notes, note)), fit_before
@@ -251,7 +259,12 @@ def _heading_rows(
     samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
-        known.holds, reference.up, reference.gravity, reference.gain, readings
+        known.holds,
+        reference.up,
+        reference.labels,
+        reference.gravity,
+        reference.gain,
+        readings,
     )
     start = known.begin(BASE)
     rest = rest_of(known.holds, start.matrix)

@@ -158,7 +158,9 @@ class GyroscopeExperiment(Experiment):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
-        known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
+        known = circumstances_of(
+            holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
+        )
         rest = rest_of(holds, start.matrix)
         rows = np.array([i for i, hold in enumerate(holds) if has_rate(hold)], np.int64)
         self.resting = [holds[i] for i in rows]
@@ -172,7 +174,7 @@ class GyroscopeExperiment(Experiment):
                 index=np.repeat(rows, 3),
                 axis=np.tile([0, 1, 2], len(rows)),
                 group=np.repeat(reference.labels[rows], 3),
-                visit=np.repeat(visits(holds, reference.up)[rows], 3),
+                visit=np.repeat(visits(holds, reference.up, reference.labels)[rows], 3),
                 time=np.repeat(self.circumstances.time, 3),
                 span=np.repeat(spans_of(self.resting), 3, axis=0),
                 component=np.tile([0, 1, 2], len(rows)),

@@ -15,6 +15,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 
 import itertools
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,10 +41,8 @@ class ClosureRows(Rows):
 
     Attributes:
         rate: corrected rate of each sample, rad/s, shape (n, 3).
-        force: specific force at each sample, m/s², shape (n, 3).
         ends: rotation from the hold before to the hold after, shape (m, 3, 3).
         closure: closure of each rotation, rad, shape (m, 3).
-        weights: ``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3).
     """
 
     def __init__(
@@ -59,19 +58,29 @@ class ClosureRows(Rows):
         if len(terms):
             motion = source.motion if near is None else near.motion
             rate = rate - terms.columns(motion) @ calibration.sizes
-        before, after = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
-        turned = matrices(samples.at_samples(before, after))
-        up = np.einsum("ijn,ni->nj", turned, source.before[samples.rotation])
-        weights = samples.spread(averaged(before, after)).reshape(3, 3, -1)
+        self._steps = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
+        last = self._steps[1][:, samples.step_offsets[1:] - 1]
         self.rate = rate
-        self.force = source.gravity * up
-        self.ends = np.moveaxis(matrices(after[:, samples.step_offsets[1:] - 1]), -1, 0)
+        self.ends = np.moveaxis(matrices(last), -1, 0)
         self.closure = between(carry(self.ends, source.before), source.after)
-        self.weights = np.ascontiguousarray(np.moveaxis(weights, 1, 2))
         self.residual = source.rows_of(self.closure[:, :, None])[:, 0]
         self.own = np.repeat(source.noise, len(self.residual) // len(source.noise))
         self.direction = np.full((len(self.residual), 3), np.nan)
         self._coarse: _Moments | None = None
+
+    @cached_property
+    def force(self) -> FloatArray:
+        """Specific force at each sample, m/s², shape (n, 3)."""
+        samples = self._source.samples
+        turned = matrices(samples.at_samples(*self._steps))
+        up = np.einsum("ijn,ni->nj", turned, self._source.before[samples.rotation])
+        return np.asarray(self._source.gravity * up)
+
+    @cached_property
+    def weights(self) -> FloatArray:
+        """``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3)."""
+        weights = self._source.samples.spread(averaged(*self._steps)).reshape(3, 3, -1)
+        return np.ascontiguousarray(np.moveaxis(weights, 1, 2))
 
     @property
     def motion(self) -> Circumstances:
