@@ -37,8 +37,9 @@ class Samples:
         step_offsets: first step of each rotation, and s, shape (m + 1,).
         begins: step that begins at each sample, s where none does, shape (n,).
         ends: step that ends at each sample, s where none does, shape (n,).
-        near: the three samples whose parabola gives the slope at each, shape (3, n).
-        slope: their weights in it, 1/s, shape (3, n).
+        slope: weights of three samples in the slope of their parabola at each sample, 1/s, shape
+            (3, n): of the sample before, itself and the one after; at the ends of a rotation, of
+            the first or last three.
     """
 
     time: FloatArray
@@ -51,23 +52,27 @@ class Samples:
     step_offsets: IntArray
     begins: IntArray
     ends: IntArray
-    near: IntArray
     slope: FloatArray
 
     def turned(self, rate: FloatArray) -> FloatArray:
         """Rotation vector of each step, rad, shape (3, s), for rates (n, 3) in rad/s."""
         w = np.ascontiguousarray(rate.T)
-        slope = sum(
-            weight * w.take(near, axis=1)
-            for near, weight in zip(self.near, self.slope, strict=True)
-        )
+        slope = np.empty_like(w)
+        before, here, after = self.slope[:, 1:-1]
+        np.multiply(w[:, 1:-1], here, out=slope[:, 1:-1])
+        slope[:, 1:-1] += w[:, :-2] * before
+        slope[:, 1:-1] += w[:, 2:] * after
+        first, last = self.offsets[:-1], self.offsets[1:] - 1
+        for ends, around in ((first, first + 1), (last, last - 1)):
+            near = w[:, around + np.array([[-1], [0], [1]])]
+            slope[:, ends] = (near * self.slope[:, ends]).sum(axis=1)
         w0, w1 = w.take(self.first, axis=1), w.take(self.second, axis=1)
-        bent = np.take(slope, self.first, axis=1) - np.take(slope, self.second, axis=1)
+        bent = slope.take(self.first, axis=1) - slope.take(self.second, axis=1)
         twelfth = self.dt * self.dt / 12.0
         return np.asarray(0.5 * self.dt * (w0 + w1) + twelfth * (bent + cross(w0, w1)))
 
     def spread(self, steps: FloatArray) -> FloatArray:
-        """``Σ steps · ∫ w dt`` as weights of the samples' w, by the trapezoidal rule.
+        """``Σ steps · w`` as weights of the samples' w, with w half way through each step.
 
         Args:
             steps: a factor of each step, shape (k, s).
@@ -76,8 +81,14 @@ class Samples:
             Shape (k, n).
         """
         half = np.zeros((len(steps), len(self.dt) + 1))  # the last one is of no step
-        np.multiply(0.5 * self.dt, steps, out=half[:, :-1])
+        np.multiply(0.5, steps, out=half[:, :-1])
         return np.asarray(half.take(self.begins, axis=1) + half.take(self.ends, axis=1))
+
+    def at_middles(self, values: FloatArray) -> FloatArray:
+        """What is known at the samples (n, k), half way through each step, shape (s, k)."""
+        return np.asarray(
+            0.5 * (values.take(self.first, axis=0) + values.take(self.second, axis=0))
+        )
 
     def at_samples(self, before: FloatArray, after: FloatArray) -> FloatArray:
         """What is known before and after each step (k, s), at the samples, shape (k, n)."""
@@ -95,7 +106,7 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
     times = [time[keep] for time, keep in zip(times, kept, strict=True)]
     counts = np.array([len(time) for time in times])
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    firsts, seconds, begins, near, slopes, steps = [], [], [], [], [], [0]
+    firsts, seconds, begins, slopes, steps = [], [], [], [], [0]
     for start, time in zip(offsets[:-1], times, strict=True):
         begin = np.arange(len(time) - 1) + start
         empty = np.full(-len(begin) % PIECE, start)
@@ -104,7 +115,6 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
         begins.append(np.arange(len(time)) + steps[-1])
         steps.append(steps[-1] + len(begin) + len(empty))
         nodes = np.clip(np.arange(len(time)), 1, len(time) - 2) + np.array([[-1], [0], [1]])
-        near.append(nodes + start)
         slopes.append(_slopes(time, nodes))
     time = np.concatenate(times)
     first, second = np.concatenate(firsts), np.concatenate(seconds)
@@ -122,7 +132,6 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
         step_offsets=np.array(steps, np.int64),
         begins=beginning,
         ends=ending,
-        near=np.concatenate(near, axis=1),
         slope=np.concatenate(slopes, axis=1),
     )
 
