@@ -138,7 +138,6 @@ STYLES: dict[str, Style] = {
 STYLES |= {
     f"firmware: {name}": Style(line.decode() * 120, *_told(rate=RATE, gyroscope_unit="deg/s"))
     for name, line in STREAMS.items()
-    if name not in ("words in front", "OpenLog Artemis", "i2cdevlib", "SparkFun ICM-20948 raw")
 }
 
 
