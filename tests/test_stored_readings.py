@@ -10,6 +10,7 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.sessions import Session, stored_readings
+from tests.waiting import PATIENCE
 
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
 
@@ -38,7 +39,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
         return readings
 
     def write_the_rest() -> None:
-        assert looked.wait(10.0)
+        assert looked.wait(PATIENCE)
         with Session.open(path) as session:
             session.write_raw(10.0, _lines(500, 1000))
 

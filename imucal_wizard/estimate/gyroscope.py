@@ -4,6 +4,7 @@ Means at rest tell the biases, rotations the nine gains and a little of the bias
 one fit, each weighed by its own scatter.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -56,7 +57,8 @@ class RotationSet:
 
     Attributes:
         samples: of the m usable rotations.
-        usable: which of all rotations they are, shape (m,).
+        usable: which of all rotations they are, shape (m,); the recording's own come first, those
+            that only a field makes useful have numbers beyond them.
         before: the hold that each starts from, shape (m,).
         after: the hold that it ends in, shape (m,).
         up: direction of the calibrated specific force at each sample, shape (n, 3); None where
@@ -71,6 +73,38 @@ class RotationSet:
     after: IntArray
     up: FloatArray | None
     rounding: FloatArray
+
+    def joined(
+        self,
+        first: int,
+        ends: Sequence[tuple[int, int]],
+        times: Sequence[FloatArray],
+        readings: Sequence[FloatArray],
+    ) -> "RotationSet":
+        """With further rotations.
+
+        Args:
+            first: number of the first of them.
+            ends: the hold before and the hold after each.
+            times: of the samples of each, s.
+            readings: of the gyroscope in each, its unit.
+        """
+        if not ends:
+            return self
+        own = self.samples
+        parts = [slice(*pair) for pair in itertools.pairwise(own.offsets.tolist())]
+        before, after = np.array(ends, np.int64).T
+        return replace(
+            self,
+            samples=lay_samples(
+                [*(own.time[part] for part in parts), *times],
+                [*(own.reading[part] for part in parts), *readings],
+            ),
+            usable=np.concatenate([self.usable, first + np.arange(len(ends))]),
+            before=np.concatenate([self.before, before]),
+            after=np.concatenate([self.after, after]),
+            up=None,
+        )
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
@@ -217,9 +251,17 @@ class GyroscopeExperiment(Experiment):
         args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
         return GyroscopeExperiment(*args, self.readings, self.sources[2:])
 
-    def with_rows(self, more: Sequence[RowSource], free: Sequence[int]) -> "GyroscopeExperiment":
-        """The same experiment with rows of other kinds, too, and what they determine together."""
-        args = self.holds, self.rotations, self.of, self.unit, self._start, self.nominal, free
+    def with_rows(
+        self, rotations: RotationSet, more: Sequence[RowSource], free: Sequence[int]
+    ) -> "GyroscopeExperiment":
+        """The same experiment with more rotations and other kinds of rows.
+
+        Args:
+            rotations: all of them.
+            more: the rows of other kinds.
+            free: which of the twelve entries all rows together determine.
+        """
+        args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
