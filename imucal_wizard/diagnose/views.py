@@ -446,11 +446,10 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
         first, past = measured.closure.samples.offsets[turned : turned + 2]
         rate = np.degrees(measured.closure.motion.rate[first:past])
         fastest = rate[np.argmax(np.linalg.norm(rate, axis=1))]
-        name, span = f"rotation {index + 1}", unknown
-        if report is not None:
-            rotation = report.rotations[index]
-            name += f" about {rotation.axis}" if rotation.axis else ""
-            span = float(rotation.time[0]), float(rotation.time[-1])
+        name, during = f"rotation {index + 1}", measured.closure.samples.time
+        if report is not None and index < len(report.rotations) and report.rotations[index].axis:
+            name += f" about {report.rotations[index].axis}"
+        span = float(during[first]), float(during[past - 1])
         time = float(measured.closure.motion.time[first])
         return Point(name, time, fastest, "deg/s", *span, at_rest=False)
     if isinstance(measured, GyroscopeExperiment):

@@ -4,7 +4,9 @@ Means at rest tell the biases, rotations the nine gains and a little of the bias
 one fit, each weighed by its own scatter.
 """
 
+import itertools
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +20,7 @@ from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope_start import start_matrix
-from imucal_wizard.estimate.noise import Rest, has_rate, rest_of
+from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
@@ -56,7 +58,8 @@ class RotationSet:
 
     Attributes:
         samples: of the m usable rotations.
-        usable: which of all rotations they are, shape (m,).
+        usable: which of all rotations they are, shape (m,); the recording's own come first, those
+            that only a field makes useful have numbers beyond them.
         before: the hold that each starts from, shape (m,).
         after: the hold that it ends in, shape (m,).
         up: direction of the calibrated specific force at each sample, shape (n, 3); None where
@@ -71,6 +74,48 @@ class RotationSet:
     after: IntArray
     up: FloatArray | None
     rounding: FloatArray
+
+    @property
+    def spans(self) -> FloatArray:
+        """Times of the first and last sample of each, s, shape (m, 2)."""
+        offsets = self.samples.offsets
+        return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
+
+    def rates(self, calibration: Calibration) -> FloatArray:
+        """Corrected rate of each sample, rad/s, shape (n, 3)."""
+        return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
+
+    def joined(
+        self,
+        first: int,
+        ends: Sequence[tuple[int, int]],
+        times: Sequence[FloatArray],
+        readings: Sequence[FloatArray],
+    ) -> "RotationSet":
+        """With further rotations.
+
+        Args:
+            first: number of the first of them.
+            ends: the hold before and the hold after each.
+            times: of the samples of each, s.
+            readings: of the gyroscope in each, its unit.
+        """
+        if not ends:
+            return self
+        own = self.samples
+        parts = [slice(*pair) for pair in itertools.pairwise(own.offsets.tolist())]
+        before, after = np.array(ends, np.int64).T
+        return replace(
+            self,
+            samples=lay_samples(
+                [*(own.time[part] for part in parts), *times],
+                [*(own.reading[part] for part in parts), *readings],
+            ),
+            usable=np.concatenate([self.usable, first + np.arange(len(ends))]),
+            before=np.concatenate([self.before, before]),
+            after=np.concatenate([self.after, after]),
+            up=None,
+        )
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
@@ -158,21 +203,23 @@ class GyroscopeExperiment(Experiment):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
-        known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
-        rest = rest_of(holds, start.matrix)
-        rows = np.array([i for i, hold in enumerate(holds) if has_rate(hold)], np.int64)
+        known = circumstances_of(
+            holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
+        )
+        self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
+        rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
-        self.closure = self._closures(known, rest)
+        self.closure = self._closures(known, noise[1])
         self.rest = RateAtRest(
             reading=np.array([hold.gyroscope for hold in self.resting]),
-            noise=np.maximum(rest.mean[rows], MIN_REST_NOISE**2),
+            noise=noise[0],
             circumstances=self.circumstances,
             labels=RowLabels(
                 index=np.repeat(rows, 3),
                 axis=np.tile([0, 1, 2], len(rows)),
                 group=np.repeat(reference.labels[rows], 3),
-                visit=np.repeat(visits(holds, reference.up)[rows], 3),
+                visit=np.repeat(visits(holds, reference.up, reference.labels)[rows], 3),
                 time=np.repeat(self.circumstances.time, 3),
                 span=np.repeat(spans_of(self.resting), 3, axis=0),
                 component=np.tile([0, 1, 2], len(rows)),
@@ -182,23 +229,28 @@ class GyroscopeExperiment(Experiment):
         if more:
             self.method = "vector + field"
 
-    def _closures(self, known: Circumstances, rest: Rest) -> GravityClosure:
-        one, reference = self.rotations, self.of
-        samples, count = one.samples, len(one.usable)
-        span = np.column_stack(
-            [samples.time[samples.offsets[:-1]], samples.time[samples.offsets[1:] - 1]]
+    def _noise(self) -> tuple[FloatArray, FloatArray]:
+        """Variance of each mean at rest, (h, 3), and of each closure, (m,), by the first gains."""
+        rest, one = rest_of(self.holds, self._start.matrix), self.rotations
+        ends = self.of.variance + rest.end
+        first, last = one.spans.T
+        walk = float(rest.per_second.mean()) * (last - first)
+        closing = ends[one.before] + ends[one.after] + walk
+        return (
+            np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
+            np.maximum(closing, MIN_CLOSING_NOISE**2),
         )
-        origin = first_time(self.holds, self.readings)
-        ends = reference.variance + rest.end
-        walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
-        noise = ends[one.before] + ends[one.after] + walk
+
+    def _closures(self, known: Circumstances, noise: FloatArray) -> GravityClosure:
+        one, reference = self.rotations, self.of
+        count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
-            samples=samples,
+            samples=one.samples,
             before=reference.up[one.before],
             after=reference.up[one.after],
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
-            noise=np.maximum(noise, MIN_CLOSING_NOISE**2),
+            noise=noise,
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,
             labels=RowLabels(
@@ -214,12 +266,26 @@ class GyroscopeExperiment(Experiment):
 
     def moved(self, start: Calibration, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
-        args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
-        return GyroscopeExperiment(*args, self.readings, self.sources[2:])
+        other = copy(self)
+        other._start, other.free = start, tuple(free)
+        resting, closing = other._noise()
+        motion = replace(self.closure.motion, rate=self.rotations.rates(start))
+        other.rest = replace(self.rest, noise=resting)
+        other.closure = replace(self.closure, noise=closing, motion=motion)
+        other.sources = (other.rest, other.closure, *self.sources[2:])
+        return other
 
-    def with_rows(self, more: Sequence[RowSource], free: Sequence[int]) -> "GyroscopeExperiment":
-        """The same experiment with rows of other kinds, too, and what they determine together."""
-        args = self.holds, self.rotations, self.of, self.unit, self._start, self.nominal, free
+    def with_rows(
+        self, rotations: RotationSet, more: Sequence[RowSource], free: Sequence[int]
+    ) -> "GyroscopeExperiment":
+        """The same experiment with more rotations and other kinds of rows.
+
+        Args:
+            rotations: all of them.
+            more: the rows of other kinds.
+            free: which of the twelve entries all rows together determine.
+        """
+        args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
@@ -317,6 +383,20 @@ def gyroscope_experiment(
 ) -> GyroscopeExperiment:
     """The experiment of these rotations, with a first calibration of what they determine.
 
+    The arguments and errors are those of ``gyroscope_minimum``.
+    """
+    return gyroscope_minimum(holds, rotations, accelerometer, unit, readings).experiment
+
+
+def gyroscope_minimum(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    accelerometer: SensorFit,
+    unit: str,
+    readings: Readings | None = None,
+) -> Minimum[GyroscopeExperiment]:
+    """The fit without effects of what these rotations determine.
+
     Args:
         holds: those that the accelerometer was fitted to.
         rotations: between them; those with a problem are left out.
@@ -346,11 +426,10 @@ def gyroscope_experiment(
     found = minimum(rough, directions=whole)
     free = determined_entries(found, nominal, tuple(range(ENTRIES)))
     while True:
-        rough = rough.moved(found.calibration, free)
-        found = minimum(rough)
+        found = minimum(rough.moved(found.calibration, free))
         again = determined_entries(found, nominal, free)
         if again == free:
-            return rough.moved(found.calibration, free)
+            return found
         free = again
 
 
@@ -415,7 +494,7 @@ def motion_of(
         temperature = np.interp(time, known.time[told], known.temperature[told])
     return replace(
         known.select(hold),
-        rate=(samples.reading - start.bias) @ start.matrix.T,
+        rate=rotations.rates(start),
         temperature=temperature,
         time=time,
         previous=known.force[hold],

@@ -89,12 +89,14 @@ def _signed(values: FloatArray) -> float:
 
 
 def _direction(said: Diagnosis, what: str, index: int) -> str:
-    """The pose of a hold, the axis of a rotation."""
+    """The pose of a hold, the axis of a rotation that the recording has by itself."""
     report = said.report
     if report is None:
         return ""
-    found = report.holds[index].pose if what == "hold" else report.rotations[index].axis
-    return true_minus(found or "–")
+    parts = [one.pose for one in report.holds]
+    if what != "hold":
+        parts = [one.axis for one in report.rotations]
+    return true_minus((parts[index] if index < len(parts) else None) or "–")
 
 
 def _dot(ratio: float, size: float) -> str:

@@ -147,7 +147,7 @@ class WizardServices:
         """The benches of a fit, with the readings it was made of where they are at hand."""
         from imucal_wizard.diagnose.benches import Benches
         from imucal_wizard.model.catalogue import load_effect
-        from imucal_wizard.sessions.readings_again import session_readings
+        from imucal_wizard.sessions.stored_readings import session_readings
 
         kept = self.sources.session or self.sources.watched
         readings = self.sources.played or session_readings(kept, report.holds)

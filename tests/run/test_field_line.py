@@ -14,7 +14,7 @@ from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin, resume
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualHand, VirtualImu
-from tests.run.performance import wait_for
+from tests.waiting import wait_for
 
 SEED = 3
 FAST = float("inf")

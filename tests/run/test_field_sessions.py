@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.fitting import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
@@ -25,7 +24,8 @@ from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.review import fit_stream, review
 from imucal_wizard.run.session_replay import begin, resume
 from imucal_wizard.simulate import simulate_recording
-from tests.run.performance import pieces, same, wait_for
+from tests.run.performance import pieces, same
+from tests.waiting import wait_for
 
 SIZE = 3000
 CUT = 0.8

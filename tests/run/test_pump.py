@@ -9,7 +9,7 @@ from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.run.pump import MOST, Pump
 from tests.acquire.ports import Pty
-from tests.run.performance import wait_for
+from tests.waiting import wait_for
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ from imucal_wizard.run.player import LONGEST_PAUSE, Player, SessionTape
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.sessions import KeptSession, Session
 from tests.cli.kept_sessions import Orders, sat
-from tests.run.performance import same, wait_for
+from tests.run.performance import same
+from tests.waiting import wait_for
 
 
 def played(path: Path, speed: float = float("inf")) -> Player:

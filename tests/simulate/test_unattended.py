@@ -17,7 +17,8 @@ from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualImu
-from tests.run.performance import settings, wait_for
+from tests.run.performance import settings
+from tests.waiting import wait_for
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.terminals import USUAL
 from tests.tui.waiting import shows, until
+from tests.waiting import PATIENCE
 
 AT_ONCE = AppSettings(header_patience=0.0)
 """A stream without a header is asked about at once."""
@@ -96,7 +97,7 @@ async def test_an_early_enter_does_not_put_another_source_in_place_of_the_one_or
 
     def take(choice: SourceChoice) -> fakes.FakeSource:
         opened.append(choice)
-        assert read.wait(20.0)
+        assert read.wait(PATIENCE)
         return fakes.FakeSource()
 
     services = replace(fakes.services(fakes.FakeSource()), open_source=take)

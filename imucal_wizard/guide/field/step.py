@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.limits.procedure import (
     FIELD_PATIENCE,
     FIELD_UPDATE_SECONDS,
     FULL_CIRCLE_DEG,
     LASTING_SECONDS,
     MAX_ACCEPTED_DOUBT,
-    MIN_FIELD_SAMPLES,
     PROGRESS_DEG,
     SILENT_SECONDS,
     SLIGHT_DEG,
