@@ -29,9 +29,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import read_files
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.session import is_session, taken_back
+from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files.session_file import corrections_note, is_session
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -83,7 +82,7 @@ class Recording:
 
             self._session = review(self.paths[0], self._options)
         else:
-            self._notes = tuple(text for path in self.paths for text in taken_back(path))
+            self._notes = tuple(text for path in self.paths for text in corrections_note(path))
 
     @cached_property
     def readings(self) -> Readings:
@@ -157,7 +156,7 @@ class Recording:
                 f"the holds that the wizard kept do not determine a calibration ({error}): all "
                 "samples of the session are used instead, as those of a recording"
             )
-            self._notes = (note, *taken_back(self.paths[0]))
+            self._notes = (note, *corrections_note(self.paths[0]))
             return self.fit(options, inertial=inertial)
         if session.finished:
             return report
@@ -171,7 +170,7 @@ class Recording:
         """The samples of a fit; None where a session gives others when it is read again."""
         if self._session is None:
             return self.readings
-        from imucal_wizard.sessions.readings_again import made_of
+        from imucal_wizard.sessions.stored_readings import made_of
 
         return self.readings if made_of(self.readings, report.holds) else None
 

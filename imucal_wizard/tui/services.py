@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
 
@@ -146,7 +147,7 @@ class WizardServices:
         """The benches of a fit, with the readings it was made of where they are at hand."""
         from imucal_wizard.diagnose.benches import Benches
         from imucal_wizard.model.catalogue import load_effect
-        from imucal_wizard.sessions.readings_again import session_readings
+        from imucal_wizard.sessions.stored_readings import session_readings
 
         kept = self.sources.session or self.sources.watched
         readings = self.sources.played or session_readings(kept, report.holds)
@@ -253,13 +254,12 @@ class WizardServices:
 
 def _resumable(session: "SessionInfo") -> SourceChoice:
     from imucal_wizard.guide.wording import plural
-    from imucal_wizard.tui.screens.base import MORE, STEPS
     from imucal_wizard.tui.text import clock
 
     begun = datetime.fromtimestamp(session.created).astimezone()
     today = begun.date() == datetime.now().astimezone().date()
     when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
-    step = (STEPS | MORE).get(session.step, session.step)
+    step = TITLES.get(session.step, session.step)
     return SourceChoice(
         SourceKind.SESSION,
         str(session.path),

@@ -13,7 +13,7 @@ from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, Tremble
 from imucal_wizard.simulate.recording import recording_script
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from tests.simulate.sensors import truth
 
 RATE = 100.0
