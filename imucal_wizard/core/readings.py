@@ -1,10 +1,12 @@
 """Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
+
+from imucal_wizard.core.records import dataclass
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

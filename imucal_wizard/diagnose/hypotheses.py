@@ -17,7 +17,6 @@ z²)]`` over it, so that no matrix has to be decomposed.
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.poses import DIRECTIONS
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 

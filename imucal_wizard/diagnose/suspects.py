@@ -8,12 +8,12 @@ effect's columns, Λ the prior's precision on the effect alone; then
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior

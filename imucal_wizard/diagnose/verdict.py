@@ -8,13 +8,13 @@ would.
 
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior

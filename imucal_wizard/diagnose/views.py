@@ -6,13 +6,13 @@ over the force along x, ``model-x-force-x`` the reading of the x axis beside the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest
 from imucal_wizard.core.quantities import number, readable, true_minus, with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals, place_of

@@ -7,13 +7,13 @@ errors that noise alone would leave, outliers, the residual table.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors

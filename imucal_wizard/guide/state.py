@@ -4,11 +4,12 @@ The state machine makes one ``Status`` whenever it is asked; screens, sounds and
 else.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 from imucal_wizard.guide.kinds import EventKind, StepKind
 

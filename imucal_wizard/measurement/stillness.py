@@ -7,12 +7,13 @@ counts as well as a tremor.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, joined
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, aligned, join_blocks
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import step_noise, steps_of

@@ -1,7 +1,8 @@
 """Bytes to frames: sync bytes, length, checksum; back in step after garbage; bounded memory."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Files to readings, one file per file format."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.acquire.files.recording_files import read_files

@@ -5,7 +5,7 @@ has no arrivals, a first line that is whole, and nobody who could be asked.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,7 @@ from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.output import harmless, sanitise
 from imucal_wizard.core.readings import Readings, Series, join
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
 from imucal_wizard.measurement.data_quality import findings, refuse
 

@@ -11,13 +11,13 @@ import shlex
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.core.output import harmless
 from imucal_wizard.core.quantities import how_often
+from imucal_wizard.core.records import dataclass
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543

@@ -1,13 +1,14 @@
 """The magnetometer's calibration: the one fit of its rows, or a published method judged by them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres

@@ -6,7 +6,7 @@ asks for is a list of single requests, with rotations after them.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from imucal_wizard.core.limits.procedure import MIN_WARMING, REQUEST_TOLERANCE_DEG
 from imucal_wizard.core.poses import (
@@ -24,6 +24,7 @@ from imucal_wizard.core.poses import (
     turn_towards,
 )
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold

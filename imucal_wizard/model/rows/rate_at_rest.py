@@ -1,10 +1,9 @@
 """The gyroscope's mean rate in a hold, which is zero: ``M (y − b) − ε``, three rows per hold."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of
