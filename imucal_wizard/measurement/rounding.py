@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 
 SLICES = 20
 SLICE = 20_000
@@ -29,7 +29,7 @@ def steps_of(values: FloatArray) -> FloatArray:
     Args:
         values: readings in order of time, shape (n, axes).
     """
-    starts = np.unique(np.linspace(0, max(len(values) - SLICE, 0), SLICES).astype(int))
+    starts = distinct(np.linspace(0, max(len(values) - SLICE, 0), SLICES).astype(int))
     stop = np.append(np.minimum(starts[:-1] + SLICE, starts[1:]), starts[-1:] + SLICE)
     with np.errstate(invalid="ignore", over="ignore"):  # what is no number is left out below
         pieces = [np.abs(np.diff(values[a:b], axis=0)) for a, b in zip(starts, stop, strict=True)]

@@ -237,7 +237,7 @@ class SourceOpener:
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
         """A recording with today's procedure, or a session with its operator's commands."""
-        from imucal_wizard.acquire.files.session_file import is_session
+        from imucal_wizard.acquire.files import is_session
 
         for path in paths:
             if not path.is_file():

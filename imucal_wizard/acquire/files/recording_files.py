@@ -15,14 +15,13 @@ from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split
 from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     NotTextError,
     read_bytes,
     text_of,
     unpacked,
 )
-from imucal_wizard.acquire.files.session_file import is_session, read_raw
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
@@ -288,6 +287,8 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         SessionError: the file cannot be read.
         RecordingError: its bytes do not give samples.
     """
+    from imucal_wizard.acquire.files.session_file import read_raw  # SQLite
+
     about, pieces = read_raw(path)
     try:
         setup = StreamSetup.from_json(about.get("setup", {}))
