@@ -18,17 +18,19 @@ from imucal_wizard.core.readings import FloatArray, Readings, join
 LINK_BREAK = b""
 """An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
 
+_SHOWN_BYTES = 24
+"""Newest bytes of a binary stream that the preview shows, as hexadecimal numbers."""
 _MAX_UNREAD_LINES = 50
 """Unreadable lines in a row after which it is said that nothing is read any more."""
 
 
 @dataclass(frozen=True)
 class Preview:
-    """The newest line as it came, and what was read from it.
+    """The newest line as received, and the numbers read from it.
 
     Attributes:
-        line: the text, safe to show.
-        values: one number per column, as printed; empty while no row was read.
+        line: printable text; the newest bytes in hexadecimal if the stream is binary.
+        values: one number per column, as printed; empty before the first row.
     """
 
     line: str = ""
@@ -180,10 +182,14 @@ class Intake:
     @property
     def preview(self) -> Preview:
         """The newest line and its values."""
-        lines = [line for line in self._line.splitlines() if line.strip()]
+        if self._binary:
+            line = self._line[-_SHOWN_BYTES:].hex(" ")
+        else:
+            lines = [line for line in self._line.splitlines() if line.strip()]
+            line = sanitise(lines[-1]) if lines else ""
         latest = self._latest if self._found else self._search.latest
         row = tuple(float(v) for v in latest[-1]) if len(latest) else ()
-        return Preview(sanitise(lines[-1]) if lines else "", row)
+        return Preview(line, row)
 
     @property
     def warnings(self) -> tuple[str, ...]:
