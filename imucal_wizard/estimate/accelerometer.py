@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.directions import group_directions, middles, unit_vectors
+from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, FloatArray, Readings
 from imucal_wizard.core.units import COUNT
@@ -264,7 +264,7 @@ def first_fit(
         )
     up = unit_vectors(vectors)
     noise = float(np.sqrt(hold_noise(holds).accelerometer.mean())) / problem.span
-    identified = identifiable(middles(up, group_directions(up)), noise)
+    identified = identifiable(mean_directions(up, group_directions(up)), noise)
     rough = AccelerometerExperiment(holds, gravity, unit, first, identified, None)
     shares = np.ones(len(holds)) if shares is None else shares
     return minimum(rough, variance=(FIRST_NOISE * gravity) ** 2 / shares)

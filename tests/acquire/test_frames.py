@@ -24,12 +24,12 @@ from imucal_wizard.acquire.decode.frames import (
 from imucal_wizard.acquire.decode.witmotion import SHAPE
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.acquire.intake import LINK_BREAK, Intake
-from imucal_wizard.acquire.listen import hear
+from imucal_wizard.acquire.listen import listen_to_port
 from imucal_wizard.acquire.ports import PortInfo
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from tests.acquire.ports import Pty
 from tests.shared_data import shared_data
@@ -108,7 +108,7 @@ def test_a_stream_of_frames_is_recognised_and_read() -> None:
     parts = [intake.feed(data[i : i + 44], i / 4400) for i in range(0, len(data), 44)]
     assert intake.format == "witmotion"
     assert intake.needs == ()
-    readings = join([part for part in parts if part is not None])
+    readings = join_readings([part for part in parts if part is not None])
     assert len(readings) == 300
     assert readings.gyroscope is not None
     assert readings.magnetometer is not None
@@ -222,5 +222,5 @@ def test_frames_come_through_pyserial_from_a_pseudo_terminal(pty: Pty) -> None:
 def test_listening_to_a_port_names_the_format(pty: Pty) -> None:
     sender = threading.Timer(0.2, pty.send, [samples(60)])
     sender.start()
-    assert hear(PortInfo(pty.path), seconds=1.0).format == "witmotion"
+    assert listen_to_port(PortInfo(pty.path), seconds=1.0).format == "witmotion"
     sender.join()

@@ -82,7 +82,7 @@ class FrameDecoder(ABC):
         columns: the columns of the rows; empty until they are known.
     """
 
-    misfit: MalformedLine | None = None
+    first_malformed: MalformedLine | None = None
 
     def __init__(self, name: str, shape: FrameShape, columns: tuple[Column, ...] = ()) -> None:
         self.name = name

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.quantities import how_often
+from imucal_wizard.core.quantities import times_in_words
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.fitting.compensated import noticed
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
@@ -114,5 +114,5 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))
-    each = ", ".join(f"{texts[0]} ({how_often(len(texts))})" for texts in reasons.values())
+    each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
     return [f"{count} of {len(rotations)} rotations are not used: {each}"]

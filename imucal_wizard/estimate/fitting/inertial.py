@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
+from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
@@ -98,7 +98,7 @@ def fit_holds(
 def _with_poses(holds: Sequence[Hold], directions: FloatArray) -> list[Hold]:
     """The holds with the pose each was in, by the calibrated direction."""
     return [
-        replace(hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        replace(hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         for hold, up in zip(holds, directions, strict=True)
     ]
 

@@ -14,8 +14,8 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
-    measured_once,
     stuck_samples,
+    without_repeats,
 )
 
 Fit = Callable[[], MagnetometerFit]
@@ -137,7 +137,7 @@ def added(
 
 def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
     """A report of the other sensors with the magnetometer fitted to all its samples."""
-    series = measured_once(series)
+    series = without_repeats(series)
     found, why = _tried(
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
     )

@@ -13,7 +13,7 @@ from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.data_quality import axes_without_noise
-from imucal_wizard.measurement.field_quality import measured_once, repeats_note
+from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
 
@@ -27,7 +27,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     options = options or FitOptions()
     if readings.magnetometer is None:
         return _inertial(readings, options)
-    series, gyroscope = measured_once(readings.magnetometer), readings.gyroscope
+    series, gyroscope = without_repeats(readings.magnetometer), readings.gyroscope
     report = with_magnetometer(
         lambda: _inertial(readings, options),
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method, readings),
@@ -86,7 +86,7 @@ def fit_collected(
     warnings = (*warnings, *_left_out(collected))
     if collected.magnetometer is None or not len(collected.magnetometer):
         return _held(collected, units, rate, options, warnings)
-    series = measured_once(collected.magnetometer)
+    series = without_repeats(collected.magnetometer)
     warnings = (*warnings, *repeats_note(collected.magnetometer, series))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings),

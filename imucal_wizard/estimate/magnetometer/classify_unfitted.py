@@ -12,7 +12,7 @@ from imucal_wizard.estimate.magnetometer.field_disturbances import (
     find_disturbances,
 )
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
-from imucal_wizard.measurement.rounding import rounding_shift, steps_of
+from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 
 EXACT_SHARE = 1e-9
 """Scatter below which readings are exact, as a share of the field."""
@@ -39,6 +39,6 @@ def classify_unfitted(found: MagnetometerFit, series: Series, fitted: BoolArray)
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(robust_deviation(distance), EXACT_SHARE)
         gain = float(np.cbrt(abs(np.linalg.det(found.fit.matrix))))
-        shift = rounding_shift(sigma, steps_of(series.values[others]) * gain / usual)
+        shift = rounding_shift(sigma, resolution_of(series.values[others]) * gain / usual)
         calm[others] = find_disturbances(distance, series.time[others], areas, sigma, shift)[0]
     return replace(found, calm=calm)
