@@ -12,7 +12,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 
 MAX_PLANE_FLATNESS = 0.1
 """Spread out of the plane over spread in it, up to which readings are a single circle."""

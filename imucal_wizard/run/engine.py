@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.state_machine import Listener, StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.stillness import Noise

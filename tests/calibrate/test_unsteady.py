@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
-from imucal_wizard.estimate.fitting import fit_collected
+from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine

@@ -7,8 +7,8 @@ import pytest
 
 from imucal_wizard.core.instruction import Instruction, RotationRequest
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand, VirtualImu

@@ -7,8 +7,8 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate import VirtualHand, VirtualImu

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of
 from imucal_wizard.estimate.ellipsoid.robust import robust_start
 from imucal_wizard.estimate.ellipsoid.surface import (
