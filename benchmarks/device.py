@@ -20,9 +20,9 @@ from benchmarks.measure import PYTHON
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import HEADER_EVERY, LinePrinter
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import FACES
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.simulate.stream import VirtualStream
 from imucal_wizard.simulate.terminal import Pty
 
 SEED = 0

@@ -30,7 +30,7 @@ HOMONYMS = {
 """Public names that two modules define, and what each means."""
 LOCAL = ("AS_GOOD", "BLIND", "CONVERGED", "MAX_PASSES", "SHORTEST", "SIZE")
 """Names of numeric constants that two modules of the estimator define for themselves."""
-ASKING = ("estimate/fitting/compensated.py",)
+ASKING = ("estimate/compensated.py",)
 """Modules that judge how each sensor compensates itself."""
 KEYS = r"\b(press|hit|key) [`'\"]?([A-Za-z?]|enter|space|tab|esc(ape)?)[`'\"]?(?=[ .,;:)]|$)"
 FLAGS = r"(?<![\w-])--[a-z][a-z-]+"

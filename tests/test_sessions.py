@@ -13,7 +13,8 @@ import pytest
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.core.errors import SessionError
-from imucal_wizard.guide.state import Event, EventKind
+from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_path
 

@@ -18,8 +18,8 @@ from imucal_wizard.core.poses import (
     POSE_TOLERANCE_DEG,
     START_POSES,
 )
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.wording import label
 
 FOLDER = Path(__file__).resolve().parents[1] / "poses"

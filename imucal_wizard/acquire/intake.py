@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.acquire.assemble import Assembler
-from imucal_wizard.acquire.backlog import Backlog
 from imucal_wizard.acquire.decode import decoder_for, formats
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import Garbage
 from imucal_wizard.acquire.health import Health
-from imucal_wizard.acquire.search import Found, Search
+from imucal_wizard.acquire.search import Backlog, Found, Search
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray, Readings, join
@@ -19,8 +18,6 @@ from imucal_wizard.core.readings import FloatArray, Readings, join
 LINK_BREAK = b""
 """An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
 
-_SHOWN_BYTES = 16
-"""Newest bytes of a binary stream that the preview shows."""
 _MAX_UNREAD_LINES = 50
 """Unreadable lines in a row after which it is said that nothing is read any more."""
 

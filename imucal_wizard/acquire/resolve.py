@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.acquire import guess
+from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import (
     CHANNELS,
@@ -119,7 +119,7 @@ def proposed_columns(
         values: first rows, shape (n, len(columns)).
     """
     places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
-    found, sure = guess.channels(values[:, places])
+    found, sure = column_guess.channels(values[:, places])
     channels = dict(zip(places, found, strict=True))
     named = tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns))
     return named, sure and not _own_names(columns)
@@ -265,23 +265,25 @@ def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Col
 
 def _unit_guess(
     sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
-) -> guess.UnitGuess:
+) -> column_guess.UnitGuess:
     good = own[np.isfinite(own).all(axis=1)]
     if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
-        return guess.UnitGuess(units.COUNT, "")
+        return column_guess.UnitGuess(units.COUNT, "")
     if not len(good):
-        return guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
+        return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
-        return guess.accelerometer_unit(good)
+        return column_guess.accelerometer_unit(good)
     if sensor == "magnetometer":
-        return guess.magnetometer_unit(good)
+        return column_guess.magnetometer_unit(good)
     accelerometer = places_of(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
     both = values[:, accelerometer + places_of(columns, "gyroscope")]
     both = both[np.isfinite(both).all(axis=1)]
     if counts and bool(np.all(both == np.round(both))):
-        return guess.UnitGuess(units.COUNT, "Whole numbers: the gyroscope is read as raw counts.")
-    return guess.UnitGuess("", "")
+        return column_guess.UnitGuess(
+            units.COUNT, "Whole numbers: the gyroscope is read as raw counts."
+        )
+    return column_guess.UnitGuess("", "")
 
 
 def _timed(
@@ -320,9 +322,9 @@ def _timed(
     if doubt and arrivals is None:
         return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
     if arrivals is None:
-        found = guess.time_unit_by_rate(ticks, setup.rate)
+        found = column_guess.time_unit_by_rate(ticks, setup.rate)
     else:
-        found = guess.time_unit(ticks, arrivals[good])
+        found = column_guess.time_unit(ticks, arrivals[good])
     if not found.unit and arrivals is None:
         return columns, ("columns",), (found.why,)
     if not found.unit:

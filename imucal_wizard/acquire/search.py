@@ -1,10 +1,11 @@
 """Finding out, line by line, what a stream is: format, columns, units."""
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.acquire.backlog import Backlog
 from imucal_wizard.acquire.decode import decoder_for
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
@@ -13,6 +14,39 @@ from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.readings import FloatArray
 
 _PROBE_LINES = 16384
+MAX_BACKLOG = 1 << 24
+"""Bytes kept, 16 MiB: twenty minutes at 115200 baud. A stream of which nobody says for longer what
+it is goes on to be written down; only the reading of it begins later."""
+
+
+class Backlog:
+    """Pieces of bytes with their arrival times, the oldest dropped when there are too many.
+
+    Args:
+        limit: how many bytes are kept; the newest piece always is.
+    """
+
+    def __init__(self, limit: int = MAX_BACKLOG) -> None:
+        self._limit = limit
+        self._pieces: deque[tuple[bytes, float]] = deque()
+        self._size = 0
+
+    def __iter__(self) -> Iterator[tuple[bytes, float]]:
+        return iter(self._pieces)
+
+    def add(self, data: bytes, arrival: float) -> None:
+        """Keep one piece more."""
+        self._pieces.append((data, arrival))
+        self._size += len(data)
+        while self._size > self._limit and len(self._pieces) > 1:
+            self._size -= len(self._pieces.popleft()[0])
+
+    def taken(self) -> list[tuple[bytes, float]]:
+        """All pieces, oldest first; none is kept any more."""
+        pieces = list(self._pieces)
+        self._pieces.clear()
+        self._size = 0
+        return pieces
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.output import encode, note
 from imucal_wizard.core.units import COUNT, FACTORS, STANDARD_GRAVITY

@@ -23,16 +23,16 @@ from imucal_wizard.guide.field.checks import left_out_spans
 from imucal_wizard.guide.field.samples import FieldRecord
 from imucal_wizard.guide.field.step import FieldStage
 from imucal_wizard.guide.hold_capture import HoldCapture
-from imucal_wizard.guide.live_checks import frozen_axis
+from imucal_wizard.guide.kinds import MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
-from imucal_wizard.guide.plan import MEASURING, Procedure
+from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales, excess
-from imucal_wizard.guide.state import Event, EventKind, Offer, Status, StepKind, StillStatus
+from imucal_wizard.guide.state import Event, Offer, Status, StillStatus
 from imucal_wizard.guide.steps.directions import DirectionsStage, RequestsStage, ValidationStage
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.steps.settle import SettleStage
 from imucal_wizard.guide.steps.waiting import WaitingStage
-from imucal_wizard.guide.wording import TITLES
+from imucal_wizard.measurement.data_quality import frozen_axis
 from imucal_wizard.measurement.holds import Collected, Hold
 from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
 

@@ -3,20 +3,6 @@
 from imucal_wizard.core.poses import NAMED, TILTED, turn_towards
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.guide.state import StepKind
-
-TITLES: dict[StepKind, str] = {
-    StepKind.SOURCE: "Source",
-    StepKind.SETTLE: "Settle",
-    StepKind.UP_DOWN: "Up/down",
-    StepKind.POSES: "Poses",
-    StepKind.ROTATIONS: "Rotations",
-    StepKind.FIELD: "Field",
-    StepKind.RESULT: "Result",
-    StepKind.MORE: "More poses",
-    StepKind.VALIDATE: "Validate",
-    StepKind.SAVE: "Save",
-}
 
 PUT_BACK = "lift it and put it back the same way"
 """What to do where the very pose is wanted that the device is in, and staying does not count."""

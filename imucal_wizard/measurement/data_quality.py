@@ -29,6 +29,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
     MIN_COUNT_SPAN,
+    MIN_FLICKER_STEPS,
     MIN_FORCE_RANGE,
     MIN_FULL_SCALE_SHARE,
     MIN_GRAVITY,
@@ -48,6 +49,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.stillness import Noise, Windows
 
 _STEPS_FROM = 5000
 """Samples from which the smallest step is taken."""
@@ -352,6 +354,24 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
                     "measure again; this calibration is wrong"
                 )
     return notes
+
+
+def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
+    """A warning when an accelerometer axis that has noise shows none at all, or "".
+
+    A reading at the end of its range, or one that is repeated for ever, does not flicker.
+    """
+    if noise is None:
+        return ""
+    alive = (noise.std_a > MIN_FLICKER_STEPS * steps) & (steps > 0.0)
+    frozen = np.flatnonzero(alive & (window.std_a[0] == 0.0))
+    if not len(frozen):
+        return ""
+    axis = AXES[int(frozen[0])]
+    return (
+        f"{axis} of the accelerometer does not change at all in this pose: "
+        "is it at the end of its range? Choose a wider range."
+    )
 
 
 def missing_samples(time: FloatArray) -> str:

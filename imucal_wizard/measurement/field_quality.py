@@ -9,12 +9,11 @@ from math import comb, sqrt
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 
-FEWEST_FIELD_SAMPLES = 60
-"""Six directions ten times over."""
 FLATTEST_SHELL = 0.1
 """Spread out of the plane over spread in it, up to which readings are a single circle."""
 NEARLY_FLAT_SHELL = 0.25
@@ -69,7 +68,7 @@ def check_readings(readings: FloatArray) -> None:
         DataError: too few samples, an axis that says nothing or is plainly cut off, or readings in
             one plane.
     """
-    if len(readings) < FEWEST_FIELD_SAMPLES:
+    if len(readings) < MIN_FIELD_SAMPLES:
         raise DataError(
             f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
             "least half a minute"

@@ -14,7 +14,7 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, median_rows
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_rows
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.rounding import rounding_variance
 

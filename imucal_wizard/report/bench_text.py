@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, quantity, true_minus
+from imucal_wizard.core.quantities import amount, plus_minus, quantity, true_minus, with_unit
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench, Rung, noise_of_ladder
+from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.residuals import place_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict_text import sizes_text
@@ -148,6 +149,25 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
         f"  {number}  {one.term:24} {after:10} {p}",
         *_wrapped(f"{size}; seen from {least}{like}", "       "),
     ]
+
+
+def suspect_name(entry: Entry) -> str:
+    """The suspect's name; a disturbed hold with its number."""
+    if entry.term == DISTURBED and entry.suspect is not None:
+        hold = entry.suspect.hold
+        return "a disturbed hold" if hold is None else f"disturbed (#{hold + 1})"
+    return entry.term
+
+
+def suspect_size(entry: Entry, room: int = 99) -> str:
+    """The parameter that stands out most ± its standard error; its unit if there is room."""
+    suspect = entry.suspect
+    if suspect is None or suspect.trial is None or suspect.candidate is None:
+        return ""
+    k, trial = suspect.largest, suspect.trial
+    name, unit = suspect.candidate.names[k], suspect.candidate.unit
+    size = f"{name} {plus_minus(float(trial.size[k]), float(trial.standard_error[k]))}"
+    return with_unit(size, unit) if len(with_unit(size, unit)) <= room else size[:room]
 
 
 def _ladder(bench: Bench) -> list[str]:

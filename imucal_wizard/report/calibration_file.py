@@ -13,11 +13,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.output import encode, harmless, write_whole
 from imucal_wizard.core.quantities import finite
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.version import VERSION
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect

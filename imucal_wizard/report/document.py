@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from imucal_wizard.core.quantities import finite
-from imucal_wizard.estimate.fitting.methods import MethodRow
+from imucal_wizard.estimate.comparison import MethodRow
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.found import SecondStage

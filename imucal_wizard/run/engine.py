@@ -9,15 +9,16 @@ from collections.abc import Sequence
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.state_machine import Listener, StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.stillness import Noise
-from imucal_wizard.run.drawing import SnapshotMaker
+from imucal_wizard.run.decoded_stream import DecodedStream
 from imucal_wizard.run.journal import Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
-from imucal_wizard.run.stream import DecodedStream
+from imucal_wizard.run.snapshot_maker import SnapshotMaker
 
 EVENTS_KEPT = 50
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})

@@ -10,7 +10,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.blocks import aligned
 from imucal_wizard.measurement.stillness import Noise
 from imucal_wizard.run.engine import Engine

@@ -8,7 +8,7 @@ from imucal_wizard.acquire.intake import LINK_BREAK
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.instruction import Instruction
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.runner import Runner, Stopped

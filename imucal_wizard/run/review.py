@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.reader import with_options
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import with_options
+from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.plan import AFTERWARDS
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import AFTERWARDS, StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.run.snapshot import StreamStatus

@@ -12,7 +12,7 @@ import msgspec
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError, UsageError
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.journal import SETUP, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings

@@ -14,8 +14,8 @@ from typing import Any, Self
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import Command, explaining
+from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import SessionError
-from imucal_wizard.core.version import VERSION
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 

@@ -23,8 +23,8 @@ from imucal_wizard.simulate.hidden import (
     parse_hidden,
 )
 from imucal_wizard.simulate.magnetometer import TrueField, VirtualMagnetometer
+from imucal_wizard.simulate.samples import VirtualLoad, VirtualSamples, VirtualStream
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.simulate.stream import VirtualLoad, VirtualSamples, VirtualStream
 
 HEADER_EVERY = 5.0
 """The header is printed again so often, s, for those who listen late."""

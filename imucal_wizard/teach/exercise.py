@@ -116,11 +116,10 @@ def reveal(answer: Path, key: str) -> Hidden:
 
 def in_words(truth: Hidden) -> str:
     """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
-    letters = "".join("xyz"[axis] for axis in truth.axes)
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
     unit = TERMS[truth.sensor][truth.term].unit
     times = "× " if unit[:1].isdigit() else ""
-    return f"{prefix}{truth.term} on {letters}, {truth.size:g} {times}{unit}"
+    return f"{prefix}{truth.term} on {truth.letters}, {truth.size:g} {times}{unit}"
 
 
 def _salt() -> bytes:

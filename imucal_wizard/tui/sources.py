@@ -236,7 +236,7 @@ class SourceOpener:
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
         """A recording with today's procedure, or a session with its operator's commands."""
-        from imucal_wizard.acquire.files.session import is_session
+        from imucal_wizard.acquire.files.session_file import is_session
 
         for path in paths:
             if not path.is_file():
@@ -244,12 +244,12 @@ class SourceOpener:
         if len(paths) == 1 and is_session(paths[0]):
             return self._session_player(paths[0])
         from imucal_wizard.acquire.files import read_files
-        from imucal_wizard.acquire.files.session import taken_back
+        from imucal_wizard.acquire.files.session_file import corrections_note
         from imucal_wizard.run.engine import Engine
         from imucal_wizard.run.player import Player, ReadingsTape
 
         readings = read_files(list(paths), self._options.recording)
-        undone = (text for path in paths for text in taken_back(path))
+        undone = (text for path in paths for text in corrections_note(path))
         self.played = replace(readings, warnings=(*undone, *readings.warnings))
         settings = self._settings()
         settings = replace(settings, procedure=replace(settings.procedure, led=False))
@@ -257,7 +257,7 @@ class SourceOpener:
         return Player(ReadingsTape(self.played), engine, self._options.speed)
 
     def _session_player(self, path: Path) -> SampleSource:
-        from imucal_wizard.acquire.files.reader import with_options
+        from imucal_wizard.acquire.files.recording_files import with_options
         from imucal_wizard.run.player import Player, SessionTape
         from imucal_wizard.run.session_replay import SessionReplay
         from imucal_wizard.sessions import KeptSession
@@ -329,7 +329,7 @@ def stream_setup(options: WizardOptions) -> "StreamSetup":
     Raises:
         UsageError: a column or a unit does not exist.
     """
-    from imucal_wizard.acquire.files.reader import with_options
+    from imucal_wizard.acquire.files.recording_files import with_options
     from imucal_wizard.acquire.setup import StreamSetup
 
     return with_options(StreamSetup(format=options.format), options.recording)

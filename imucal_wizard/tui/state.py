@@ -4,6 +4,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
@@ -14,13 +15,13 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
     from imucal_wizard.report.exports import Exported
     from imucal_wizard.run.snapshot import Snapshot
 
-_FITTED = ("result", "validate", "save")
+_FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which the data of the fit do not change."""
 
 

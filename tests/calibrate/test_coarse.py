@@ -8,7 +8,7 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate import SensorModel, VirtualHand

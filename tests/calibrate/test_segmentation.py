@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import stillness
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import candidates, holds_under, rests, rotations_between

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin

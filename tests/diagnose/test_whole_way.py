@@ -11,13 +11,13 @@ from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting import fit_collected, fit_readings
+from imucal_wizard.estimate.recording import fit_collected, fit_readings
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.teach import make_exercise, reveal
 from imucal_wizard.teach.guess import Guess, Outcome, judged
 

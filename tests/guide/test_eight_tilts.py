@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.poses import EIGHT, NAMED, TILTS, nearest, spoken
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected
+from imucal_wizard.estimate.recording import FitOptions, fit_collected
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.guide.wording import label, turn_up
 from imucal_wizard.simulate.actions import direction

@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import DIRECTIONS, TILTS
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import MeasurementRequest, from_text, to_text
 from tests.guide.device import Device, machine_at, part, pose_asked, texts

@@ -11,8 +11,8 @@ from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin

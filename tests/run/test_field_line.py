@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import FieldStatus, StepKind
+from imucal_wizard.guide.state import FieldStatus
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.reader import Reader

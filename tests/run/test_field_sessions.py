@@ -11,13 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.player import Player, ReadingsTape

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run import journal
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.journal import WRITE_RETRY, Journal

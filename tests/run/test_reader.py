@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.acquire.transport import Transport
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader

@@ -7,7 +7,7 @@ import pytest
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.core.poses import CORNERS, FACES
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import to_text
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.session_replay import begin, resume

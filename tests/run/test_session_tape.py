@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.player import LONGEST_PAUSE, Player, SessionTape
 from imucal_wizard.run.session_replay import SessionReplay

@@ -7,15 +7,15 @@ import pytest
 
 from imucal_wizard.core.instruction import Instruction, RotationRequest
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand, VirtualImu
 from imucal_wizard.simulate.follow import tilt_about
 from imucal_wizard.simulate.hand import REACTION
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
-from imucal_wizard.simulate.stream import VirtualStream
 
 LONGEST = 400.0
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import msgspec
 
-from imucal_wizard.estimate.fitting import fit_collected
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.estimate.recording import fit_collected
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.report.calibration_file import from_report
 from imucal_wizard.run.reader import Reader

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -132,6 +133,37 @@ def test_the_key_opens_the_answer_and_tells_a_guess_its_worth(
     said = capsys.readouterr().out
     assert "right" in said
     assert in_words(truth) in said
+
+
+def test_an_exercise_and_its_answer_are_told_to_scripts(
+    exercise: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One JSON document and nothing else; an exercise names no effect, its answer does."""
+
+    def told(*argv: str) -> dict[str, Any]:
+        assert cli.main(["simulate", *argv, "--json", "-"]) == 0
+        document: dict[str, Any] = json.loads(capsys.readouterr().out)
+        assert document.pop("schema") == "imucal-wizard/simulate/1"
+        return document
+
+    plain, secret = tmp_path / "plain.csv", tmp_path / "secret.csv"
+    size = {"term": "second-order", "axes": "x", "size": 3.0, "unit": "mg/g²"}
+    assert told(str(plain), "--hidden", "second-order:3:x", "--poses", "6") == {
+        "recording": str(plain),
+        "seed": 0,
+        "hidden": [{"sensor": "accelerometer", **size}],
+    }
+    made = told(str(secret), "--mystery", "--key", "gimbal", "--poses", "6")
+    assert made == {
+        "recording": str(secret),
+        "answer": str(secret.with_suffix(".mystery")),
+        "key": "gimbal",
+    }
+    truth = reveal(exercise, "gimbal")
+    name = f"{truth.sensor}/{truth.term}:{truth.letters}"
+    opened = told("--reveal", str(exercise), "--key", "gimbal", "--guess", name)
+    assert opened["truth"]["size"] == truth.size
+    assert opened["guess"]["outcome"] == "right"
 
 
 def test_a_wrong_key_is_exit_status_one_and_tells_nothing(

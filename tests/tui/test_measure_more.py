@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.state import RotationStatus, Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import RotationStatus, Status
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.requests import from_text
 from imucal_wizard.run.snapshot import Snapshot

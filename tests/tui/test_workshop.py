@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import InputError, RecordingError, SessionError, UsageError
 from imucal_wizard.run.session_replay import begin

@@ -38,7 +38,6 @@ class FrameCutter:
         self._shape = shape
         self._rest = b""
         self._any = self._in_step = False
-        self._any = False
         self.gaps = 0
 
     def feed(self, data: bytes) -> list[tuple[bytes, bool]]:

@@ -79,11 +79,20 @@ class TextDecoder(ABC):
         """Decode the lines that these bytes complete."""
         block = self._cutter.feed(data)
         values = self._table_of(block)
-        for piece in _pieces(block) if values is None else ():
+        for piece in self._pieces(block) if values is None else ():
             values = self._table_of(piece) if len(piece) < len(block) else None
             for line in lines_of(piece) if values is None else ():
                 self._line(line)
         return self._batch()
+
+    def _pieces(self, block: bytes) -> Iterator[bytes]:
+        """A block in pieces of whole lines, small ones as long as each line is read by itself."""
+        start = 0
+        while start < len(block):
+            size = _PIECE_BYTES if self._count >= DECIMALS_FROM else _MIN_TABLE
+            end = block.find(b"\n", start + size) + 1 or len(block)
+            yield block[start:end]
+            start = end
 
     def broken(self) -> None:
         """The link broke here: the line before it is dropped, the next one may be half of one."""
@@ -168,12 +177,3 @@ class TextDecoder(ABC):
         self._malformed = 0
         self._skipped = []
         return rows
-
-
-def _pieces(block: bytes) -> Iterator[bytes]:
-    """A block in pieces of whole lines."""
-    start = 0
-    while start < len(block):
-        end = block.find(b"\n", start + _PIECE_BYTES) + 1 or len(block)
-        yield block[start:end]
-        start = end

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from imucal_wizard.acquire.files.text import is_database
 from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.output import harmless
+from imucal_wizard.core.quantities import how_often
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
@@ -24,6 +25,8 @@ APPLICATION_ID = 0x494D5543
 VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
+"""How long opening a session waits for another program that is writing it."""
+_SQLITE = b"SQLite format 3\0"
 
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -56,6 +59,15 @@ class Command:
     argument: str
 
 
+def is_session(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
+
+
 def connect(path: Path) -> sqlite3.Connection:
     """Open an existing session file and make sure that it is one.
 
@@ -70,7 +82,7 @@ def connect(path: Path) -> sqlite3.Connection:
         ) from error
     if not there:
         raise SessionError(f"{path}: there is no such session; check the name")
-    if not is_database(path):
+    if not is_session(path):
         raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")
     with explaining(path), ExitStack() as on_failure:
         connection = sqlite3.connect(
@@ -168,18 +180,26 @@ def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
         yield Command(*row)
 
 
-def corrections(path: Path) -> int:
-    """How often the operator took a hold back or began a step again.
+def corrections_note(path: Path) -> tuple[str, ...]:
+    """A warning if the operator withdrew or repeated measurements; their samples are in the file.
 
     Raises:
-        SessionError: the file cannot be read.
+        SessionError: the file is a session that cannot be read.
     """
+    if not is_session(path):
+        return ()
     with understanding(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
         (count,) = connection.execute(
             "SELECT COUNT(*) FROM command WHERE name IN ('undo', 'repeat')"
         ).fetchone()
-        return int(count)
+    if not count:
+        return ()
+    message = (
+        f"in the wizard something was taken back or repeated {how_often(count)}; here all samples "
+        f"of {harmless(path.name)} count, those as well"
+    )
+    return (message,)
 
 
 def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:

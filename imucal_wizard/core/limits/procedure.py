@@ -101,10 +101,6 @@ MIN_GRAVITY_SHARE = 0.8
 END_SAMPLES = 5
 """Samples averaged at either end, where the device rests."""
 
-# Frozen axes
-MIN_FLICKER_STEPS = 0.5
-"""Noise of this many resolution steps flickers all the time; without it something is wrong."""
-
 # Magnetometer: faces and circles
 FACE_NEAR_DEG = 25.0
 """A face lies on the table when it points down within this."""
@@ -146,8 +142,6 @@ MIDDLE_SAMPLES = 3
 rotation."""
 MAX_SAMPLES_PER_AREA = 15
 """Samples kept of one area of the sphere; where more come, some between them are dropped."""
-MIN_FIELD_SAMPLES = 60
-"""Samples with which a fit is tried at all."""
 
 # Magnetometer: what can be told
 MAX_SHOWN_DOUBT = 0.3

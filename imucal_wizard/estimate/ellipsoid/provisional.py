@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
     ELLIPSOID_SIZE,

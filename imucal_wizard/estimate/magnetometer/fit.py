@@ -8,6 +8,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
@@ -31,7 +32,6 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.second_stage.found import SecondStage
 from imucal_wizard.measurement.field_quality import check_field, measured_once, no_shell
 from imucal_wizard.measurement.holds import Hold

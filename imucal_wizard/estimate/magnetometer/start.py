@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of
 from imucal_wizard.estimate.ellipsoid.robust import robust_start
 from imucal_wizard.estimate.ellipsoid.surface import (
@@ -26,7 +27,6 @@ from imucal_wizard.estimate.ellipsoid.surface import (
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut, find_disturbances
 from imucal_wizard.estimate.methods.algebraic import quadrics
 from imucal_wizard.measurement.field_quality import (
-    FEWEST_FIELD_SAMPLES,
     check_plane,
     check_readings,
     check_saturation,
@@ -213,7 +213,7 @@ def _check_many(cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray]) -> N
     Raises:
         DataError: an axis is saturated.
     """
-    if free.sum() < FEWEST_FIELD_SAMPLES:
+    if free.sum() < MIN_FIELD_SAMPLES:
         return
     try:
         theta, sigma = robust_start(cloud.points[:, free], WHOLE.quadrics)

@@ -13,7 +13,7 @@ from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.field_quality import (
     check_field,
     check_readings,

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.limits.procedure import (
     FIELD_PATIENCE,
     FIELD_UPDATE_SECONDS,
     FULL_CIRCLE_DEG,
     LASTING_SECONDS,
     MAX_ACCEPTED_DOUBT,
-    MIN_FIELD_SAMPLES,
     PROGRESS_DEG,
     SILENT_SECONDS,
     SLIGHT_DEG,
@@ -21,8 +21,9 @@ from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
 from imucal_wizard.guide.field.checks import Disturbance
 from imucal_wizard.guide.field.gathering import Gathering
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.measurements import KeptCircle, KeptHold
-from imucal_wizard.guide.state import GOOD, EventKind, FieldStatus, Offer, Status
+from imucal_wizard.guide.state import GOOD, FieldStatus, Offer, Status
 from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, how_to_turn, label, lay_down
 from imucal_wizard.measurement.stillness import Block
 

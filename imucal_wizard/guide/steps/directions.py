@@ -25,9 +25,10 @@ from imucal_wizard.core.poses import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
-from imucal_wizard.guide.state import AxisStart, EventKind, Status, StepKind
+from imucal_wizard.guide.state import AxisStart, Status
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.wording import PUT_BACK, how_to_reach, label, lift_and_reach, turn_up
 from imucal_wizard.measurement.requests import MeasurementRequest

@@ -29,6 +29,7 @@ from imucal_wizard.core.poses import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.live_checks import (
     axis_shares,
     contradicted,
@@ -40,7 +41,7 @@ from imucal_wizard.guide.live_checks import (
 )
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.guide.plan import Step
-from imucal_wizard.guide.state import EventKind, RotationStatus, Status
+from imucal_wizard.guide.state import RotationStatus, Status
 from imucal_wizard.guide.wording import how_to_turn, label, signed, turn_up
 from imucal_wizard.measurement.rotation_angle import (
     RotationAngle,

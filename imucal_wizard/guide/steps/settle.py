@@ -16,10 +16,11 @@ from imucal_wizard.core.limits.procedure import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
 from imucal_wizard.guide.scales import Scales
-from imucal_wizard.guide.state import EventKind, Status
+from imucal_wizard.guide.state import Status
 from imucal_wizard.guide.stillness_watch import coarse_limits, limits_of
 from imucal_wizard.measurement.rounding import Resolution
 from imucal_wizard.measurement.stillness import Block, Limits, Noise, Windows, measure_noise

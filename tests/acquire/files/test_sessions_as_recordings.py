@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session import taken_back
+from imucal_wizard.acquire.files.session_file import corrections_note
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import RecordingError, SessionError
@@ -70,9 +70,9 @@ def test_what_was_taken_back_in_the_wizard_can_be_told(tmp_path: Path) -> None:
         session.write_command(100, "start")
         session.write_command(200, "undo")
         session.write_command(300, "repeat")
-    (told,) = taken_back(path)
+    (told,) = corrections_note(path)
     assert "taken back or repeated 2 times" in told
-    assert taken_back(text) == ()
+    assert corrections_note(text) == ()
 
 
 def test_a_session_in_which_nothing_came_says_so(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.text import text_of
+from imucal_wizard.acquire.files.file_bytes import text_of
 from imucal_wizard.core.errors import RecordingError
 from tests.acquire.files.lines import samples, write, written
 

@@ -17,7 +17,6 @@ from imucal_wizard.acquire.detect import binary_protocol
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.output import sanitise
 
-_SQLITE = b"SQLite format 3\0"
 _LOOKED_AT = 65_536
 _MAX_GARBAGE = 0.05
 _TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
@@ -65,15 +64,6 @@ _MAGIC: tuple[tuple[bytes, str, str], ...] = (
     (b"\x89PNG", "a picture", "give the recording instead"),
     (b"%PDF", "a PDF", "give the recording instead"),
 )
-
-
-def is_database(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(_SQLITE)) == _SQLITE
-    except OSError:
-        return False
 
 
 def read_bytes(path: Path) -> bytes:

@@ -15,17 +15,17 @@ from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split
 from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.text import (
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.file_bytes import (
     NotTextError,
-    is_database,
     read_bytes,
     text_of,
     unpacked,
 )
+from imucal_wizard.acquire.files.session_file import is_session, read_raw
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
-from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.output import harmless, sanitise
 from imucal_wizard.core.readings import Readings, Series, join
 from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
@@ -127,10 +127,8 @@ def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
 
 def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     try:
-        if options.as_format is None and is_database(path):
-            from imucal_wizard.acquire.files.session import read_session
-
-            return read_session(path, options)
+        if options.as_format is None and is_session(path):
+            return _read_session(path, options)
         return _read(path, options, place)
     except RecordingError as error:
         says = str(error)
@@ -280,6 +278,44 @@ def _other_width(misfit: MalformedLine) -> RecordingError:
         f"{says}: '{sanitise(misfit.line, 48)}'; name all {width} columns (- for one to leave out)",
         settings=("columns",),
     )
+
+
+def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
+    """The samples of a session, from the bytes that were written down.
+
+    Raises:
+        SessionError: the file cannot be read.
+        RecordingError: its bytes do not give samples.
+    """
+    about, pieces = read_raw(path)
+    try:
+        setup = StreamSetup.from_json(about.get("setup", {}))
+    except (UsageError, AttributeError) as error:
+        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
+    if not pieces:
+        raise RecordingError("nothing was received in this session; resume it and measure")
+    intake = Intake(with_options(setup, options))
+    samples = decoded(intake, pieces)
+    if samples is None:
+        raise RecordingError(
+            _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)
+        )
+    warnings = list(samples.warnings)
+    if intake.lost:
+        warnings.append(f"{intake.lost} samples are missing; rotations across a gap are not used")
+    if intake.malformed:
+        warnings.append(f"{intake.malformed} lines or frames could not be read; left out")
+    return FileSamples(samples.series, tuple(warnings))
+
+
+def _why_nothing(intake: Intake) -> str:
+    if intake.needs:
+        return f"the stream does not say its {', '.join(intake.needs)}"
+    if intake.problem:
+        return intake.problem
+    if intake.format:
+        return "its rate cannot be told from so few samples; give the samples per second"
+    return "no format known here was found in it; say which it is"
 
 
 def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.run.drawing import SECONDS, Attitude, Ring, Traces
 from imucal_wizard.run.snapshot import StreamStatus
+from imucal_wizard.run.snapshot_maker import SECONDS, Attitude, Ring, Traces
 
 
 def _readings(time: FloatArray, a: FloatArray, g: FloatArray, unit: str = "m/s^2") -> Readings:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.snapshot import StreamStatus
 
 SILENCE_SECONDS = 3.0
