@@ -27,7 +27,7 @@ from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.estimate.slow_noise import slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rounding import steps_of
+from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -276,7 +276,7 @@ class GyroscopeExperiment(Experiment):
         """Samples at either end of a rotation that still show what the rests show, shape (n,)."""
         samples = self.rotations.samples
         away = np.abs(samples.reading - self.rest.reading.mean(axis=0))
-        near = (away < steps_of(samples.reading)).all(axis=1)
+        near = (away < resolution_of(samples.reading)).all(axis=1)
         out = np.zeros(len(near), bool)
         for first, past in itertools.pairwise(samples.offsets.tolist()):
             own = near[first:past]
