@@ -42,7 +42,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
-    from imucal_wizard.run.review import Reviewed
+    from imucal_wizard.run.review import ReviewedSession
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -74,12 +74,12 @@ class Recording:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
-        self._session: Reviewed | None = None
+        self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
-            from imucal_wizard.run.review import review
+            from imucal_wizard.run.review import review_session
 
-            self._session = review(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options)
         else:
             self._notes = self._corrections()
 

@@ -16,7 +16,7 @@ def robust_deviation(errors: ArrayLike) -> float:
     return SIGMA_PER_MEDIAN * float(np.median(np.abs(errors)))
 
 
-def median_rows(values: FloatArray) -> FloatArray:
+def median_of_rows(values: FloatArray) -> FloatArray:
     """Median along the first axis: the bits of ``np.median``, ten times sooner for small arrays.
 
     Args:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.directions import middles
+from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.core.readings import FloatArray, IntArray
@@ -229,7 +229,7 @@ class HoldMagnitudes:
         self, method: str, labels: IntArray, solve: Callable[[IntArray], FloatArray]
     ) -> tuple[FloatArray | None, str]:
         """Error of each hold under the method without the hold's direction, dimensionless."""
-        up = middles(self.experiment.up, labels)
+        up = mean_directions(self.experiment.up, labels)
         basis, errors = basis_of(self.free), np.empty(len(labels))
         for label in range(len(up)):
             kept = np.flatnonzero(labels != label)

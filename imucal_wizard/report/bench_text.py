@@ -5,7 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, plus_minus, quantity, true_minus, with_unit
+from imucal_wizard.core.quantities import (
+    plus_minus,
+    quantity,
+    size_with_unit,
+    true_minus,
+    with_unit,
+)
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
@@ -129,7 +135,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
             size = suspects[effect.name].detectable_on_any_axis
             unit = effect.parameters(bench.sensor)[0].unit
             if np.isfinite(size):
-                shown = amount(size, unit)
+                shown = size_with_unit(size, unit)
                 return [f"  {effect.name} would have shown from {shown} on"]
     return []
 
@@ -143,7 +149,7 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
     seen = one.detectable_on_any_axis
-    least = amount(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
+    least = size_with_unit(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
     like = f"; looks like {', '.join(one.like)}" if one.like else ""
     return [
         f"  {number}  {one.term:24} {after:10} {p}",

@@ -19,10 +19,10 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
-    measured_once,
     stuck_samples,
+    without_repeats,
 )
-from imucal_wizard.measurement.rounding import rounding_shift, steps_of
+from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 
 Fit = Callable[[], MagnetometerFit]
 """Fits the magnetometer, or raises a ``DataError`` that says why it cannot."""
@@ -143,7 +143,7 @@ def added(
 
 def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
     """A report of the other sensors with the magnetometer fitted to all its samples."""
-    series = measured_once(series)
+    series = without_repeats(series)
     found, why = _tried(
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
     )
@@ -175,6 +175,6 @@ def classify_unfitted(found: MagnetometerFit, series: Series, fitted: BoolArray)
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(robust_deviation(distance), EXACT_SHARE)
         gain = float(np.cbrt(abs(np.linalg.det(found.fit.matrix))))
-        shift = rounding_shift(sigma, steps_of(series.values[others]) * gain / usual)
+        shift = rounding_shift(sigma, resolution_of(series.values[others]) * gain / usual)
         calm[others] = find_disturbances(distance, series.time[others], areas, sigma, shift)[0]
     return replace(found, calm=calm)
