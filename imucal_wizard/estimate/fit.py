@@ -14,6 +14,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
@@ -534,7 +535,7 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     rows do not determine the rest, or too few are later.
     """
     time = np.concatenate([source.labels.time for source in found.experiment.sources])
-    early = time < float(np.quantile(found.experiment.circumstances.time, EARLY))
+    early = time < sample_quantile(found.experiment.circumstances.time, EARLY)
     items = _items(found)
     late = ~early[items.rows]
     count = len(distinct(items.item[late]))

@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.dips import (
     NO_DIPS,
@@ -187,7 +187,7 @@ def with_still_poses(
         circumstances = replace(data.circumstances, time=data.circumstances.time - late)
         data = replace(data, samples=samples, circumstances=circumstances)
     aligned = None if second_stage is None else second_stage.alignment.rotation
-    noise = float(np.median(data.noise * data.pieces.samples))
+    noise = median(data.noise * data.pieces.samples)
     dips = still_poses(series, data.start, holds, reference, noise, data.field, aligned)
     times, beside = np.zeros(len(dips)), np.zeros((len(dips), 2))
     for place, row in enumerate(dips.hold):
