@@ -134,11 +134,10 @@ class WindowMaker:
         if count >= length:
             gaps = np.lib.stride_tricks.sliding_window_view(blocks.gap, length)
             full[length - 1 :] = ~gaps.any(axis=1)
-        std_a, _ = _spread(blocks.mean_a, blocks.var_a, length)
-        std_g = mean_g = None
-        if blocks.mean_g is not None and blocks.var_g is not None:
-            std_g, mean_g = _spread(blocks.mean_g, blocks.var_g, length)
-        return Windows(std_a, std_g, mean_g, full)
+        std, mean = _spread(blocks.mean, blocks.variance, length)
+        if not blocks.turning:
+            return Windows(std, None, None, full)
+        return Windows(std[:, :3], std[:, 3:], mean[:, 3:], full)
 
 
 def _spread(means: FloatArray, variances: FloatArray, length: int) -> tuple[FloatArray, FloatArray]:
