@@ -34,8 +34,7 @@ from imucal_wizard.acquire.files.session_file import corrections_note, is_sessio
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
-from imucal_wizard.estimate.fitting.magnetometer import samples_during
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 
 if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
@@ -44,7 +43,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
-    from imucal_wizard.run.review import Reviewed
+    from imucal_wizard.run.review import ReviewedSession
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -76,12 +75,12 @@ class Recording:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
-        self._session: Reviewed | None = None
+        self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
-            from imucal_wizard.run.review import review
+            from imucal_wizard.run.review import review_session
 
-            self._session = review(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options)
         else:
             self._notes = tuple(text for path in self.paths for text in corrections_note(path))
 
@@ -119,6 +118,8 @@ class Recording:
         kept = self._session.collected
         if kept.magnetometer is None or not kept.field_spans:
             return None
+        from imucal_wizard.estimate.magnetometer.report import samples_during
+
         return samples_during(kept.field_spans, kept.magnetometer)
 
     @property
@@ -240,6 +241,8 @@ class Fit:
         recording, options = self.recording, self.options
         if recording.field is None:
             return self.report
+        from imucal_wizard.estimate.magnetometer.report import with_field
+
         try:
             report = recording.fit(options, inertial=True)
         except DataError as error:

@@ -14,6 +14,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import (
@@ -29,7 +30,6 @@ from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
@@ -278,7 +278,12 @@ def _heading_rows(
     samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
-        known.holds, reference.up, reference.gravity, reference.gain, readings
+        known.holds,
+        reference.up,
+        reference.labels,
+        reference.gravity,
+        reference.gain,
+        readings,
     )
     start = known.begin(BASE)
     rest = rest_of(known.holds, start.matrix)

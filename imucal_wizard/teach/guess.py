@@ -50,7 +50,7 @@ def parse_guess(text: str) -> Guess:
     return Guess(sensor, term, axes)
 
 
-def judged(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
+def judge_guess(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
     """The result of a guess and the reason.
 
     The first letter of an axis name with several letters is enough.

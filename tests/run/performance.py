@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.simulate import simulate_recording

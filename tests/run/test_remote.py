@@ -6,7 +6,7 @@ import pytest
 
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader

@@ -8,7 +8,8 @@ import pytest
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings
@@ -182,7 +183,7 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
         source.say(source.status)
         await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
         await pilot.press("enter")
-        await shows(pilot, "choose the rate unit")
+        await shows(pilot, "choose the unit of the gyroscope")
         await pilot.press("right", "right", "right", "enter")
         await until(pilot, lambda: bool(source.setups))
     setup = source.setups[0]

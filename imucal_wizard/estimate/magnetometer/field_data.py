@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.dips import (
     NO_DIPS,
