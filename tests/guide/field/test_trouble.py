@@ -89,7 +89,7 @@ def test_a_magnet_that_stays_is_not_waited_for() -> None:
     values[len(values) // 2 :] += (60.0, -35.0, 20.0)
     session = Session(with_field(readings, values)).play()
     assert session.step == StepKind.FIELD
-    assert any("begin the step again" in seen.trouble for seen in session.seen)
+    assert any("repeat the step" in seen.trouble for seen in session.seen)
     assert not session.field.good
 
 
@@ -100,7 +100,7 @@ def test_half_a_circle_only_does_not_end_the_step() -> None:
     assert session.texts(EventKind.STUCK)
     (offer,) = session.machine.status().offers
     assert offer.command == "enough"
-    assert "hardly be calibrated" in offer.text
+    assert "probably fail" in offer.text
     session.machine.command("enough")
     assert session.step == StepKind.RESULT
     collected = session.machine.collected()
@@ -160,7 +160,7 @@ def test_on_a_face_that_is_done_it_is_not_told_to_turn() -> None:
 def test_with_nothing_measured_only_leaving_it_out_is_offered() -> None:
     readings = turned((*circle("-z"), LieStill(25.0)))
     session = Session(with_field(readings, np.full_like(field_of(readings), 3.0))).play()
-    assert any("one and the same value" in seen.trouble for seen in session.seen)
+    assert any("always sends the same value" in seen.trouble for seen in session.seen)
     (offer,) = session.machine.status().offers
     assert offer.command == "skip"
     session.machine.command("skip")
