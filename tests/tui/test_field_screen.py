@@ -163,7 +163,7 @@ async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str
     offers = (Offer("enough", "go on: the calibration will probably fail"),)
     shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
-        await shows(pilot, f"▸ {way}", " g  go on: the magnetometer", "█ covered")
+        await shows(pilot, f"▸ {way}", " g  go on: the calibration", "█ covered")
         await until(pilot, lambda: trouble in " ".join(seen(pilot).split()))
 
 
