@@ -29,13 +29,11 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session_file import corrections_note, is_session
+from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
-from imucal_wizard.estimate.fitting.magnetometer import samples_during
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 
 if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
@@ -44,7 +42,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
-    from imucal_wizard.run.review import Reviewed
+    from imucal_wizard.run.review import ReviewedSession
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -76,14 +74,23 @@ class Recording:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
-        self._session: Reviewed | None = None
+        self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
-            from imucal_wizard.run.review import review
+            from imucal_wizard.run.review import review_session
 
-            self._session = review(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options)
         else:
-            self._notes = tuple(text for path in self.paths for text in corrections_note(path))
+            self._notes = self._corrections()
+
+    def _corrections(self) -> tuple[str, ...]:
+        """Warnings about what the operator withdrew in the sessions among the files."""
+        sessions = [path for path in self.paths if is_session(path)]
+        if not sessions:
+            return ()
+        from imucal_wizard.acquire.files.session_file import corrections_note  # SQLite
+
+        return tuple(text for path in sessions for text in corrections_note(path))
 
     @cached_property
     def readings(self) -> Readings:
@@ -119,6 +126,8 @@ class Recording:
         kept = self._session.collected
         if kept.magnetometer is None or not kept.field_spans:
             return None
+        from imucal_wizard.estimate.magnetometer.report import samples_during
+
         return samples_during(kept.field_spans, kept.magnetometer)
 
     @property
@@ -155,7 +164,7 @@ class Recording:
                 f"the holds that the wizard kept do not determine a calibration ({error}): all "
                 "samples of the session are used instead, as those of a recording"
             )
-            self._notes = (note, *corrections_note(self.paths[0]))
+            self._notes = (note, *self._corrections())
             return self.fit(options, inertial=inertial)
         if session.finished:
             return report
@@ -240,6 +249,8 @@ class Fit:
         recording, options = self.recording, self.options
         if recording.field is None:
             return self.report
+        from imucal_wizard.estimate.magnetometer.report import with_field
+
         try:
             report = recording.fit(options, inertial=True)
         except DataError as error:

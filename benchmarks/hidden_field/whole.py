@@ -16,7 +16,8 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
+from imucal_wizard.estimate.magnetometer.report import with_field
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.recording import simulate_recording

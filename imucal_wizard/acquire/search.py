@@ -2,16 +2,16 @@
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.acquire.decode import decoder_for
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
-from imucal_wizard.acquire.resolve import FIRST_ROWS, first_stretch, resolve
+from imucal_wizard.acquire.resolve import FIRST_ROWS, first_rows, resolve_columns
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 _PROBE_LINES = 16384
 MAX_BACKLOG = 1 << 24
@@ -50,7 +50,7 @@ class Backlog:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ResolvedStream:
     """All that must be known before Readings can be made.
 
     Attributes:
@@ -64,7 +64,7 @@ class Found:
     first: FloatArray
 
 
-class Search:
+class StreamSearch:
     """Looks at the beginning of a stream until everything is known.
 
     Fed with one line at a time, so that the answer does not depend on how the bytes were cut. The
@@ -104,9 +104,9 @@ class Search:
         return self._columns or (self._decoder.columns if self._decoder else ())
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first line that does not fit."""
-        return self._decoder.misfit if self._decoder else None
+        return self._decoder.first_malformed if self._decoder else None
 
     @property
     def named(self) -> bool:
@@ -130,7 +130,7 @@ class Search:
             f"line and correct the format or the columns."
         )
 
-    def feed(self, piece: bytes, arrival: float) -> Found | None:
+    def feed(self, piece: bytes, arrival: float) -> ResolvedStream | None:
         """Look at one line more.
 
         Args:
@@ -156,13 +156,13 @@ class Search:
         if self._decoder is not None:
             self._decoder.broken()
 
-    def finish(self) -> Found | None:
+    def finish(self) -> ResolvedStream | None:
         """What is found now that no more will come."""
         if self._decoder is None or not self._values:
             return None
         return self._resolve(self._decoder, full=True)
 
-    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> Found | None:
+    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> ResolvedStream | None:
         before = decoder.columns
         rows = decoder.feed(piece)
         self.decimals = rows.decimals or self.decimals
@@ -179,13 +179,13 @@ class Search:
         changed = decoder.columns != before and count >= FIRST_ROWS
         return self._resolve(decoder) if due or changed else None
 
-    def _resolve(self, decoder: Decoder, *, full: bool = False) -> Found | None:
+    def _resolve(self, decoder: Decoder, *, full: bool = False) -> ResolvedStream | None:
         values = np.concatenate(self._values)
         arrivals = None if self._recording else np.array(self._arrivals)
-        found = resolve(self._setup, decoder.columns, values, arrivals)
+        found = resolve_columns(self._setup, decoder.columns, values, arrivals)
         self._columns, self.needs, self.notes = found.columns, found.needs, found.notes
         if found.needs:
             return None
         full = full or len(self._arrivals) >= _PROBE_LINES
-        first = first_stretch(found.columns, values, full=full)
-        return None if first is None else Found(decoder.name, found.columns, first)
+        first = first_rows(found.columns, values, full=full)
+        return None if first is None else ResolvedStream(decoder.name, found.columns, first)

@@ -1,13 +1,14 @@
 """How a stream is to be read: what the user said, or what was found out. Goes into the session."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column, quantity_of
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name, quantity_of
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 
 AUTO = "auto"
 
@@ -36,7 +37,7 @@ class StreamSetup:
         for sensor in ("accelerometer", "gyroscope", "magnetometer"):
             word = getattr(self, f"{sensor}_unit")
             if word:
-                units.factor(sensor, word)
+                units.unit_factor(sensor, word)
         if self.rate is not None and not 0 < self.rate < 1e6:
             raise UsageError(f"A rate of {self.rate} per second cannot be; give samples per second")
 
@@ -44,7 +45,7 @@ class StreamSetup:
         """The unit of a column: what was said for its sensor, or what the column says."""
         sensor = quantity_of(column.channel)
         said = getattr(self, f"{sensor}_unit", "") if sensor else ""
-        return units.canonical(said or column.unit)
+        return units.canonical_unit(said or column.unit)
 
     def to_json(self) -> dict[str, Any]:
         """A value that the ``json`` module writes."""
@@ -74,7 +75,7 @@ def named_columns(names: str) -> tuple[Column, ...]:
     Raises:
         UsageError: a name is not known; ``-`` or nothing skips a column.
     """
-    found = tuple(column(name) for name in names.split(","))
+    found = tuple(column_of_name(name) for name in names.split(","))
     for c in found:
         if not c.channel and c.name not in ("", "-", "_", "skip"):
             raise UsageError(

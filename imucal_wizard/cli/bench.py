@@ -194,7 +194,7 @@ def _fit(arguments: Namespace) -> "Fit":
         UsageError: a term that the base does not have.
     """
     from imucal_wizard.api import Fit
-    from imucal_wizard.estimate.fitting import FitOptions
+    from imucal_wizard.estimate.recording import FitOptions
     from imucal_wizard.model.catalogue import load_effect
 
     own = [load_effect(path) for path in arguments.effects]

@@ -40,7 +40,7 @@ def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
     return np.argsort(np.argsort(where))[names]
 
 
-def middles(up: FloatArray, labels: IntArray) -> FloatArray:
+def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
     """The middle of each group of directions, shape (d, 3), so that no single one decides."""
     sums = np.zeros((int(labels.max(initial=-1)) + 1, 3))
     np.add.at(sums, labels, up)

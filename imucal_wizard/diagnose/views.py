@@ -6,13 +6,13 @@ over the force along x, ``model-x-force-x`` the reading of the x axis beside the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest
+from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import number, readable, true_minus, with_unit
-from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals, place_of
@@ -215,7 +215,7 @@ def influences(measured: Experiment, part: str, source: IntArray) -> Iterator[In
 
 def _poses(force: FloatArray) -> FloatArray:
     """Place of each hold's pose among the named ones from 1 on; NaN between them, shape (n,)."""
-    names = [nearest(one, DIRECTIONS, POSE_TOLERANCE_DEG) for one in force]
+    names = [nearest_pose(one, DIRECTIONS, POSE_TOLERANCE_DEG) for one in force]
     order = list(DIRECTIONS)
     return np.array([np.nan if name is None else order.index(name) + 1.0 for name in names])
 
@@ -354,7 +354,7 @@ def suspect_view(misfit: WhitenedResiduals, suspect: Suspect) -> ResidualView | 
     slope = float(pattern @ residual) / strength
     # of several kinds of rows, the one in which the pattern shows most
     kind = max(
-        (RowKind(int(kind)) for kind in np.unique(misfit.kind)),
+        (RowKind(int(kind)) for kind in distinct(misfit.kind)),
         key=lambda kind: float((pattern[misfit.kind == kind] ** 2).sum()),
     )
     rows = np.flatnonzero(misfit.kind == kind)
@@ -458,7 +458,7 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
     else:
         assert isinstance(measured, AccelerometerExperiment)  # noqa: S101 (narrows the type)
         reading = measured.holds[index].accelerometer
-    pose = nearest(where.force[row], DIRECTIONS, POSE_TOLERANCE_DEG)
+    pose = nearest_pose(where.force[row], DIRECTIONS, POSE_TOLERANCE_DEG)
     name = f"hold {index + 1}, {true_minus(pose) + ' up' if pose else 'between poses'}"
     hold = None if report is None else report.holds[index]
     name += ", hand-held" if hold is not None and hold.hand_held else ""

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.directions import group_directions, middles, unit_vectors
+from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
@@ -269,7 +269,7 @@ def first_fit(
     up = unit_vectors(vectors)
     noise, group = hold_noise(holds), group_directions(up)
     level = float(np.sqrt(noise.accelerometer.mean())) / problem.span
-    identified = identifiable(middles(up, group), level)
+    identified = identifiable(mean_directions(up, group), level)
     args = holds, gravity, unit, first, identified, noise
     rough = AccelerometerExperiment(*args, group=group)
     shares = np.ones(len(holds)) if shares is None else shares

@@ -7,14 +7,15 @@ one fit, each weighed by its own scatter.
 import itertools
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.attitude import Samples, advancing, lay_samples
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
@@ -27,6 +28,7 @@ from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.estimate.slow_noise import slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -46,6 +48,8 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
+NEGLIGIBLE_SHIFT = 1e-4
+"""Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 UNSTEADY = 9.0
@@ -210,7 +214,8 @@ class GyroscopeExperiment(Experiment):
         rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
-        self.closure = self._closures(known, noise[1])
+        shifted = (start.matrix**2 @ rotations.rounding) * len(rows)
+        matters = bool((shifted > NEGLIGIBLE_SHIFT * noise[0].mean()).any())
         self.rest = RateAtRest(
             reading=np.array([hold.gyroscope for hold in self.resting]),
             noise=noise[0],
@@ -224,7 +229,9 @@ class GyroscopeExperiment(Experiment):
                 span=np.repeat(spans_of(self.resting), 3, axis=0),
                 component=np.tile([0, 1, 2], len(rows)),
             ),
+            rounding=rotations.rounding if matters else np.zeros(3),
         )
+        self.closure = self._closures(known, noise[1])
         self.sources = (self.rest, self.closure, *more)
         if more:
             self.method = "vector + field"
@@ -253,6 +260,8 @@ class GyroscopeExperiment(Experiment):
             noise=noise,
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,
+            rounding=self.rest.rounding,
+            resting=self._still_samples() if self.rest.rounding.any() else None,
             labels=RowLabels(
                 index=np.repeat(one.usable, 2),
                 axis=np.tile([0, 1], count),
@@ -263,6 +272,18 @@ class GyroscopeExperiment(Experiment):
                 component=np.zeros(2 * count, np.int64),
             ),
         )
+
+    def _still_samples(self) -> BoolArray:
+        """Samples at either end of a rotation that still show what the rests show, shape (n,)."""
+        samples = self.rotations.samples
+        away = np.abs(samples.reading - self.rest.reading.mean(axis=0))
+        near = (away < resolution_of(samples.reading)).all(axis=1)
+        out = np.zeros(len(near), bool)
+        for first, past in itertools.pairwise(samples.offsets.tolist()):
+            own = near[first:past]
+            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
+            out[first:past] = ahead | behind[::-1]
+        return out
 
     def moved(self, start: Calibration, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
@@ -352,16 +373,20 @@ class GyroscopeExperiment(Experiment):
         return unit_of(name, self.unit, "rad/s")
 
     def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
-        """See ``Experiment``: what slow noise and rounding do to all means at rest alike."""
+        """See ``Experiment``: what slow noise does to all rates alike."""
         out = np.zeros((ENTRIES, ENTRIES))
         free = np.flatnonzero(found.directions.columns[BIAS].any(axis=1))
-        out[free + BIAS.start, free + BIAS.start] = self.shift[free]
+        out[free + BIAS.start, free + BIAS.start] = self._slow[free]
         return out
 
     @cached_property
+    def _slow(self) -> FloatArray:
+        return slow_rate(self.resting)
+
+    @property
     def shift(self) -> FloatArray:
         """Variance by which all means at rest are shifted alike, reading units², shape (3,)."""
-        return slow_rate(self.resting) + self.rotations.rounding
+        return self._slow + self.rotations.rounding
 
     def everything(self) -> Circumstances:
         """See ``Experiment``."""

@@ -1,11 +1,12 @@
 """What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
@@ -110,8 +111,9 @@ class SensorFit:
         validation: the error of each of them, in ``unit``; empty without any.
         warnings: what the user must know about this sensor.
         degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
-            the truth 95 times in 100 reaches ``student.quantile(0.95, degrees_of_freedom)`` times
-            the standard error to either side; 1.96 only where there are many.
+            the truth 95 times in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of
+            ``distributions`` times the standard error to either side; 1.96 only where there are
+            many.
         repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
             what no model can explain; None without repeats.
         repeat_degrees_of_freedom: of ``repeat_rms``.

@@ -11,7 +11,7 @@ from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, 
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
 from imucal_wizard.guide.steps.directions import DirectionsStage
 from imucal_wizard.guide.wording import label, plural
-from imucal_wizard.measurement.requests import from_text
+from imucal_wizard.measurement.requests import requests_from_text
 
 if TYPE_CHECKING:
     from imucal_wizard.guide.state_machine import StateMachine
@@ -106,7 +106,7 @@ class Commands:
 
     def _measure(self, argument: str) -> None:
         """Enter the step of requested measurements; it returns to the result."""
-        requests = from_text(argument)
+        requests = requests_from_text(argument)
         machine = self._machine
         if machine.step not in AFTERWARDS:
             self._say("More can be measured only after the result.")

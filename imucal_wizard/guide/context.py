@@ -1,9 +1,10 @@
 """The state that all steps share: present block, measurements, events."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation, Measurements
 from imucal_wizard.guide.plan import Procedure

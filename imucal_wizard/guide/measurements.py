@@ -2,10 +2,11 @@
 
 import itertools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import ClassVar
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 

@@ -1,8 +1,9 @@
 """The procedure as data: its steps and what each step needs."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from imucal_wizard.core.poses import EDGES, FACES, POSE_SETS
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import StepKind
 
 

@@ -1,13 +1,13 @@
 """Readings in the units that people use: mg and °/s, or counts if the unit is not known."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import decimals, fixed, number, readable
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.guide.state import AxisMotion
 from imucal_wizard.measurement.stillness import Limits, Noise, Windows

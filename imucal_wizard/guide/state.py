@@ -3,11 +3,12 @@
 Screens and sounds read nothing else of the procedure.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 from imucal_wizard.guide.kinds import EventKind, StepKind
 

@@ -130,7 +130,7 @@ class StateMachine:
         Args:
             name: one of the commands of ``guide.commands``.
             argument: the step's name for ``goto``; for ``measure`` what
-                ``measurement.requests.to_text`` made.
+                ``measurement.requests.requests_to_text`` made.
 
         Raises:
             UsageError: there is no such command or step.
@@ -470,9 +470,9 @@ class StateMachine:
         )
 
     @property
-    def makeshift(self) -> Noise | None:
+    def provisional_noise(self) -> Noise | None:
         """The noise of a rest that was shorter than the step needs; None after a full rest."""
-        return self.settle.noise if self.settle.makeshift else None
+        return self.settle.noise if self.settle.provisional else None
 
     def collected(self) -> Collected:
         """All measurements; the present hold has its present length."""

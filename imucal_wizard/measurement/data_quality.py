@@ -9,7 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.gravity import UNITS_BY_SIZE, looks_like, unit_of_gravity, usual_size
+from imucal_wizard.core.gravity import (
+    UNITS_BY_SIZE,
+    acceleration_unit,
+    median_magnitude,
+    unit_of_gravity,
+)
 from imucal_wizard.core.limits.data_quality import (
     COUNT_ENDS,
     GRAVITY_BLOCK_SECONDS,
@@ -46,7 +51,7 @@ from imucal_wizard.core.limits.data_quality import (
     SILENT_VARIANCE_SHARE,
 )
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -55,16 +60,16 @@ _STEPS_FROM = 5000
 """Samples from which the smallest step is taken."""
 
 
-def findings(readings: Readings) -> tuple[str, ...]:
+def check_recording(readings: Readings) -> tuple[str, ...]:
     """Everything that a whole recording shows to be wrong."""
     if len(readings) < MIN_CHECKED_SAMPLES:
         return (f"there are only {len(readings)} samples",)
     sensors = _sensors(readings)
     found = [wrong_gravity(readings), missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
-    found += [repeated(readings), zero_rate(readings)]
+    found += [repeated_samples(readings), zero_rate(readings)]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
-    found += [clipped(sensor, series) for sensor, series in sensors]
+    found += [clipped_range(sensor, series) for sensor, series in sensors]
     return tuple(dict.fromkeys(text for text in found if text))
 
 
@@ -74,7 +79,7 @@ def _sensors(readings: Readings) -> list[tuple[str, Series]]:
     return [(n, s) for n, s in both if s is not None and len(s) >= MIN_CHECKED_SAMPLES]
 
 
-def repeated(readings: Readings) -> str:
+def repeated_samples(readings: Readings) -> str:
     """Samples that repeat the one before in every axis."""
     values = _together(readings)
     share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
@@ -87,7 +92,7 @@ def repeated(readings: Readings) -> str:
     )
 
 
-def frozen(readings: Readings) -> str:
+def frozen_values(readings: Readings) -> str:
     """Not one value changes."""
     values = _together(readings)
     if not bool(np.all(values == values[0])):
@@ -109,7 +114,7 @@ def dead_axes(sensor: str, series: Series) -> str:
     """Axes that never change while another axis does, or that are copies of one another."""
     values = series.values
     spans = np.ptp(values, axis=0)
-    lively = max(len(np.unique(values[:, axis])) for axis in range(3)) > 5
+    lively = max(len(distinct(values[:, axis])) for axis in range(3)) > 5
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0] if lively else []
     if dead:
         return (
@@ -172,7 +177,7 @@ def smallest_step(values: FloatArray) -> float:
     """Smallest difference between distinct values of the axis that resolves best; 0 without one."""
     steps = []
     for axis in values.T:
-        differences = np.diff(np.unique(axis))
+        differences = np.diff(distinct(axis))
         differences = differences[differences > 1e-9 * max(1.0, float(np.abs(axis).max()))]
         if len(differences):
             steps.append(float(differences.min()))
@@ -244,7 +249,7 @@ def _unit_taken_for_another(size: float) -> str:
     return ""
 
 
-def clipped(sensor: str, series: Series, *, short: bool = False) -> str:
+def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
     """Axes that stand at the end of their range.
 
     Args:
@@ -400,7 +405,7 @@ def missing_samples(time: FloatArray) -> str:
     )
 
 
-def refuse(readings: Readings) -> None:
+def refuse_without_gravity(readings: Readings) -> None:
     """Refuse a recording whose accelerometer does not feel gravity.
 
     In every position of rest an accelerometer reads the same size in another direction, a gyroscope
@@ -410,7 +415,7 @@ def refuse(readings: Readings) -> None:
         RecordingError: the gyroscope feels it instead, or the device has taken it out.
     """
     gyroscope = readings.gyroscope
-    if gyroscope is not None and exchanged(readings.accelerometer, gyroscope):
+    if gyroscope is not None and sensors_exchanged(readings.accelerometer, gyroscope):
         raise RecordingError(
             "accelerometer and gyroscope are exchanged: gx,gy,gz feel gravity in every position and"
             " ax,ay,az do not; name the columns in their true order, or give the accelerometer's"
@@ -418,9 +423,13 @@ def refuse(readings: Readings) -> None:
             settings=("columns",),
         )
     series = readings.accelerometer
-    size = usual_size(series.values)
+    size = median_magnitude(series.values)
     without = series.unit == "m/s^2" and size < MAX_REMOVED_GRAVITY * STANDARD_GRAVITY
-    if without and looks_like(size, whole=False) is None and _feels(series) < MIN_POSITION_RATIO:
+    if (
+        without
+        and acceleration_unit(size, whole=False) is None
+        and _feels(series) < MIN_POSITION_RATIO
+    ):
         raise RecordingError(
             f"the accelerations measure only {size:.3g} m/s^2 at rest: the device has taken gravity"
             " out (linear or user acceleration), or these columns are another sensor's; record the"
@@ -429,7 +438,7 @@ def refuse(readings: Readings) -> None:
         )
 
 
-def exchanged(accelerometer: Series, gyroscope: Series) -> bool:
+def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     """Whether what is called gyroscope feels gravity and what is called accelerometer does not."""
     felt = _feels(gyroscope)
     sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)

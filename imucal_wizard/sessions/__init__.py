@@ -6,7 +6,7 @@ from imucal_wizard.sessions.session_list import (
     SessionInfo,
     default_directory,
     list_sessions,
-    new_path,
+    new_session_path,
 )
 
 __all__ = [
@@ -17,5 +17,5 @@ __all__ = [
     "SessionInfo",
     "default_directory",
     "list_sessions",
-    "new_path",
+    "new_session_path",
 ]

@@ -1,14 +1,13 @@
 """The actions of the virtual hand, and the names of poses."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 AXES = "xyz"
-TILTED = "~"
+TILT_SEPARATOR = "~"
 TILT = np.pi / 6.0
 """``+z~+x``: the +z face on top, tilted 30° towards +x."""
 PLACEMENT_ERROR_DEG = 1.5
@@ -109,8 +108,8 @@ def check_action(action: Action) -> None:
 
 
 def _named(name: str) -> FloatArray:
-    if TILTED in name:
-        top, _, side = name.partition(TILTED)
+    if TILT_SEPARATOR in name:
+        top, _, side = name.partition(TILT_SEPARATOR)
         return np.asarray(np.cos(TILT) * _named(top) + np.sin(TILT) * _named(side))
     vector = np.zeros(3)
     signs, letters = name[::2], name[1::2]

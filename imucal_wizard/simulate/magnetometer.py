@@ -5,11 +5,10 @@ little turned against the accelerometer's. A sample stands in the line of the fi
 it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, generator
@@ -60,7 +59,9 @@ class TrueField:
 
     def seen(self, motion: Motion) -> FloatArray:
         """The field in the magnetometer's own axes, µT, shape (n, 3)."""
-        own = attitude.hamilton_product(motion.attitude, attitude.exp(self.misalignment))
+        own = attitude.hamilton_product(
+            motion.attitude, attitude.rotation_quaternion(self.misalignment)
+        )
         return attitude.to_body(own, self.world + motion.disturbance)
 
     def reading(self, motion: Motion, error: FloatArray | float = 0.0) -> FloatArray:

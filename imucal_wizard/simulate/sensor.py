@@ -5,11 +5,10 @@ The body frame is the accelerometer's: its x axis is the x axis of the body and 
 triangular, so the true ``M = S⁻¹`` is what a triangular calibration should find.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.noise import RandomStream, generator
@@ -97,7 +96,9 @@ class SensorModel:
         rng = generator(seed, RandomStream.SENSOR)
         force = np.eye(3) + np.diag(_signed(rng, 0.01, 0.03))
         force[np.triu_indices(3, 1)] = _signed(rng, 0.5, 1.2) * DEGREE
-        turned = attitude.to_world(attitude.exp(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)).T
+        turned = attitude.to_world(
+            attitude.rotation_quaternion(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)
+        ).T
         skew = np.eye(3) + np.diag(_signed(rng, 0.01, 0.02))
         skew[np.tril_indices(3, -1)] = _signed(rng, 0.1, 0.5) * DEGREE
         accelerometer = Triad(

@@ -1,9 +1,9 @@
 """Judging a student's guess: right, right family, or wrong."""
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 
@@ -50,7 +50,7 @@ def parse_guess(text: str) -> Guess:
     return Guess(sensor, term, axes)
 
 
-def judged(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
+def judge_guess(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
     """The result of a guess and the reason.
 
     The first letter of an axis name with several letters is enough.

@@ -9,9 +9,9 @@ program that tries a dictionary can guess the word; the seal keeps a class hones
 import hashlib
 import hmac
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.records import dataclass
 
 PBKDF2_ROUNDS = 200_000
 PADDED_BYTES = 256
@@ -33,7 +33,7 @@ class Sealed:
     text: bytes
 
 
-def seal(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Sealed:
+def seal_text(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Sealed:
     """Seal a text.
 
     Args:
@@ -47,7 +47,7 @@ def seal(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Seale
     return Sealed(salt, _digest(proving, salt, plain), _combined(plain, sealing))
 
 
-def unseal(sealed: Sealed, key: str, rounds: int = PBKDF2_ROUNDS) -> str:
+def unseal_text(sealed: Sealed, key: str, rounds: int = PBKDF2_ROUNDS) -> str:
     """The text.
 
     Raises:

@@ -3,11 +3,11 @@
 import gc
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
@@ -15,7 +15,7 @@ from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, So
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.holds import Collected
     from imucal_wizard.report.calibration_file import Calibration
@@ -116,7 +116,7 @@ class WizardServices:
         Raises:
             DataError: the holds do not carry a calibration.
         """
-        from imucal_wizard.estimate.fitting import FitOptions
+        from imucal_wizard.estimate.recording import FitOptions
         from imucal_wizard.run.review import fit_stream
 
         wanted = self._options
@@ -133,8 +133,8 @@ class WizardServices:
         self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
     ) -> "tuple[MethodRow, ...]":
         """Every method of every sensor on what was collected."""
-        from imucal_wizard.estimate.fitting.magnetometer import samples_during
-        from imucal_wizard.estimate.fitting.methods import method_rows
+        from imucal_wizard.estimate.comparison import method_rows
+        from imucal_wizard.estimate.magnetometer.report import samples_during
 
         stream, series = snapshot.stream, collected.magnetometer
         unit = None if stream.gyroscope is None else stream.gyroscope_unit

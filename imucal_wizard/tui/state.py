@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
     from imucal_wizard.report.exports import Exported
@@ -169,10 +169,10 @@ class WizardState:
         """The bench has been left at this sensor, perhaps to measure something for it."""
         self.sensor = sensor
         if asked:
-            from imucal_wizard.measurement.requests import to_text
+            from imucal_wizard.measurement.requests import requests_to_text
 
             self.resume_bench = True
-            self.order("measure", to_text(asked))
+            self.order("measure", requests_to_text(asked))
 
     def opens_bench(self) -> bool:
         """Whether the bench is to be opened again now; only the first question is answered yes."""

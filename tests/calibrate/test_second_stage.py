@@ -12,7 +12,7 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.alignment import align
 from imucal_wizard.estimate.second_stage.found import SecondStage

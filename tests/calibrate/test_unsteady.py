@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, Readings, Series, join
-from imucal_wizard.estimate.fitting import fit_collected
+from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
+from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
@@ -46,7 +46,7 @@ def _readings(seed: int, trembling: bool) -> Readings:
                 Series(part.time, part.gyroscope, "rad/s"),
             )
         )
-    return join(parts)
+    return join_readings(parts)
 
 
 @cache

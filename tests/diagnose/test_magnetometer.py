@@ -11,8 +11,9 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings, with_field
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.magnetometer.report import with_field
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.diagnose.recordings import tumbled
 

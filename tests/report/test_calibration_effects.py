@@ -11,8 +11,8 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
-from imucal_wizard.estimate.fitting import fit_readings
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.report.calibration_file import Sensor, from_report, sensor_record
 from imucal_wizard.tui.panels.report import bench_rows
 from tests.diagnose.recordings import MG, fitted, tumbled

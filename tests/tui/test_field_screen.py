@@ -120,7 +120,9 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
     """The way on that is offered says it; the reason stands above already."""
     wrong = "the device does not turn: turn it once round"
     event = Event(
-        EventKind.STUCK, 430.0, "No progress for 20 s. The device does not turn: turn it once round."
+        EventKind.STUCK,
+        430.0,
+        "No progress for 20 s. The device does not turn: turn it once round.",
     )
     shown = replace(status(replace(field(), trouble=wrong)), last_event=event, detail="flat on it")
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
@@ -128,9 +130,7 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
 
 
 async def test_the_way_to_continue_is_always_shown() -> None:
-    trouble = (
-        "the field has changed and stays changed: remove what came near, or repeat the step"
-    )
+    trouble = "the field has changed and stays changed: remove what came near, or repeat the step"
     offers = (Offer("enough", "go on with these samples: the result is less certain"),)
     source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
     async with app_with(source).run_test(size=USUAL) as pilot:

@@ -11,7 +11,7 @@ from rich.console import Group
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.estimate.fitting.methods import MethodRow, method_rows
+from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind

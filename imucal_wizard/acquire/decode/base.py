@@ -1,10 +1,10 @@
 """What every wire format provides: a detector that recognises it, a decoder that gives rows."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Decoder(Protocol):
         """The columns of the rows; empty until they are known."""
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first malformed line; None where there is none, or no lines."""
 
     def feed(self, data: bytes) -> DecodedRows:

@@ -31,7 +31,7 @@ CALMER_FACTOR = 3.0
 """A last second this many times calmer than the rest: what went before was not rest yet."""
 MIN_SETTLE_WINDOWS = 10
 """Windows before a rest has a typical spread."""
-MIN_MAKESHIFT_WINDOWS = 15
+MIN_PROVISIONAL_WINDOWS = 15
 """Windows from which noise is taken when the whole length of rest never comes."""
 MAX_UNIT_FACTOR = 1.25
 """Gravity that is off by more than this factor says that the unit is another."""

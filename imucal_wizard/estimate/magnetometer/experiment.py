@@ -8,9 +8,9 @@ import numpy as np
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.magnetometer.field_data import FIELD_BASE, FieldData
+from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude

@@ -1,13 +1,15 @@
 """The magnetometer's calibration: the one fit of its rows, or a published method judged by them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity, unit_sign
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
@@ -31,9 +33,8 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.second_stage.found import SecondStage
-from imucal_wizard.measurement.field_quality import check_field, measured_once, no_shell
+from imucal_wizard.measurement.field_quality import check_field, missing_shell, without_repeats
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.rows.source import Calibration
 from imucal_wizard.model.terms import Terms
@@ -129,7 +130,7 @@ class MagnetometerFit:
         elif reference is None and isinstance(self.fit.experiment, MagnetometerExperiment):
             return self.fit.experiment
         if reference is not None and readings.magnetometer is not None:
-            series = measured_once(readings.magnetometer)
+            series = without_repeats(readings.magnetometer)
             data = with_still_poses(data, series, holds, reference, second_stage)
         return MagnetometerExperiment(data)
 
@@ -170,7 +171,7 @@ def fit_magnetometer(
             else:
                 found = published.run(FieldMagnitudes(start, MagnetometerExperiment(data)))
     except np.linalg.LinAlgError:
-        raise no_shell(series.values) or DataError(NO_ELLIPSOID) from None
+        raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
     if not np.isfinite([*found.matrix.flat, *found.bias, *found.residuals]).all():
         raise DataError(NO_ELLIPSOID)
     if not np.linalg.eigvalsh(found.matrix)[0] > 0.0:
@@ -272,7 +273,7 @@ class FieldMagnitudes:
         whole, found = calibration(np.arange(len(points)))
         residual, out = errors(whole), np.empty(len(label))
         moved = []
-        for group in np.unique(label):
+        for group in distinct(label):
             other = calibration(np.flatnonzero(of_sample != group))[0]
             out[label == group] = errors(other)[label == group]
             moved.append(_entries(other) - _entries(whole))

@@ -19,7 +19,7 @@ from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
     check_scatter,
-    no_shell,
+    missing_shell,
     stuck_samples,
 )
 
@@ -103,7 +103,9 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
     if flat:
         check_readings(readings)
         if fit is None:
-            raise no_shell(readings) or DataError("the magnetometer's readings are of no field")
+            raise missing_shell(readings) or DataError(
+                "the magnetometer's readings are of no field"
+            )
     if fit is None or survey.worst > MAX_SHOWN_DOUBT:
         return
     distance = fit.look(readings)[0]

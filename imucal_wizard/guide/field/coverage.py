@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.limits.procedure import FACE_GAIN_SHARE
-from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, turn_towards
+from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, rotation_towards
 from imucal_wizard.core.quantities import true_minus
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.estimate.ellipsoid.coverage import GAP, bin_of
 from imucal_wizard.guide.field.survey import Survey
 
@@ -56,7 +56,7 @@ def crossed(direction: FloatArray, down: float) -> NDArray[np.intp]:
     across /= np.linalg.norm(across)
     level = np.outer(across, np.cos(STEPS)) + np.outer(np.cross(direction, across), np.sin(STEPS))
     path = np.sqrt(max(1.0 - down * down, 0.0)) * level + down * direction[:, None]
-    return np.unique(bin_of(path))
+    return distinct(bin_of(path))
 
 
 def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> str | None:
@@ -73,7 +73,7 @@ def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> 
     fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
     enough = FACE_GAIN_SHARE * max(fills.values())
     near = [face for face in missing if fills[face] >= enough]
-    return min(near, key=lambda face: round(turn_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+    return min(near, key=lambda face: round(rotation_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
 
 
 def next_motion(survey: Survey) -> str | None:

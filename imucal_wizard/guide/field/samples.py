@@ -1,7 +1,5 @@
 """Storage of the magnetometer's samples, by blocks of the stream."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +9,7 @@ from imucal_wizard.core.limits.procedure import (
     MIDDLE_SAMPLES,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, by_area
 
 _INITIAL_ROWS = 256

@@ -15,7 +15,7 @@ from imucal_wizard.core.limits.procedure import (
     SLIGHT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
-from imucal_wizard.core.poses import DIRECTIONS, FACES, turn_towards
+from imucal_wizard.core.poses import DIRECTIONS, FACES, rotation_towards
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
@@ -257,7 +257,7 @@ class FieldStage:
         )
         if up is None or pose is None:
             return status
-        off_by = turn_towards(up, DIRECTIONS[pose])[2]
+        off_by = rotation_towards(up, DIRECTIONS[pose])[2]
         return replace(status, guidance=how_to_turn(up, pose), off_by=off_by)
 
     def _field_status(self) -> FieldStatus:

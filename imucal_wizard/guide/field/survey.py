@@ -16,7 +16,7 @@ from imucal_wizard.core.limits.procedure import (
     MIN_DISTURBANCE,
     SECTOR_DEG,
 )
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, distinct
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, Quality, bin_of, quality
 from imucal_wizard.estimate.ellipsoid.provisional import MISFIT, Provisional, provisional
 from imucal_wizard.estimate.magnetometer.field_disturbances import (
@@ -44,7 +44,7 @@ def covered(before: FloatArray, after: FloatArray) -> float:
     last = np.floor(np.maximum(before, after) / SECTOR_DEG).astype(int)
     length = np.minimum(last - first + 1, SECTORS)
     within = np.arange(length.sum()) - np.repeat(np.cumsum(length) - length, length)
-    touched = len(np.unique((np.repeat(first, length) + within) % SECTORS))
+    touched = len(distinct((np.repeat(first, length) + within) % SECTORS))
     # a device that does not turn touches one sector
     return 360.0 if touched == SECTORS else (touched - 1) * SECTOR_DEG
 

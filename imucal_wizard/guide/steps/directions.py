@@ -4,7 +4,7 @@ The steps up/down and poses need named poses; the validation needs any new orien
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from imucal_wizard.core.limits.procedure import MIN_WARMING
 from imucal_wizard.core.poses import (
@@ -16,12 +16,13 @@ from imucal_wizard.core.poses import (
     POSE_TOLERANCE_DEG,
     TIE_DEG,
     angle_between,
-    nearest,
-    spoken,
-    spoken_up,
-    turn_towards,
+    direction_in_words,
+    nearest_pose,
+    pose_in_words,
+    rotation_towards,
 )
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
@@ -159,7 +160,7 @@ class DirectionsStage:
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
         """Count the hold for the poses of the next step too."""
         poses = self._context.procedure.step(StepKind.POSES).poses
-        pose = nearest(up, poses, POSE_TOLERANCE_DEG)
+        pose = nearest_pose(up, poses, POSE_TOLERANCE_DEG)
         if pose is not None:
             kept.ticks[StepKind.POSES] = pose
             kept.hold = replace(kept.hold, pose=pose)
@@ -179,7 +180,7 @@ class DirectionsStage:
             )
         else:
             target = min(self.targets, key=lambda one: one.away(up))
-            axis, sense, angle = turn_towards(up, target.up)
+            axis, sense, angle = rotation_towards(up, target.up)
             name = label(target.pose) if target.pose else "the pose"
             text = (
                 f"{angle:.0f}° off {name}: turn it about {axis}, to the {sense}. "
@@ -229,7 +230,7 @@ class DirectionsStage:
         )
         if wanted is None:
             return status
-        words = spoken(wanted.pose) if wanted.pose else spoken_up(wanted.up)
+        words = pose_in_words(wanted.pose) if wanted.pose else direction_in_words(wanted.up)
         unnamed = (float(wanted.up[0]), float(wanted.up[1]), float(wanted.up[2]))
         return replace(
             status,
@@ -319,7 +320,7 @@ class ValidationStage(DirectionsStage):
             where = "" if near is None else f"Only {near:.0f}° from a pose already taken. "
             context.emit(EventKind.WRONG_POSE, where + self._way(up))
             return
-        kept.hold = replace(kept.hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        kept.hold = replace(kept.hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         self._choose()
         done, wanted = self.tally
         text = f"New orientation taken, {done:.0f} of {wanted:.0f}."
@@ -334,7 +335,7 @@ class ValidationStage(DirectionsStage):
     def _way(self, up: FloatArray | None) -> str:
         if up is None or self.wanted is None:
             return "Tilt it farther."
-        axis, sense, angle = turn_towards(up, self.wanted.up)
+        axis, sense, angle = rotation_towards(up, self.wanted.up)
         return f"Tilt it about {axis}, to the {sense}, by about {angle:.0f}°."
 
     def _known(self, apart_from: KeptHold | None) -> list[FloatArray]:
@@ -356,7 +357,7 @@ class ValidationStage(DirectionsStage):
             status,
             instruction=status.instruction if self.wanted else "TILT IT MORE",
             detail=f"{status.detail}; {anywhere}" if self.wanted else "",
-            recognised=None if up is None else nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG),
+            recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),
             done=(),
             missing=(),
             counts_here=up is not None and self._apart(up, self._known(None)) is None,

@@ -11,7 +11,7 @@ from imucal_wizard.core.limits.procedure import (
     JUMP_FACTOR,
     MAX_DRIFT_G,
     MAX_UNIT_FACTOR,
-    MIN_MAKESHIFT_WINDOWS,
+    MIN_PROVISIONAL_WINDOWS,
     MIN_SETTLE_WINDOWS,
 )
 from imucal_wizard.core.readings import FloatArray
@@ -140,7 +140,7 @@ class SettleStage:
 
     Attributes:
         noise: the noise that gives the limits, or None.
-        makeshift: the noise is that of a rest shorter than the step needs.
+        provisional: the noise is that of a rest shorter than the step needs.
         why: why the device is not at rest, or "".
     """
 
@@ -150,7 +150,7 @@ class SettleStage:
         self._settling = Settling(context.units, context.resolution, keep=1)
         self.noise = known
         self.finished = known is not None
-        self.makeshift = False
+        self.provisional = False
         self.why = ""
 
     @property
@@ -217,7 +217,7 @@ class SettleStage:
     def completed(self, kept: KeptHold) -> None:
         """Set the limits: the rest was long enough."""
         self.noise = self._settling.noise(any_window=kept.hold.hand_held)
-        self.makeshift = False
+        self.provisional = False
         if self.noise is None:
             return
         context = self._context
@@ -231,10 +231,10 @@ class SettleStage:
     def make_do(self) -> bool:
         """Use the longest rest; returns False if that is too short too."""
         windows = self._settling.longest
-        noise = window_noise(windows) if len(windows) >= MIN_MAKESHIFT_WINDOWS else None
+        noise = window_noise(windows) if len(windows) >= MIN_PROVISIONAL_WINDOWS else None
         if noise is None:
             return False
-        self.noise, self.makeshift = noise, True
+        self.noise, self.provisional = noise, True
         context = self._context
         context.watch.set_limits(self.fine(noise))
         self.finished = True

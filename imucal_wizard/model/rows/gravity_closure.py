@@ -14,7 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,9 +22,17 @@ import numpy as np
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    Calibration,
+    RowLabels,
+    Rows,
+    RowSource,
+    rounding_names,
+)
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
 COARSE_STEP = 1.0 / 30.0
@@ -149,14 +157,24 @@ class ClosureRows(Rows):
         return self._closed(turned)
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: change with each error of the reference by one standard deviation."""
+        """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
+
+        By one standard deviation of each. Rounding shifts the samples as long as the device rests.
+        """
         source = self._source
         carried = carry(self.ends, source.before)
         moved = np.einsum("mji,mjk->mik", self.ends, source.before_doubt)
         # the error runs from the carried to the measured direction: it falls with the one, and
         # moves with the other as the other way round
         change = error_slope(carried, source.after, moved)
-        return source.rows_of(change - error_slope(source.after, carried, source.after_doubt))
+        change = change - error_slope(source.after, carried, source.after_doubt)
+        if source.resting is None:
+            return source.rows_of(change)
+        at_rest = self.weights * source.resting[:, None]
+        turned = np.add.reduceat(at_rest, source.samples.offsets[:-1], axis=1)
+        moved = -self._calibration.matrix * np.sqrt(source.rounding)
+        shifts = self._closed(np.einsum("imj,jk->mik", turned, moved[:, source.rounding > 0.0]))
+        return np.concatenate([source.rows_of(change), shifts], axis=1)
 
     def _closed(self, turned: FloatArray) -> FloatArray:
         """Derivative of the rows from ``Σ L ∫ ∂w dt``, shape (m, 3, p)."""
@@ -197,6 +215,8 @@ class GravityClosure(RowSource):
         motion: circumstances of the samples; force and rate are replaced by those of the fit.
         gravity: m/s².
         labels: see ``RowSource``.
+        rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
+        resting: which samples are still at rest, shape (n,); None where rounding is no matter.
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -209,6 +229,8 @@ class GravityClosure(RowSource):
     motion: Circumstances
     gravity: float
     labels: RowLabels
+    rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
+    resting: BoolArray | None = None
     basis: FloatArray = field(init=False)
     kind = "rotation"
     unit = "rad"
@@ -224,12 +246,13 @@ class GravityClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        return tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
+        doubts = tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
+        return (*doubts, *rounding_names(self.rounding))
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
-        return tuple(np.ones(self.before_doubt.shape[2]).tolist())
+        return tuple(np.ones(len(self.shared)).tolist())
 
     def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""

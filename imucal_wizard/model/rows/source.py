@@ -8,11 +8,12 @@ parameters that are neither: the dip of the place, errors of the reference.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.terms import Term, Terms
 
 ENTRIES = 12
@@ -158,3 +159,8 @@ class RowSource(ABC):
 def joined(parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays of several sources one below the other."""
     return np.concatenate(list(parts)) if parts else np.zeros(0)
+
+
+def rounding_names(variance: FloatArray) -> tuple[str, ...]:
+    """Names of the shared parameters of rounding: the axes whose readings at rest it shifts."""
+    return tuple(f"rounding_{'xyz'[axis]}" for axis in np.flatnonzero(variance))

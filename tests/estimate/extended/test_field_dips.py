@@ -8,10 +8,10 @@ import pytest
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.fitting import fit_readings
 from imucal_wizard.estimate.magnetometer.dips import ALONG_AXES
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
 from imucal_wizard.estimate.magnetometer.field_data import FieldData
+from imucal_wizard.estimate.recording import fit_readings
 from tests.estimate.whole_session import Session
 
 
