@@ -1,13 +1,13 @@
 """The still poses of a magnetometer: mean field, and gravity as the accelerometer shows it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.directions import group_directions, unit_vectors
 from imucal_wizard.core.quaternions import quarter_turns, rotation_vector
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.measurement.holds import Hold
 

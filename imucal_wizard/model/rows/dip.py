@@ -5,11 +5,12 @@ the field and its dip across it, so that both kinds of row are independent thoug
 samples.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
 from imucal_wizard.model.rows.field_magnitude import SHORTEST
 from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
