@@ -2,7 +2,7 @@
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
 hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
-component of a rotation's closure, a mean magnitude of the magnetometer or its dip in a still pose.
+component of a rotation's closure, or a mean magnitude of the magnetometer.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,6 @@ class RowKind(IntEnum):
     STILL = 1
     ROTATION = 2
     FIELD = 3
-    DIP = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +158,7 @@ def hold_of(table: ResidualTable, row: int) -> int:
     """The number of the hold that a row at rest was measured in."""
     for source in table.sources:
         if row < len(source.labels):
-            # a dip is numbered among the magnetometer's rows; its rest is the hold
-            labels = source.labels
-            return int(labels.visit[row] if source.kind == "dip" else labels.index[row])
+            return int(source.labels.index[row])
         row -= len(source.labels)
     raise IndexError(row)
 
@@ -174,4 +171,4 @@ def place_of(table: ResidualTable, row: int) -> str:
         return f"field along {true_minus(name)}, min {table.time[row] / 60.0:.1f}"
     if kind == "rotation":
         return f"rotation {table.index[row] + 1}"
-    return f"{'dip of ' * (kind == 'dip')}hold {hold_of(table, row) + 1}"
+    return f"hold {hold_of(table, row) + 1}"

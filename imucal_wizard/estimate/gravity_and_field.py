@@ -21,7 +21,6 @@ from imucal_wizard.estimate.gyroscope import (
     GyroscopeExperiment,
     RotationSet,
     determined_entries,
-    gyroscope_experiment,
     motion_of,
 )
 from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION
@@ -220,10 +219,7 @@ def with_gyroscope(
     known_fit = fit_before.experiment
     try:
         if not isinstance(known_fit, GyroscopeExperiment):
-            accelerometer = report.sensors["accelerometer"]
-            known_fit = gyroscope_experiment(
-                report.holds, report.rotations, accelerometer, fit_before.bias_unit
-            )
+            raise DataError("the gyroscope has no rotations to close by both references")
         source = _heading_rows(known_fit, turns, known)
         both = known_fit.with_rows([source], tuple(range(12)))
         free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
@@ -291,7 +287,7 @@ def _heading_rows(
         before=np.array([field[hold] for hold in before]),
         after=np.array([field[hold] for hold in after]),
     )
-    return FieldClosure(by_gravity, by_field, noise, labels)
+    return FieldClosure(by_gravity, by_field, np.column_stack([before, after]), noise, labels)
 
 
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:

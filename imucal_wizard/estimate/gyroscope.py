@@ -141,7 +141,7 @@ class GyroscopeExperiment(Experiment):
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
-    base_terms = BASE
+    base_terms, needs_reference = BASE, True
 
     def __init__(
         self,
@@ -223,11 +223,15 @@ class GyroscopeExperiment(Experiment):
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
-        self, reference: GravityReference, readings: Readings | None
+        self, reference: GravityReference | None, readings: Readings | None
     ) -> "GyroscopeExperiment":
-        """The same rotations with gravity as another fit of the accelerometer sees it."""
+        """See ``Experiment``."""
+        reference, readings = reference or self.of, readings or self.readings
+        if reference is self.of and readings is self.readings:
+            return self
+        more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, self.sources[2:])
+        return GyroscopeExperiment(*args, self.free, readings, more)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""

@@ -1,7 +1,6 @@
 """From what was measured to a report: the one road that screens, commands and tests all take."""
 
 from imucal_wizard.estimate.fitting.inertial import FitOptions
-from imucal_wizard.estimate.fitting.magnetometer import with_field
 from imucal_wizard.estimate.fitting.report import fit_collected, fit_readings
 
-__all__ = ["FitOptions", "fit_collected", "fit_readings", "with_field"]
+__all__ = ["FitOptions", "fit_collected", "fit_readings"]

@@ -7,14 +7,12 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, Series
-from imucal_wizard.estimate.fitting.inertial import FitOptions
 from imucal_wizard.estimate.magnetometer.classify_unfitted import classify_unfitted
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit, fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
-    measured_once,
     stuck_samples,
 )
 
@@ -133,12 +131,3 @@ def added(
         magnetic=found,
         warnings=tuple(dict.fromkeys((*report.warnings, *found.fit.warnings))),
     )
-
-
-def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
-    """A report of the other sensors with the magnetometer fitted to all its samples."""
-    series = measured_once(series)
-    found, why = _tried(
-        lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
-    )
-    return added(report, series, found, why)

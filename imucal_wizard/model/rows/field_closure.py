@@ -10,11 +10,11 @@ It is one row per rotation, a linear combination of the rows of the two closures
 derivatives.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
 from imucal_wizard.model.rows.source import Calibration, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms
@@ -64,18 +64,25 @@ class FieldClosure(RowSource):
     Attributes:
         by_gravity: the closures of these rotations against gravity.
         by_field: the same against the field's direction.
+        holds: the holds at both ends of each rotation, shape (m, 2).
         noise: variance of each row by measured noise alone, rad², shape (m,).
         labels: see ``RowSource``.
     """
 
     by_gravity: GravityClosure
     by_field: GravityClosure
+    holds: IntArray
     noise: FloatArray
     labels: RowLabels
     kind = "heading"
     unit = "rad"
     judged = False
     group_word = "rotation"
+
+    def under(self, up: FloatArray) -> "FieldClosure":
+        """See ``RowSource``; the field's direction stays that of the alignment."""
+        before, after = up[self.holds[:, 0]], up[self.holds[:, 1]]
+        return replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
 
     @property
     def weights(self) -> tuple[FloatArray, FloatArray]:

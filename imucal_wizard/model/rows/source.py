@@ -146,6 +146,15 @@ class RowSource(ABC):
             near: the rows of a calibration close by, from which effects may be evaluated.
         """
 
+    def under(self, up: FloatArray) -> "RowSource":
+        """The same rows with other directions of gravity in the holds.
+
+        Args:
+            up: unit vectors, shape (h, 3).
+        """
+        del up  # for rows that rest on gravity
+        return self
+
     def place(self, row: int) -> str:
         """What a row is, in words."""
         return f"{self.kind} {self.labels.index[row] + 1}"
