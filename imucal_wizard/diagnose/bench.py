@@ -221,10 +221,12 @@ class Bench:
         """Take a term out of the model, an effect or a part of the base.
 
         Raises:
-            UsageError: it is not in the model.
+            UsageError: it is not in the model, or no fit of these rows has found it.
         """
         if name not in self.fit.model:
             raise UsageError(f"{name} is not in the model: {', '.join(self.fit.model)}")
+        if name not in (*self.fit.base, *(term.name for term in self.fit.terms)):
+            raise UsageError(f"{name} is found beside the model and cannot be taken out of it")
         terms = tuple(term for term in self.fit.terms if term.name != name)
         base = tuple(term for term in self.fit.base if term != name)
         return self._climb(fit(self.measured, terms, base), None)

@@ -71,6 +71,7 @@ class WhitenedResiduals:
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
             share along the field, shape (n, 3).
+        judged: the rows whose error is reported, shape (n,).
         candidates: the effects that are not in the model.
     """
 
@@ -85,16 +86,11 @@ class WhitenedResiduals:
     group: IntArray
     visit: IntArray
     lever: FloatArray
+    judged: BoolArray
     candidates: tuple[Candidate, ...]
 
     def __len__(self) -> int:
         return len(self.residual)
-
-    @property
-    def judged(self) -> BoolArray:
-        """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
-        rotations = self.kind == RowKind.ROTATION
-        return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}
@@ -127,6 +123,7 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         group=table.group,
         visit=table.visit,
         lever=table.lever,
+        judged=table.judged,
         candidates=tuple(
             candidate
             for effect in effects

@@ -28,6 +28,7 @@ from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Terms
 
 HOLDS, ROTATIONS = "holds", "rotations"
+HEADINGS = "rotations about the vertical, against the field"
 MAGNITUDES = "magnitude of the field"
 STILL = tuple(f"at rest, {axis} axis" for axis in AXES)
 COMPARED = tuple(f"{axis} axis" for axis in AXES)
@@ -35,6 +36,7 @@ COMPARED = tuple(f"{axis} axis" for axis in AXES)
 _PREFIX = {
     HOLDS: "",
     ROTATIONS: "",
+    HEADINGS: "heading-",
     MAGNITUDES: "",
     **{part: f"rest-{axis}-" for part, axis in zip(STILL, AXES, strict=True)},
     **{part: f"model-{axis}-" for part, axis in zip(COMPARED, AXES, strict=True)},
@@ -135,7 +137,7 @@ def parts_of(fit: SensorFit) -> tuple[str, ...]:
     """The parts of the data that a fit has rows of."""
     table = _table(fit)
     found = {_part(str(kind), axis) for kind, axis in zip(table.kind, table.axis, strict=True)}
-    return tuple(part for part in (HOLDS, ROTATIONS, *STILL, MAGNITUDES) if part in found)
+    return tuple(part for part in (HOLDS, ROTATIONS, HEADINGS, *STILL, MAGNITUDES) if part in found)
 
 
 def _table(fit: SensorFit) -> ResidualTable:
@@ -146,7 +148,7 @@ def _table(fit: SensorFit) -> ResidualTable:
 def _part(kind: str, axis: int) -> str:
     if kind == "still":
         return STILL[axis]
-    return {"hold": HOLDS, "field": MAGNITUDES}.get(kind, ROTATIONS)
+    return {"hold": HOLDS, "field": MAGNITUDES, "heading": HEADINGS}.get(kind, ROTATIONS)
 
 
 def _residual_views(fit: SensorFit, measured: Experiment, part: str) -> Iterator[ResidualView]:
@@ -194,7 +196,7 @@ def influences(measured: Experiment, part: str, source: IntArray) -> Iterator[In
         return
     row = source
     if isinstance(measured, GyroscopeExperiment):
-        if part == ROTATIONS:
+        if part in (ROTATIONS, HEADINGS):
             yield from _of_rotations(measured, source)
             return
         row = np.searchsorted(measured.rest.labels.index[::3], source)
@@ -432,7 +434,7 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
         return Point(
             name, time, pieces.mean(pieces.reading)[index], measured.unit, *span, at_rest=False
         )
-    if isinstance(measured, GyroscopeExperiment) and view.part == ROTATIONS:
+    if isinstance(measured, GyroscopeExperiment) and view.part in (ROTATIONS, HEADINGS):
         turned = int(np.searchsorted(measured.rotations.usable, index))
         first, past = measured.closure.samples.offsets[turned : turned + 2]
         rate = np.degrees(measured.closure.motion.rate[first:past])

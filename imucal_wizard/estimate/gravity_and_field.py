@@ -78,7 +78,7 @@ def undisturbed(series: Series, found: MagnetometerFit) -> Series:
 
 def field_at(
     holds: Sequence[Hold], calm: Series, found: MagnetometerFit, clock: float | None = None
-) -> tuple[list[int], FloatArray]:
+) -> tuple[list[int], FloatArray, FloatArray]:
     """Mean reading of the magnetometer in each hold in which the field stood still.
 
     Args:
@@ -89,9 +89,9 @@ def field_at(
             ends of each hold are left out.
 
     Returns:
-        Indices of the holds, and the means, shape (k, 3).
+        Indices of the holds, the means, shape (k, 3), and the samples behind each, shape (k,).
     """
-    chosen, means = [], []
+    chosen, means, counts = [], [], []
     for index, hold in enumerate(holds):
         trim = END_SHARE * (hold.end - hold.start) if clock is None else 0.0
         offset = clock or 0.0
@@ -100,7 +100,8 @@ def field_at(
             continue
         chosen.append(index)
         means.append(values.mean(axis=0))
-    return chosen, np.array(means, float).reshape(-1, 3)
+        counts.append(len(values))
+    return chosen, np.array(means, float).reshape(-1, 3), np.array(counts, float)
 
 
 def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
@@ -209,9 +210,11 @@ def with_gyroscope(
     clock = clock_offset(passages(turns, fit_before, calm, aligned))
     stage = replace(stage, clock=clock)
     offset = 0.0 if clock is None else clock.seconds
-    places, readings = field_at(report.holds, calm, found, offset)
+    places, readings, counts = field_at(report.holds, calm, found, offset)
     field = (readings - aligned.bias) @ aligned.matrix.T
     known = dict(zip(places, unit_vectors(field), strict=True))
+    # of a component of the unit vector, by the noise of the samples
+    doubts = dict(zip(places, (found.noise / found.magnitude) ** 2 / counts, strict=True))
     turns = [turn for turn in turns if turn.before in known and turn.after in known]
     if len(turns) < MIN_SEGMENTS:
         note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
@@ -220,7 +223,7 @@ def with_gyroscope(
     try:
         if not isinstance(known_fit, GyroscopeExperiment):
             raise DataError("the gyroscope has no rotations to close by both references")
-        source = _heading_rows(known_fit, turns, known)
+        source = _heading_rows(known_fit, turns, known, doubts, report)
         both = known_fit.with_rows([source], tuple(range(12)))
         free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
         better = fit(known_fit.with_rows([source], free))
@@ -238,9 +241,21 @@ def with_gyroscope(
 
 
 def _heading_rows(
-    known: GyroscopeExperiment, turns: Sequence[Segment], field: dict[int, FloatArray]
+    known: GyroscopeExperiment,
+    turns: Sequence[Segment],
+    field: dict[int, FloatArray],
+    doubts: dict[int, float],
+    report: FitReport,
 ) -> FieldClosure:
     """Rows for all rotations at whose ends the field is known."""
+    numbers = {
+        (one.before.start, one.after.start): number for number, one in enumerate(report.rotations)
+    }
+    starts = [hold.start for hold in report.holds]
+    index = [
+        numbers.get((starts[turn.before], starts[turn.after]), len(numbers) + place)
+        for place, turn in enumerate(turns)
+    ]
     before, after = (
         np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
     )
@@ -263,7 +278,7 @@ def _heading_rows(
     ends = zip(before, after, strict=True)
     group = np.array([places.get(pair, new) for pair, new in zip(ends, own, strict=True)])
     labels = RowLabels(
-        index=np.arange(count),
+        index=np.array(index),
         axis=np.full(count, -1),
         group=group,
         visit=np.full(count, -1),
@@ -287,7 +302,9 @@ def _heading_rows(
         before=np.array([field[hold] for hold in before]),
         after=np.array([field[hold] for hold in after]),
     )
-    return FieldClosure(by_gravity, by_field, np.column_stack([before, after]), noise, labels)
+    found = FieldClosure(by_gravity, by_field, np.column_stack([before, after]), noise, labels)
+    by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
+    return replace(found, noise=noise + by_magnetometer / found.level)
 
 
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:

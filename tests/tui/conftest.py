@@ -59,8 +59,9 @@ def sagging_benches(sagging: FitReport) -> Benches:
     """The benches of the gyroscope that feels gravity, with its suspects ranked."""
     benches = Benches(sagging)
     benches.accelerometer.look()
-    assert benches.gyroscope is not None
-    benches.gyroscope.look()
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    bench.look()
     return benches
 
 

@@ -56,7 +56,7 @@ def _second_stage(
     report: FitReport, series: Series, turns: Sequence[Segment], found: MagnetometerFit
 ) -> FitReport:
     calm = undisturbed(series, found)
-    places, readings = field_at(report.holds, calm, found)
+    places, readings, _ = field_at(report.holds, calm, found)
     field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
     modes = _error_modes(report, found)

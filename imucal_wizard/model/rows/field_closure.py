@@ -76,7 +76,7 @@ class FieldClosure(RowSource):
     labels: RowLabels
     kind = "heading"
     unit = "rad"
-    judged = False
+    judged, moving, noise_is_measured = False, True, False
     group_word = "rotation"
 
     def under(self, up: FloatArray) -> "FieldClosure":
@@ -85,11 +85,17 @@ class FieldClosure(RowSource):
         return replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
 
     @property
+    def level(self) -> FloatArray:
+        """Square of the level part of the unit field after each rotation, shape (m,)."""
+        along = (self.by_gravity.after * self.by_field.after).sum(axis=1)
+        return np.asarray(np.maximum(1.0 - along**2, MIN_SINE_SQUARE))
+
+    @property
     def weights(self) -> tuple[FloatArray, FloatArray]:
         """Shares of the rows of both closures in ψ, shape (m, 2) each."""
         up, field = self.by_gravity.after, self.by_field.after
         along = (up * field).sum(axis=1)[:, None]
-        square = np.maximum(1.0 - along**2, MIN_SINE_SQUARE)
+        square = self.level[:, None]
         across, flat = (up - field * along) / square, (field - up * along) * along / square
         return (
             np.asarray(np.einsum("mai,mi->ma", self.by_gravity.basis, flat)),

@@ -196,7 +196,7 @@ class GravityClosure(RowSource):
     gravity: float
     labels: RowLabels
     basis: FloatArray = field(init=False)
-    kind = "rotation"
+    kind, moving = "rotation", True
     unit = "rad"
     group_word = "rotation"
 

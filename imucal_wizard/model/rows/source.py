@@ -116,9 +116,12 @@ class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading`` or ``field``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
+        moving: measured while the device rotated, and compared with a reference at both ends.
+        noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
+            nobody has measured, and only their scatter tells how well they are known.
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one group differ by noise alone.
@@ -130,6 +133,8 @@ class RowSource(ABC):
     kind: str
     unit: str
     judged: bool = True
+    moving: bool = False
+    noise_is_measured: bool = True
     group_word: str = "direction"
     repeats_are_noise: bool = True
     labels: RowLabels
