@@ -79,6 +79,7 @@ def test_a_hidden_effect_is_added_with_its_size_and_the_error_falls_to_the_noise
     first, last = bench.ladder[0], bench.ladder[-1]
     assert last.rms_held_out is not None
     assert first.rms_held_out is not None
+    assert last.floor is not None
     assert last.rms_held_out < 1.5 * last.floor < 0.2 * first.rms_held_out
 
 
@@ -98,9 +99,10 @@ def test_without_soft_iron_hard_iron_and_one_scale_remain_and_it_is_to_be_put_ba
     said = {one.sensor: one for one in found}["magnetometer"]
     assert said.verdict is Verdict.UNEXPLAINED
     assert said.bench is not None
-    assert said.bench.fit.model == ("bias",)
+    assert said.bench.fit.model == ("bias", "misalignment")
     matrix = said.bench.fit.matrix
-    np.testing.assert_allclose(matrix, matrix[0, 0] * np.eye(3), atol=1e-12)
+    scale = float(np.cbrt(np.linalg.det(matrix)))
+    np.testing.assert_allclose(matrix @ matrix.T, scale**2 * np.eye(3), atol=1e-12)
     without = said.bench.fit.rms_held_out
     said.bench.add("soft-iron")
     assert said.bench.fit.rms_held_out is not None
@@ -177,7 +179,7 @@ def test_what_would_decide_changes_the_one_cause_and_not_the_other(
 
 
 def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
-    """The same readings as counts: the same effect, and what is usual rests on a usual field."""
+    """The same readings as counts: the same effect; which sizes are usual rests on 50 µT."""
     _, readings = recorded("magnetometer/current:0.3:x")
     assert readings.magnetometer is not None
     series = readings.magnetometer
@@ -188,7 +190,7 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     bench = field_bench(made, anew=False)
     bench.add("current")
     told = diagnosis_of(made, bench).says
-    assert "what is usual rests on a field of 50 µT" in told
+    assert "which of them are usual rests on a field of 50 µT" in told
     found = next(p for p in bench.fit.parameters if p.name == "current_x")
     assert found.unit == "count/A"
     assert found.value == pytest.approx(3.0, rel=0.05)
@@ -196,6 +198,7 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     known = Benches(fit_readings(counts, FitOptions(field=field)), counts)
     bench = field_bench(known, anew=False)
     bench.add("current")
-    assert "what is usual rests" not in diagnosis_of(known, bench).says
+    assert "which of them are usual rests" not in diagnosis_of(known, bench).says
     found = next(p for p in bench.fit.parameters if p.name == "current_x")
-    assert (found.unit, found.value) == ("µT/A", pytest.approx(0.3, rel=0.05))
+    assert found.unit == "µT/A"
+    assert found.value == pytest.approx(0.3, rel=0.05)

@@ -75,7 +75,12 @@ async def test_model_and_lesson_speak_of_the_field(drawing: Benches) -> None:
     async with app_with(drawing).run_test(size=LARGE) as pilot:
         await to_the_field(pilot)
         await pilot.press("l")
-        await shows(pilot, "the heading wrong by", "m along up, µT", "ε_i = kᵢ I")
+        await shows(
+            pilot,
+            "FIELD OF THE BOARD'S OWN CURRENT",
+            "the heading wrong by",
+            "coefficient × current",
+        )
         await pilot.press("escape", "2")
         await shows(pilot, "m = W·(y − b)", "soft-iron", "6 numbers, the largest")
 
