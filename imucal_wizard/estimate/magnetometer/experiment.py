@@ -58,7 +58,7 @@ class MagnetometerExperiment(Experiment):
         self._alignment, self._rotation = alignment, np.eye(3)
         if alignment is not None:
             self.frame, self._rotation = "accelerometer", alignment.rotation
-            self.settled = misalignment(alignment)
+            self.settled = mounting(alignment)
             self.covariance_entries = ()
         self.circumstances, self.error_unit = data.circumstances, data.error_unit
         self.readings = data.readings
@@ -189,7 +189,7 @@ class MagnetometerExperiment(Experiment):
         return np.asarray(moved @ moved.T)
 
 
-def misalignment(alignment: Alignment) -> tuple[Parameter, ...]:
+def mounting(alignment: Alignment) -> tuple[Parameter, ...]:
     """The rotation between the sensors as a vector, with its standard errors."""
     vector = rotation_vector(alignment.rotation)
     errors = np.sqrt(np.diag(alignment.covariance))
