@@ -26,7 +26,7 @@ from imucal_wizard.diagnose.significance import Chances, best_by_chance
 from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import judge_misfit
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
 from imucal_wizard.simulate.hidden import parse_hidden

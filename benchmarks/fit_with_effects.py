@@ -15,8 +15,8 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.fitting import fit_readings
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effects_for
 from imucal_wizard.model.terms import Term
 from imucal_wizard.simulate.recording import simulate_recording

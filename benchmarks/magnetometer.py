@@ -15,9 +15,9 @@ import numpy as np
 from benchmarks.measure import machine
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import MethodNames
-from imucal_wizard.estimate.student import quantile
 from tests.estimate.field_truth import (
     MAGNITUDE,
     TEN_BITS,

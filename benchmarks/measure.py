@@ -1,13 +1,13 @@
 """What a command costs: CPU and wall time of whole processes, and peak memory."""
 
+import argparse
 import os
 import platform
 import resource
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,8 @@ SHARED = Path(
     os.environ.get("IMUCAL_SHARED_DATA", Path(__file__).resolve().parents[2] / "shared" / "data")
 )
 """Where the optional real recordings lie."""
+HERE = Path(__file__).resolve().parents[1]
+"""This checkout."""
 
 
 @dataclass(frozen=True)
@@ -27,14 +29,21 @@ class Cost:
     memory: float
 
 
-def run_once(command: Sequence[str]) -> Cost:
+def run_once(command: Sequence[str], environment: Mapping[str, str] | None = None) -> Cost:
     """Run a command to its end.
+
+    Args:
+        command: program and arguments.
+        environment: variables for it besides those of this process.
 
     Raises:
         SystemExit: the command failed; what it said is shown.
     """
     start = time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+    around = {**os.environ, **(environment or {})}
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=around
+    ) as process:
         said = process.stdout.read() if process.stdout else b""
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -44,15 +53,30 @@ def run_once(command: Sequence[str]) -> Cost:
     return Cost(usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024.0)
 
 
-def median_cost(command: Sequence[str], runs: int = 7) -> Cost:
-    """Medians over several runs, after one that is not counted."""
-    run_once(command)
-    costs = [run_once(command) for _ in range(runs)]
-    return Cost(
-        statistics.median(cost.cpu for cost in costs),
-        statistics.median(cost.wall for cost in costs),
-        statistics.median(cost.memory for cost in costs),
-    )
+def program(checkout: Path, bytecode: str) -> dict[str, str]:
+    """Environment in which ``-m imucal_wizard`` is the program of a checkout, on one core.
+
+    Args:
+        checkout: top of the tree.
+        bytecode: folder for the compiled modules, so that no run but the first compiles any and the
+            checkout stays as it is.
+    """
+    return {
+        "PYTHONPATH": str(checkout),
+        "PYTHONPYCACHEPREFIX": bytecode,
+        "PYTHONDONTWRITEBYTECODE": "",
+        "PYTHONSAFEPATH": "1",
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def other_checkout() -> Path | None:
+    """The checkout given with ``--against``, which is measured in turn with this one."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="of another commit")
+    found: Path | None = parser.parse_args().against
+    return found and found.resolve()
 
 
 def machine() -> str:

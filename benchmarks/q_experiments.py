@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.q_cases import BNO055, RATE, XSENS, Case, record
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.simulate.sensor import DEGREE
 

@@ -6,7 +6,7 @@
 
 from typing import TYPE_CHECKING
 
-from imucal_wizard.core.version import VERSION
+from imucal_wizard.core import VERSION
 
 if TYPE_CHECKING:
     from imucal_wizard.api import calibrate, diagnose, export, load, read

@@ -28,14 +28,12 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import read_files
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.session import is_session, taken_back
+from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files.session_file import corrections_note, is_session
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
-from imucal_wizard.estimate.fitting.magnetometer import samples_during
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 
 if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
@@ -44,7 +42,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
-    from imucal_wizard.run.review import Reviewed
+    from imucal_wizard.run.review import ReviewedSession
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -76,14 +74,14 @@ class Recording:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
-        self._session: Reviewed | None = None
+        self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
-            from imucal_wizard.run.review import review
+            from imucal_wizard.run.review import review_session
 
-            self._session = review(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options)
         else:
-            self._notes = tuple(text for path in self.paths for text in taken_back(path))
+            self._notes = tuple(text for path in self.paths for text in corrections_note(path))
 
     @cached_property
     def readings(self) -> Readings:
@@ -119,6 +117,8 @@ class Recording:
         kept = self._session.collected
         if kept.magnetometer is None or not kept.field_spans:
             return None
+        from imucal_wizard.estimate.magnetometer.report import samples_during
+
         return samples_during(kept.field_spans, kept.magnetometer)
 
     @property
@@ -148,7 +148,7 @@ class Recording:
                 f"the holds that the wizard kept do not determine a calibration ({error}): all "
                 "samples of the session are used instead, as those of a recording"
             )
-            self._notes = (note, *taken_back(self.paths[0]))
+            self._notes = (note, *corrections_note(self.paths[0]))
             return self.fit(options)
         if session.finished:
             return report
@@ -162,7 +162,7 @@ class Recording:
         """The samples of a fit; None where a session gives others when it is read again."""
         if self._session is None:
             return self.readings
-        from imucal_wizard.sessions.readings_again import made_of
+        from imucal_wizard.sessions.stored_readings import made_of
 
         return self.readings if made_of(self.readings, report.holds) else None
 

@@ -1,10 +1,15 @@
-"""What tests of several rooms need."""
+"""What tests of several packages need."""
 
+import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+
+# as the program does, before numpy is imported: with a thread per core in each of the parallel test
+# processes, the linear algebra of small matrices takes up to twice the time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # a busy machine may take any time for an example; pytest's own time limit finds what hangs
 settings.register_profile("no-deadline", deadline=None)

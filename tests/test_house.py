@@ -24,13 +24,11 @@ HOMONYMS = {
     "Calibration": "a calibration file; matrix and bias within the estimator",
     "averaged": "a mean over time of a closure; of slow noise",
     "corrected": "readings by a matrix and bias; by the terms of a model",
-    "joined": "pieces of a series; pieces of a table of rows",
-    "unit_of": "the unit of a word; the unit of a parameter",
 }
 """Public names that two modules define, and what each means."""
 LOCAL = ("AS_GOOD", "BLIND", "CONVERGED", "MAX_PASSES", "SHORTEST", "SIZE")
 """Names of numeric constants that two modules of the estimator define for themselves."""
-ASKING = ("estimate/fitting/compensated.py",)
+ASKING = ("estimate/compensated.py",)
 """Modules that judge how each sensor compensates itself."""
 KEYS = r"\b(press|hit|key) [`'\"]?([A-Za-z?]|enter|space|tab|esc(ape)?)[`'\"]?(?=[ .,;:)]|$)"
 FLAGS = r"(?<![\w-])--[a-z][a-z-]+"

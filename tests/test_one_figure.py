@@ -12,7 +12,7 @@ import imucal_wizard as iw
 from imucal_wizard.cli.arguments import recording_of
 from imucal_wizard.cli.fit import parser
 from imucal_wizard.cli.main import main
-from imucal_wizard.core.output import encode
+from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.benches import Benches
@@ -98,7 +98,7 @@ def told(
 
 def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
     """A calibration as a JSON document has it."""
-    document: dict[str, Any] = json.loads(encode(sensor))
+    document: dict[str, Any] = json.loads(encode_json(sensor))
     return document if judged else {k: v for k, v in document.items() if k not in JUDGED}
 
 

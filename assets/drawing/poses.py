@@ -13,13 +13,13 @@ from imucal_wizard.core.poses import (
     AXES,
     CORNERS,
     EDGES,
-    EIGHT,
+    EIGHT_TILTS,
     FACES,
     POSE_TOLERANCE_DEG,
     START_POSES,
 )
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.wording import label
 
 FOLDER = Path(__file__).resolve().parents[1] / "poses"
@@ -41,7 +41,7 @@ def drawings() -> dict[str, str]:
     return {
         "sheet.svg": document(WIDTH, HEIGHT, sheet()),
         "eighteen.svg": document(WIDTH, 3 * ROW + 6.0, rows([*FACES, *EDGES], 5.0)),
-        "eight.svg": document(WIDTH, 2 * ROW + 6.0, rows(list(EIGHT), 5.0, columns=4)),
+        "eight.svg": document(WIDTH, 2 * ROW + 6.0, rows(list(EIGHT_TILTS), 5.0, columns=4)),
         "rotations.svg": document(WIDTH, 52.0, turns(4.0)),
     }
 

@@ -21,9 +21,9 @@ from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.diagnose.suspects import Suspect, expected_noise, rank, try_effect
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.student import quantile
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.terms import Term

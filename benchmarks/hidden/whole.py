@@ -14,7 +14,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Opinion
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.simulate.hidden import Hidden

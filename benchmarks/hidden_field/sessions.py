@@ -15,9 +15,9 @@ from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.magnetometer import FIELD_RATE, TrueField
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, generator
+from imucal_wizard.simulate.samples import VirtualLoad
 from imucal_wizard.simulate.scripts import perform_circles, perform_poses, pose_names
 from imucal_wizard.simulate.sensor import Thermal
-from imucal_wizard.simulate.stream import VirtualLoad
 
 STILL = 0.01
 """Rate under which the device rests, rad/s."""

@@ -16,7 +16,7 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.recording import simulate_recording

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLines
+from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter
 from imucal_wizard.acquire.decode.base import Column, DecodedRows
-from imucal_wizard.acquire.host_clock import HostClock, period_of, quantum_of
-from imucal_wizard.acquire.resolve import places_of
+from imucal_wizard.acquire.host_clock import HostClock, sampling_period, time_quantum
+from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
@@ -43,7 +43,7 @@ class Assembler:
         self.columns = columns
         self._recording = recording
         self.samples = 0
-        self._places = {s: places_of(columns, s) for s in _SENSORS}
+        self._places = {s: sensor_places(columns, s) for s in _SENSORS}
         self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
         where = {c.channel: i for i, c in enumerate(columns) if c.channel}
         self._beside = _beside(columns, where)
@@ -54,23 +54,23 @@ class Assembler:
         self.missing = MissingValues(columns, self._needed())
         self._counter = SampleCounter()
         self._host = HostClock(rate)
-        self._split: SplitLines | None = None
+        self._split: SplitLineFilter | None = None
         self._device = self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
         self._index = 0.0
         self._fields = 0
 
     def _factor(self, sensor: str, places: list[int]) -> FloatArray:
-        return np.array([units.factor(sensor, self.columns[p].unit) for p in places])
+        return np.array([units.unit_factor(sensor, self.columns[p].unit) for p in places])
 
     def _device_clock(self, first: FloatArray) -> DeviceClock | None:
         if self._time is None:
             return None
-        factor = units.factor("time", self.columns[self._time].unit)
+        factor = units.unit_factor("time", self.columns[self._time].unit)
         ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
-        period, quantum = period_of(ticks), quantum_of(ticks)
+        period, quantum = sampling_period(ticks), time_quantum(ticks)
         self._device_period = period
-        self._split = SplitLines(self._time, (1.5 * period + quantum) / factor)
+        self._split = SplitLineFilter(self._time, (1.5 * period + quantum) / factor)
         return DeviceClock(factor, period, quantum, from_zero=not self._recording)
 
     @property

@@ -5,11 +5,11 @@ import numpy as np
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 
-LONG_GAP = 1.0
+LONG_GAP_SECONDS = 1.0
 """A longer gap is no drop: the device was away."""
 _LONGEST_GAP = 3600.0
 """Seconds; a longer step is no gap: the clock was set."""
-WRAP_WITHIN = 2.0
+MAX_WRAP_STEP_SECONDS = 2.0
 """Seconds; a step back that lands so near behind a full counter is no restart."""
 
 
@@ -35,7 +35,7 @@ class DeviceClock:
         self._factor = factor
         self._period = period
         self._limit = 1.5 * period + quantum
-        self._smoother = Smoother(period, quantum) if quantum else None
+        self._smoother = TimeSmoother(period, quantum) if quantum else None
         self._moduli = (2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6, 2.0**16, 86400.0 / factor)
         self._base = 0.0
         self._offset = 0.0
@@ -84,7 +84,7 @@ class DeviceClock:
         if step < 0:
             for modulus in self._moduli:
                 unwrapped = step + modulus * self._factor
-                if 0 < unwrapped <= WRAP_WITHIN:
+                if 0 < unwrapped <= MAX_WRAP_STEP_SECONDS:
                     self.wraps += 1
                     self._count_lost(unwrapped)
                     return unwrapped
@@ -100,10 +100,10 @@ class DeviceClock:
         if step > self._limit:
             missing = round(step / self._period) - 1
             self._lost += missing
-            self._away += missing if step > LONG_GAP else 0
+            self._away += missing if step > LONG_GAP_SECONDS else 0
 
 
-class Smoother:
+class TimeSmoother:
     """Fine times from coarse ones: a phase-locked loop over the samples.
 
     Milliseconds at 8,000 samples/s come as eight equal times and then a step. The loop follows
@@ -139,7 +139,7 @@ class Smoother:
         if error > self._limit:  # samples are missing: keep the phase, skip whole periods
             missing = round(error / self._period)
             self.lost += missing
-            self.away += missing if error > 0.9 * LONG_GAP else 0
+            self.away += missing if error > 0.9 * LONG_GAP_SECONDS else 0
             self._time += (missing + 1) * self._period
             return self._time
         self._time += max(0.0, self._period + self._PHASE * error)
@@ -187,7 +187,7 @@ class SampleCounter:
         return step
 
 
-class SplitLines:
+class SplitLineFilter:
     """Leaves out single samples whose time is not between those beside them.
 
     Where a buffer overflows, the beginning of one line meets the end of another. Mostly the number

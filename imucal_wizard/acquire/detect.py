@@ -2,7 +2,7 @@
 
 from imucal_wizard.acquire.decode import formats
 from imucal_wizard.acquire.decode.base import Column, Line
-from imucal_wizard.acquire.decode.lines import LineCutter, lines_of
+from imucal_wizard.acquire.decode.lines import LineCutter, split_lines
 
 MIN_UNKNOWN_LINES = 60
 """Lines after which it is said that nothing can be read of them."""
@@ -28,7 +28,7 @@ _MAGIC: tuple[tuple[bytes, str], ...] = (
 _OFTEN = 6
 
 
-class Garbage:
+class GarbageDetector:
     """Watches the share of bytes that no text contains, in blocks of equal size."""
 
     def __init__(self) -> None:
@@ -48,9 +48,11 @@ class Garbage:
         self._block = data[whole:]
 
     def _judge(self) -> None:
-        if unreadable(self._seen) > _TOO_MANY:
+        if unreadable_share(self._seen) > _TOO_MANY:
             protocol = binary_protocol(self._seen)
-            self.problem = _binary(protocol) if protocol else wrong_speed(unreadable(self._seen))
+            self.problem = (
+                _binary(protocol) if protocol else wrong_speed_text(unreadable_share(self._seen))
+            )
         elif self._text_since_line > _JUDGED:
             self.problem = (
                 "Text arrives without line ends: print every sample with println or a newline."
@@ -59,7 +61,7 @@ class Garbage:
             self.problem = ""
 
 
-def unreadable(data: bytes) -> float:
+def unreadable_share(data: bytes) -> float:
     """The share of bytes that no line of text contains, 0 to 1."""
     return len(data.translate(None, _READABLE)) / len(data) if data else 0.0
 
@@ -71,7 +73,7 @@ def binary_protocol(data: bytes) -> str:
     return name if count >= _OFTEN else ""
 
 
-def wrong_speed(share: float, baud: int | None = None) -> str:
+def wrong_speed_text(share: float, baud: int | None = None) -> str:
     """One sentence for bytes that are no text, with the speeds to try."""
     others = ", ".join(str(speed) for speed in BAUDS if speed != baud)
     at = f" at {baud} baud" if baud else ""
@@ -103,7 +105,7 @@ class Detector:
             name: one.detector(columns) for name, one in formats().items() if one.detector
         }
         self._cutter = LineCutter()
-        self._garbage = Garbage()
+        self._garbage = GarbageDetector()
         self._first = not whole
         self._lines = 0
 
@@ -128,9 +130,9 @@ class Detector:
         """
         self._garbage.feed(data)
         lines = []
-        for raw in filter(None, lines_of(self._cutter.feed(data))):
+        for raw in filter(None, split_lines(self._cutter.feed(data))):
             self._lines += 1
-            if unreadable(raw) <= _MAX_UNREADABLE:
+            if unreadable_share(raw) <= _MAX_UNREADABLE:
                 text = raw.decode("utf-8", errors="replace").strip()
                 lines.append(Line(raw, text, self._first))
             self._first = False

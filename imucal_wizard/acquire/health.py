@@ -4,16 +4,16 @@ from collections import deque
 
 from imucal_wizard.acquire.assemble import Assembler
 from imucal_wizard.acquire.host_clock import RateFit
-from imucal_wizard.acquire.resolve import places_of
+from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
-from imucal_wizard.core.readings import Readings, Series, join
+from imucal_wizard.core.readings import Readings, Series, join_readings
 from imucal_wizard.measurement import data_quality
 
 _CHECK_SECONDS = 2.0
 _DEAD_WINDOWS = 5
 _CHECKS = (
-    data_quality.frozen,
-    data_quality.repeated,
+    data_quality.frozen_values,
+    data_quality.repeated_samples,
     data_quality.wrong_gravity,
     data_quality.zero_rate,
 )
@@ -26,7 +26,7 @@ _MIN_COUNTED = 100
 """Samples below which no share is worth a warning."""
 
 
-class Health:
+class StreamHealth:
     """The streaming checks. The windows are cut by sample, never by chunk.
 
     Args:
@@ -96,7 +96,7 @@ class Health:
 
     def _cut(self, size: int) -> None:
         """Look at the windows that are complete, and keep the rest."""
-        whole = join(self._waiting)
+        whole = join_readings(self._waiting)
         used = len(whole) // size * size
         for start in range(0, used, size):
             self._look(_part(whole, start, start + size))
@@ -108,25 +108,25 @@ class Health:
         for check in _CHECKS:
             self._note(check.__name__, check(window))
         for sensor, series in _sensors(window):
-            self._note(f"clipped {sensor}", data_quality.clipped(sensor, series, short=True))
+            self._note(f"clipped {sensor}", data_quality.clipped_range(sensor, series, short=True))
             if not self._windows:
                 text = data_quality.coarse_steps(sensor, series, self._printed_step(sensor))
                 self._note(f"coarse {sensor}", text)
         self._windows.append(window)
         if len(self._windows) < _DEAD_WINDOWS:
             return
-        for sensor, series in _sensors(join(list(self._windows))):
+        for sensor, series in _sensors(join_readings(list(self._windows))):
             if f"coarse {sensor}" not in self._notes:  # a quiet axis stands still between its steps
                 self._note(f"dead {sensor}", data_quality.dead_axes(sensor, series))
 
     def _printed_step(self, sensor: str) -> float | None:
         """The step of the printed digits in the unit of the samples, where they are printed."""
         columns = self._assembler.columns
-        places = [p for p in places_of(columns, sensor) if p < len(self._decimals)]
+        places = [p for p in sensor_places(columns, sensor) if p < len(self._decimals)]
         most = max((self._decimals[p] for p in places), default=-1)
         if most < 0:
             return None
-        return float(10.0**-most * units.factor(sensor, columns[places[0]].unit))
+        return float(10.0**-most * units.unit_factor(sensor, columns[places[0]].unit))
 
     def _clock(self) -> None:
         device = self._assembler.device

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from imucal_wizard.acquire.clock import LONG_GAP
+from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 
-WARM_UP = 2.0
+WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is good enough to start with."""
 _WARM_UP_POINTS = 10
 _STALL = 0.25
@@ -14,7 +14,7 @@ _SETTLE_SECONDS = 0.05
 """Seconds after a silence until what the system had kept for us has been read."""
 
 
-def period_of(times: FloatArray) -> float:
+def sampling_period(times: FloatArray) -> float:
     """The sampling period from a few device times, s; 0 where time does not run.
 
     Gaps and backward jumps are left out. Where the printed time is coarser than the period, equal
@@ -28,11 +28,11 @@ def period_of(times: FloatArray) -> float:
     if not len(forward):
         return 0.0
     middle = float(np.median(forward))
-    low, high = (0.0, 2.5 * middle) if quantum_of(times) else (0.5 * middle, 1.5 * middle)
+    low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
     return float(np.mean(steps[(steps >= low) & (steps <= high)]))
 
 
-def quantum_of(times: FloatArray) -> float:
+def time_quantum(times: FloatArray) -> float:
     """The step of a printed time that is coarser than the sampling period, s; 0 where it is finer.
 
     Args:
@@ -139,7 +139,7 @@ class HostClock:
             return np.zeros(0)
         self._fit.add(float(self._waiting[-1][-1]), arrival)
         if not self._warm:
-            self._warm = self._fit.span >= WARM_UP and self._fit.points >= _WARM_UP_POINTS
+            self._warm = self._fit.span >= WARM_UP_SECONDS and self._fit.points >= _WARM_UP_POINTS
             if not self._warm or not self.period:
                 self._warm = False
                 return np.zeros(0)
@@ -164,7 +164,7 @@ class HostClock:
         missing = self._missing(arrival)
         if missing > 0:
             self.lost += missing
-            self.away += missing if missing * self.period > LONG_GAP else 0
+            self.away += missing if missing * self.period > LONG_GAP_SECONDS else 0
             self._shift += missing
             self._waiting = [piece + missing for piece in self._waiting]
         self._stalled = None

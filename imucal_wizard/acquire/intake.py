@@ -6,32 +6,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.acquire.assemble import Assembler
-from imucal_wizard.acquire.backlog import Backlog
 from imucal_wizard.acquire.decode import decoder_for, formats
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
-from imucal_wizard.acquire.detect import Garbage
-from imucal_wizard.acquire.health import Health
-from imucal_wizard.acquire.search import Found, Search
+from imucal_wizard.acquire.detect import GarbageDetector
+from imucal_wizard.acquire.health import StreamHealth
+from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.output import sanitise
-from imucal_wizard.core.readings import FloatArray, Readings, join
+from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 
 LINK_BREAK = b""
 """An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
 
-_SHOWN_BYTES = 16
-"""Newest bytes of a binary stream that the preview shows."""
+_SHOWN_BYTES = 24
+"""Newest bytes of a binary stream that the preview shows, as hexadecimal numbers."""
 _MAX_UNREAD_LINES = 50
 """Unreadable lines in a row after which it is said that nothing is read any more."""
 
 
 @dataclass(frozen=True)
 class Preview:
-    """The newest line as it came, and what was read from it.
+    """The newest line as received, and the numbers read from it.
 
     Attributes:
-        line: the text, safe to show.
-        values: one number per column, as printed; empty while no row was read.
+        line: printable text; the newest bytes in hexadecimal if the stream is binary.
+        values: one number per column, as printed; empty before the first row.
     """
 
     line: str = ""
@@ -63,13 +62,13 @@ class Intake:
         self._asked = setup or StreamSetup()
         self._compare_arrivals = compare_arrivals and not recording
         self._recording = recording
-        self._search = Search(self._asked, recording=recording)
+        self._search = StreamSearch(self._asked, recording=recording)
         self._held = Backlog()
-        self._found: Found | None = None
+        self._found: ResolvedStream | None = None
         self._decoder: Decoder | None = None
         self._assembler: Assembler | None = None
-        self._health: Health | None = None
-        self._garbage = Garbage()
+        self._health: StreamHealth | None = None
+        self._garbage = GarbageDetector()
         self._unread = 0
         self._malformed = 0
         self._decimals: tuple[int, ...] = ()
@@ -114,9 +113,9 @@ class Intake:
         return known is not None and known.binary
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first malformed line."""
-        return self._decoder.misfit if self._decoder else self._search.misfit
+        return self._decoder.first_malformed if self._decoder else self._search.first_malformed
 
     @property
     def named(self) -> bool:
@@ -183,10 +182,14 @@ class Intake:
     @property
     def preview(self) -> Preview:
         """The newest line and its values."""
-        lines = [line for line in self._line.splitlines() if line.strip()]
+        if self._binary:
+            line = self._line[-_SHOWN_BYTES:].hex(" ")
+        else:
+            lines = [line for line in self._line.splitlines() if line.strip()]
+            line = sanitise(lines[-1]) if lines else ""
         latest = self._latest if self._found else self._search.latest
         row = tuple(float(v) for v in latest[-1]) if len(latest) else ()
-        return Preview(sanitise(lines[-1]) if lines else "", row)
+        return Preview(line, row)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -251,14 +254,14 @@ class Intake:
         other = Intake(setup, compare_arrivals=self._compare_arrivals, recording=self._recording)
         return other, _joined(other.feed(*chunk) for chunk in self._held)
 
-    def _start(self, found: Found) -> Readings | None:
+    def _start(self, found: ResolvedStream) -> Readings | None:
         """Everything is known: decode from the first byte."""
         self._found = found
         decoder = self._decoder = decoder_for(found.format, found.columns, whole=self._recording)
         assembler = self._assembler = Assembler(
             found.columns, found.first, self._asked.rate, recording=self._recording
         )
-        self._health = Health(assembler, self._compare_arrivals, values=not self._recording)
+        self._health = StreamHealth(assembler, self._compare_arrivals, values=not self._recording)
         return _joined(self._run(decoder, assembler, *chunk) for chunk in self._held.taken())
 
     def _run(
@@ -273,7 +276,7 @@ class Intake:
         if len(rows.values):
             self._latest = rows.values
             self._unread = 0
-            self._garbage = Garbage() if self._garbage.problem else self._garbage
+            self._garbage = GarbageDetector() if self._garbage.problem else self._garbage
         else:
             self._unread += rows.malformed
             if not self._binary:
@@ -290,4 +293,4 @@ class Intake:
 
 def _joined(parts: Iterable[Readings | None]) -> Readings | None:
     there = [part for part in parts if part is not None]
-    return join(there) if len(there) > 1 else next(iter(there), None)
+    return join_readings(there) if len(there) > 1 else next(iter(there), None)

@@ -10,7 +10,7 @@ _DENIED = (errno.EACCES, errno.EPERM)
 _BUSY = (errno.EAGAIN, errno.EBUSY)
 
 
-def cannot_open(port: str, error: BaseException, known: list[str]) -> str:
+def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
     """One sentence for a port that does not open.
 
     Args:
@@ -41,7 +41,7 @@ def cannot_open(port: str, error: BaseException, known: list[str]) -> str:
     return f"{port} cannot be opened: {error}. Check the cable and the name of the port."
 
 
-def link_lost(port: str, error: BaseException | None) -> str:
+def link_lost_text(port: str, error: BaseException | None) -> str:
     """One sentence for a port that went away while it was read."""
     why = f" ({error})" if error is not None and "://" in port else ""
     return (
@@ -67,10 +67,10 @@ def _cannot_open_url(url: str, error: BaseException) -> str:
 def _denied(port: str) -> str:
     if sys.platform == "win32":
         return f"{port} is in use by another program. Close that program and try again."
-    return forbidden(port, *_group_of(port))
+    return permission_error_text(port, *_group_of(port))
 
 
-def forbidden(port: str, group: str, may: bool) -> str:
+def permission_error_text(port: str, group: str, may: bool) -> str:
     """One sentence for a port that this user may not open.
 
     Args:
@@ -78,12 +78,12 @@ def forbidden(port: str, group: str, may: bool) -> str:
         group: the group that owns it.
         may: whether that group may read and write it.
     """
-    says = f"No permission to open {port}: it belongs to the group {group}"
+    message = f"No permission to open {port}: it belongs to the group {group}"
     if may and group != "root":  # nobody should join that one for a serial port
         join = f"'sudo usermod -a -G {group} {_me()}'"
-        return f"{says}. Run {join}, log in again, and try again."
+        return f"{message}. Run {join}, log in again, and try again."
     return (
-        f"{says}, which is of no use to join. Run 'sudo chmod a+rw {port}' and try again; that "
+        f"{message}, which is of no use to join. Run 'sudo chmod a+rw {port}' and try again; that "
         f"lasts until it is unplugged."
     )
 

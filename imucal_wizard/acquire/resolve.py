@@ -5,18 +5,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.acquire import guess
+from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import (
     CHANNELS,
-    belongs,
     channel_of,
-    column,
-    no_reading,
+    column_of_name,
+    is_derived,
     quantity_of,
-    squeezed,
+    squeeze_name,
+    unit_belongs,
 )
-from imucal_wizard.acquire.host_clock import period_of
+from imucal_wizard.acquire.host_clock import sampling_period
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
 from imucal_wizard.core.output import sanitise
@@ -52,7 +52,7 @@ class ResolvedColumns:
     notes: tuple[str, ...]
 
 
-def resolve(
+def resolve_columns(
     setup: StreamSetup,
     columns: tuple[Column, ...],
     values: FloatArray,
@@ -74,27 +74,27 @@ def resolve(
             notes.append("The columns that were given are used instead of those in the header.")
         columns = setup.columns
     elif not any(c.channel for c in columns):
-        columns, sure = proposed_columns(columns, values)
+        columns, sure = propose_columns(columns, values)
         if not sure:
             return ResolvedColumns(_proposed_unit(columns, values), ("columns",), (_ASK,))
         names = ", ".join(c.channel or "-" for c in columns)
         notes.append(f"The lines have no names; read as {names}. Correct it if this is wrong.")
-    if says := _twice(columns):
-        return ResolvedColumns(columns, ("columns",), (says,))
+    if message := _twice(columns):
+        return ResolvedColumns(columns, ("columns",), (message,))
     channels = {c.channel for c in columns}
     accelerometer = {"ax", "ay", "az"} & channels
-    others = any(places_of(columns, sensor) for sensor in _SENSORS)
+    others = any(sensor_places(columns, sensor) for sensor in _SENSORS)
     if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
-        says = _lacking("accelerometer", channels)
-        return ResolvedColumns(columns, ("columns",), (*notes, says))
+        message = _lacking("accelerometer", channels)
+        return ResolvedColumns(columns, ("columns",), (*notes, message))
     for sensor in ("gyroscope", "magnetometer"):
-        if set(CHANNELS[sensor]) & channels and not places_of(columns, sensor):
+        if set(CHANNELS[sensor]) & channels and not sensor_places(columns, sensor):
             notes.append(_lacking(sensor, channels) + " It is left out.")
             columns = _without(columns, sensor)
     if arrivals is None:
         columns, silent = _without_silent(columns, values)
         notes += silent
-        if not any(places_of(columns, sensor) for sensor in _SENSORS):
+        if not any(sensor_places(columns, sensor) for sensor in _SENSORS):
             return ResolvedColumns(columns, ("sensor",), tuple(notes))
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(setup, columns, values, arrivals, notes)
@@ -106,7 +106,7 @@ _ASK = (
 )
 
 
-def proposed_columns(
+def propose_columns(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], bool]:
     """A channel for each column, and whether that is sure enough to go on without asking.
@@ -118,8 +118,8 @@ def proposed_columns(
         columns: the columns, none of which has a channel.
         values: first rows, shape (n, len(columns)).
     """
-    places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
-    found, sure = guess.channels(values[:, places])
+    places = [i for i, c in enumerate(columns) if not is_derived(squeeze_name(c.name))]
+    found, sure = column_guess.guess_channels(values[:, places])
     channels = dict(zip(places, found, strict=True))
     named = tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns))
     return named, sure and not _own_names(columns)
@@ -138,7 +138,7 @@ def _twice(columns: tuple[Column, ...]) -> str:
     """What to say of a second sensor of the same kind, or ""."""
     first = {c.channel: c.name for c in columns if c.channel}
     for c in columns:
-        again = "" if c.channel else column(c.name).channel
+        again = "" if c.channel else column_of_name(c.name).channel
         if again in first and len(again) == 2 and quantity_of(again):
             return (
                 f"Two columns are {again}: '{sanitise(first[again])}' and '{sanitise(c.name)}'. "
@@ -163,7 +163,7 @@ def _without_silent(
     """A recording without the sensors that have no whole sample, and what to say of them."""
     notes = []
     for sensor in _SENSORS:
-        places = places_of(columns, sensor)
+        places = sensor_places(columns, sensor)
         there = np.asarray(np.isfinite(values[:, places]))
         if not places or there.all(axis=1).any():
             continue
@@ -186,7 +186,7 @@ def _with_units(
 ) -> ResolvedColumns:
     needs: list[str] = []
     for sensor in _SENSORS:
-        places = places_of(columns, sensor)
+        places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
             columns = _set_unit(columns, places, units.COUNT)
         if not places or (all(columns[p].unit for p in places) and not _wrong(columns, places)):
@@ -210,7 +210,7 @@ def _with_units(
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
     """Those of the columns whose unit is none of theirs."""
     own = [columns[p] for p in places]
-    return [c for c in own if c.unit and not belongs(c.channel, c.unit)]
+    return [c for c in own if c.unit and not unit_belongs(c.channel, c.unit)]
 
 
 def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
@@ -255,7 +255,7 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
 
 def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Column, ...]:
     """The columns with the unit that gravity has in those proposed for the accelerometer."""
-    places = places_of(columns, "accelerometer")
+    places = sensor_places(columns, "accelerometer")
     if not places:
         return columns
     return _set_unit(
@@ -265,23 +265,25 @@ def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Col
 
 def _unit_guess(
     sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
-) -> guess.UnitGuess:
+) -> column_guess.UnitGuess:
     good = own[np.isfinite(own).all(axis=1)]
     if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
-        return guess.UnitGuess(units.COUNT, "")
+        return column_guess.UnitGuess(units.COUNT, "")
     if not len(good):
-        return guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
+        return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
-        return guess.accelerometer_unit(good)
+        return column_guess.guess_accelerometer_unit(good)
     if sensor == "magnetometer":
-        return guess.magnetometer_unit(good)
-    accelerometer = places_of(columns, "accelerometer")
+        return column_guess.guess_magnetometer_unit(good)
+    accelerometer = sensor_places(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
-    both = values[:, accelerometer + places_of(columns, "gyroscope")]
+    both = values[:, accelerometer + sensor_places(columns, "gyroscope")]
     both = both[np.isfinite(both).all(axis=1)]
     if counts and bool(np.all(both == np.round(both))):
-        return guess.UnitGuess(units.COUNT, "Whole numbers: the gyroscope is read as raw counts.")
-    return guess.UnitGuess("", "")
+        return column_guess.UnitGuess(
+            units.COUNT, "Whole numbers: the gyroscope is read as raw counts."
+        )
+    return column_guess.UnitGuess("", "")
 
 
 def _timed(
@@ -297,8 +299,8 @@ def _timed(
     rate = () if arrivals is not None or setup.rate else ("rate",)
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
     if place is None:
-        says = "It has no time column: give the samples per second." if rate else ""
-        return columns, rate, (says,) if says else ()
+        message = "It has no time column: give the samples per second." if rate else ""
+        return columns, rate, (message,) if message else ()
     time = columns[place]
     instead = "it is not used" if arrivals is None else "the rate is measured from arrival instead"
     dropped = (*columns[:place], replace(time, channel="", unit=""), *columns[place + 1 :])
@@ -310,8 +312,8 @@ def _timed(
         return dropped, rate, (f"The time column does not run{at}: {instead}.",)
     back = float(np.mean(steps < 0))
     if back > _MAX_BACKWARD:
-        says = f"The time column goes back in {back:.0%} of its steps: {instead}."
-        return dropped, rate, (says,)
+        message = f"The time column goes back in {back:.0%} of its steps: {instead}."
+        return dropped, rate, (message,)
     if time.unit and time.unit not in units.FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME)),)
     doubt = _doubtful(ticks, time.unit)
@@ -320,9 +322,9 @@ def _timed(
     if doubt and arrivals is None:
         return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
     if arrivals is None:
-        found = guess.time_unit_by_rate(ticks, setup.rate)
+        found = column_guess.guess_time_unit_by_rate(ticks, setup.rate)
     else:
-        found = guess.time_unit(ticks, arrivals[good])
+        found = column_guess.guess_time_unit(ticks, arrivals[good])
     if not found.unit and arrivals is None:
         return columns, ("columns",), (found.why,)
     if not found.unit:
@@ -333,14 +335,14 @@ def _timed(
 
 def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
     """What to say of a stated rate that the times contradict."""
-    period = period_of(ticks * units.factor("time", unit))
+    period = sampling_period(ticks * units.unit_factor("time", unit))
     if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
         return ()
-    says = (
+    message = (
         f"The stated rate of {rate:g} Hz was not used: the time column says {1.0 / period:.6g} Hz. "
         f"If the times are wrong, leave their column out."
     )
-    return (says,)
+    return (message,)
 
 
 def _doubtful(ticks: FloatArray, unit: str) -> str:
@@ -348,13 +350,13 @@ def _doubtful(ticks: FloatArray, unit: str) -> str:
     if not unit:
         return ""
     steps = np.diff(ticks)
-    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.factor("time", unit))
+    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.unit_factor("time", unit))
     if _RATES[0] <= rate <= _RATES[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "
 
 
-def first_stretch(
+def first_rows(
     columns: tuple[Column, ...], values: FloatArray, full: bool = False
 ) -> FloatArray | None:
     """The shortest beginning of a stream from which the device's period can be taken.
@@ -373,7 +375,7 @@ def first_stretch(
         return values[:FIRST_ROWS]
     if not columns[place].unit:
         return None
-    seconds = values[:, place] * units.factor("time", columns[place].unit)
+    seconds = values[:, place] * units.unit_factor("time", columns[place].unit)
     steps = np.nan_to_num(np.diff(seconds, prepend=seconds[:1]))
     enough = np.flatnonzero(np.cumsum(np.maximum(steps, 0.0)) >= _FIRST_SECONDS)
     if not len(enough):
@@ -381,7 +383,7 @@ def first_stretch(
     return values[: max(int(enough[0]) + 1, FIRST_ROWS)]
 
 
-def places_of(columns: tuple[Column, ...], sensor: str) -> list[int]:
+def sensor_places(columns: tuple[Column, ...], sensor: str) -> list[int]:
     """The places of a sensor's x, y and z column; empty unless all three are there."""
     where = {c.channel: i for i, c in enumerate(columns) if c.channel}
     places = [where[channel] for channel in CHANNELS[sensor] if channel in where]

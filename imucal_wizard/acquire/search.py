@@ -1,22 +1,56 @@
 """Finding out, line by line, what a stream is: format, columns, units."""
 
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.acquire.backlog import Backlog
 from imucal_wizard.acquire.decode import decoder_for
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
-from imucal_wizard.acquire.resolve import FIRST_ROWS, first_stretch, resolve
+from imucal_wizard.acquire.resolve import FIRST_ROWS, first_rows, resolve_columns
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.readings import FloatArray
 
 _PROBE_LINES = 16384
+MAX_BACKLOG = 1 << 24
+"""Bytes kept, 16 MiB: twenty minutes at 115200 baud. A stream of which nobody says for longer what
+it is goes on to be written down; only the reading of it begins later."""
+
+
+class Backlog:
+    """Pieces of bytes with their arrival times, the oldest dropped when there are too many.
+
+    Args:
+        limit: how many bytes are kept; the newest piece always is.
+    """
+
+    def __init__(self, limit: int = MAX_BACKLOG) -> None:
+        self._limit = limit
+        self._pieces: deque[tuple[bytes, float]] = deque()
+        self._size = 0
+
+    def __iter__(self) -> Iterator[tuple[bytes, float]]:
+        return iter(self._pieces)
+
+    def add(self, data: bytes, arrival: float) -> None:
+        """Keep one piece more."""
+        self._pieces.append((data, arrival))
+        self._size += len(data)
+        while self._size > self._limit and len(self._pieces) > 1:
+            self._size -= len(self._pieces.popleft()[0])
+
+    def taken(self) -> list[tuple[bytes, float]]:
+        """All pieces, oldest first; none is kept any more."""
+        pieces = list(self._pieces)
+        self._pieces.clear()
+        self._size = 0
+        return pieces
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ResolvedStream:
     """All that must be known before Readings can be made.
 
     Attributes:
@@ -30,7 +64,7 @@ class Found:
     first: FloatArray
 
 
-class Search:
+class StreamSearch:
     """Looks at the beginning of a stream until everything is known.
 
     Fed with one line at a time, so that the answer does not depend on how the bytes were cut. The
@@ -70,9 +104,9 @@ class Search:
         return self._columns or (self._decoder.columns if self._decoder else ())
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first line that does not fit."""
-        return self._decoder.misfit if self._decoder else None
+        return self._decoder.first_malformed if self._decoder else None
 
     @property
     def named(self) -> bool:
@@ -96,7 +130,7 @@ class Search:
             f"line and correct the format or the columns."
         )
 
-    def feed(self, piece: bytes, arrival: float) -> Found | None:
+    def feed(self, piece: bytes, arrival: float) -> ResolvedStream | None:
         """Look at one line more.
 
         Args:
@@ -122,13 +156,13 @@ class Search:
         if self._decoder is not None:
             self._decoder.broken()
 
-    def finish(self) -> Found | None:
+    def finish(self) -> ResolvedStream | None:
         """What is found now that no more will come."""
         if self._decoder is None or not self._values:
             return None
         return self._resolve(self._decoder, full=True)
 
-    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> Found | None:
+    def _decode(self, decoder: Decoder, piece: bytes, arrival: float) -> ResolvedStream | None:
         before = decoder.columns
         rows = decoder.feed(piece)
         self.decimals = rows.decimals or self.decimals
@@ -145,13 +179,13 @@ class Search:
         changed = decoder.columns != before and count >= FIRST_ROWS
         return self._resolve(decoder) if due or changed else None
 
-    def _resolve(self, decoder: Decoder, *, full: bool = False) -> Found | None:
+    def _resolve(self, decoder: Decoder, *, full: bool = False) -> ResolvedStream | None:
         values = np.concatenate(self._values)
         arrivals = None if self._recording else np.array(self._arrivals)
-        found = resolve(self._setup, decoder.columns, values, arrivals)
+        found = resolve_columns(self._setup, decoder.columns, values, arrivals)
         self._columns, self.needs, self.notes = found.columns, found.needs, found.notes
         if found.needs:
             return None
         full = full or len(self._arrivals) >= _PROBE_LINES
-        first = first_stretch(found.columns, values, full=full)
-        return None if first is None else Found(decoder.name, found.columns, first)
+        first = first_rows(found.columns, values, full=full)
+        return None if first is None else ResolvedStream(decoder.name, found.columns, first)

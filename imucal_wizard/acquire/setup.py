@@ -1,10 +1,11 @@
 """How a stream is to be read: what the user said, or what was found out. Goes into the session."""
 
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.decode.vocabulary import column, quantity_of
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name, quantity_of
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
 
@@ -35,7 +36,7 @@ class StreamSetup:
         for sensor in ("accelerometer", "gyroscope", "magnetometer"):
             word = getattr(self, f"{sensor}_unit")
             if word:
-                units.factor(sensor, word)
+                units.unit_factor(sensor, word)
         if self.rate is not None and not 0 < self.rate < 1e6:
             raise UsageError(f"A rate of {self.rate} per second cannot be; give samples per second")
 
@@ -43,7 +44,7 @@ class StreamSetup:
         """The unit of a column: what was said for its sensor, or what the column says."""
         sensor = quantity_of(column.channel)
         said = getattr(self, f"{sensor}_unit", "") if sensor else ""
-        return units.canonical(said or column.unit)
+        return units.canonical_unit(said or column.unit)
 
     def to_json(self) -> dict[str, Any]:
         """A value that the ``json`` module writes."""
@@ -73,7 +74,7 @@ def named_columns(names: str) -> tuple[Column, ...]:
     Raises:
         UsageError: a name is not known; ``-`` or nothing skips a column.
     """
-    found = tuple(column(name) for name in names.split(","))
+    found = tuple(column_of_name(name) for name in names.split(","))
     for c in found:
         if not c.channel and c.name not in ("", "-", "_", "skip"):
             raise UsageError(
@@ -81,3 +82,52 @@ def named_columns(names: str) -> tuple[Column, ...]:
                 f"counter, or - for one to skip"
             )
     return found
+
+
+def chosen_setup(
+    stream_format: str,
+    columns: Sequence[Column],
+    channels: Sequence[str],
+    chosen_units: Mapping[str, str],
+) -> StreamSetup:
+    """The setup of a stream whose columns and units a person has chosen.
+
+    Args:
+        stream_format: name of the stream's format, or "".
+        columns: as the stream describes them.
+        channels: the channel chosen for each column; "" for a column that is not used.
+        chosen_units: the unit of ``time`` and of each sensor; "" if none was chosen.
+
+    Raises:
+        UsageError: a channel has two columns, a sensor lacks an axis, or a unit is missing.
+    """
+    used = [channel for channel in channels if channel]
+    twice = sorted({channel for channel in used if used.count(channel) > 1})
+    if twice:
+        raise UsageError(f"{', '.join(twice)} is given twice; a channel has one column")
+    for sensor in ("accelerometer", "gyroscope", "magnetometer"):
+        missing = [channel for channel in CHANNELS[sensor] if channel not in used]
+        if missing and sensor == "accelerometer":
+            raise UsageError(
+                f"the accelerometer lacks {', '.join(missing)}: choose the column of each"
+            )
+        if 0 < len(missing) < len(CHANNELS[sensor]):
+            raise UsageError(f"the {sensor} needs all of {', '.join(CHANNELS[sensor])}, or none")
+    asked = {quantity_of(channel) for channel in used} & chosen_units.keys()
+    for quantity in chosen_units:
+        if quantity in asked and not chosen_units[quantity]:
+            raise UsageError(f"choose the unit of the {quantity}")
+    made = []
+    for own, channel in zip(columns, channels, strict=True):
+        quantity = quantity_of(channel) or ""
+        kept = own.unit if channel == own.channel else ""
+        unit = chosen_units.get(quantity) or kept or units.SI_UNIT.get(quantity, "")
+        made.append(replace(own, channel=channel, unit=unit if channel else ""))
+    own_units = {name: unit for name, unit in chosen_units.items() if name in asked}
+    return StreamSetup(
+        format=stream_format or AUTO,
+        columns=tuple(made),
+        accelerometer_unit=own_units.get("accelerometer", ""),
+        gyroscope_unit=own_units.get("gyroscope", ""),
+        magnetometer_unit=own_units.get("magnetometer", ""),
+    )

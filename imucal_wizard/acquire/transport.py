@@ -96,7 +96,7 @@ class Transport:
             return opened
         except (*_LOST, OverflowError) as error:  # OverflowError: a speed beyond all measure
             known = [info.device for info in ports]
-            raise LinkError(link_errors.cannot_open(sanitise(port), error, known)) from error
+            raise LinkError(link_errors.open_error_text(sanitise(port), error, known)) from error
 
     def read(self, timeout: float = 0.05) -> bytes:
         """Everything that has arrived; waits at most ``timeout`` seconds for the first byte.
@@ -111,11 +111,11 @@ class Transport:
             raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
         try:
             if self._fd is not None:
-                return gathered(self._fd, timeout)
+                return read_burst(self._fd, timeout)
             return self._read_any(timeout)
         except _LOST as error:
             self.close()
-            raise LinkError(link_errors.link_lost(sanitise(self.port), error)) from error
+            raise LinkError(link_errors.link_lost_text(sanitise(self.port), error)) from error
 
     def _read_any(self, timeout: float) -> bytes:
         """The way through pyserial alone: Windows and remote ports."""
@@ -136,7 +136,7 @@ class Transport:
             self._serial.write(data)
         except _LOST as error:
             self.close()
-            raise LinkError(link_errors.link_lost(sanitise(self.port), error)) from error
+            raise LinkError(link_errors.link_lost_text(sanitise(self.port), error)) from error
 
     def reopen(self) -> bool:
         """Look once for the same device, under its old name or another, and open it.
@@ -191,7 +191,7 @@ def _readable(fd: int, timeout: float) -> bool:
     return bool(select.select([fd], [], [], timeout)[0])
 
 
-def gathered(fd: int, timeout: float) -> bytes:
+def read_burst(fd: int, timeout: float) -> bytes:
     """Wait for the first bytes; while they keep coming fast, gather for a moment.
 
     A slow stream is handed over at once. A fast one comes in few large chunks, which costs a

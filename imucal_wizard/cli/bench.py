@@ -64,6 +64,11 @@ def parser() -> Parser:
         "another sensor's as SENSOR/NAME; list for the names",
     )
     made.add_argument(
+        "--guess",
+        metavar="TERM[:AXIS[:SIGN]]",
+        help="compare a guess with the evidence, like second-order:y:+",
+    )
+    made.add_argument(
         "--save",
         type=file_to_write,
         metavar="CAL.json",
@@ -79,6 +84,10 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
     added = wanted_terms(arguments.add)
+    if arguments.guess:
+        from imucal_wizard.teach.prediction import parse_prediction
+
+        parse_prediction(arguments.guess)
     fit = _fit(arguments)
     recording = fit.recording
     try:
@@ -90,8 +99,8 @@ def run(argv: Sequence[str]) -> int:
         return write_diagnosis(
             [insufficient(name, str(error)) for name in sensors], recording, arguments
         )
-    asked = sys.stdin.isatty() and sys.stdout.isatty()
-    if asked and not (arguments.auto or arguments.json or arguments.view or arguments.save):
+    printed = arguments.auto, arguments.json, arguments.view, arguments.save, arguments.guess
+    if sys.stdin.isatty() and sys.stdout.isatty() and not any(printed):
         from imucal_wizard.tui.run import run_bench
 
         fit.add(added)
@@ -102,6 +111,8 @@ def run(argv: Sequence[str]) -> int:
         statements = diagnose_benches(benches, added, arguments.auto)
         if arguments.view:
             return _picture(statements, arguments.view, arguments.json)
+        if arguments.guess:
+            return _judge_guess(statements, arguments.guess, arguments.json)
     except DataError as error:
         if arguments.json:
             from imucal_wizard.report.document import failure_document
@@ -113,6 +124,30 @@ def run(argv: Sequence[str]) -> int:
         fit.judged({one.sensor: one for one in statements}).save(arguments.save)
         (note if arguments.json == STANDARD_OUT else say)(f"saved: {arguments.save}")
     return status
+
+
+def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None) -> int:
+    """Print a guess beside the evidence.
+
+    Raises:
+        UsageError: there is no such sensor or suspect.
+    """
+    from imucal_wizard.teach.prediction import judge_prediction, parse_prediction
+
+    sensor, prediction = parse_prediction(text)
+    diagnosis = next((one for one in statements if one.sensor == sensor), None)
+    if diagnosis is None:
+        raise UsageError(f"there is no {sensor} in this recording to judge {text!r} by")
+    judged = judge_prediction(diagnosis, prediction)
+    if place:
+        answers = [
+            {"agreement": one.agreement.name.lower(), "guess": one.predicted, "found": one.found}
+            for one in judged
+        ]
+        write_json({"schema": "imucal-wizard/guess/1", "answers": answers}, place)
+    if place != STANDARD_OUT:
+        say("\n".join(one.text for one in judged))
+    return 0
 
 
 def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) -> int:
@@ -159,7 +194,7 @@ def _fit(arguments: Namespace) -> "Fit":
         UsageError: a term that the base does not have.
     """
     from imucal_wizard.api import Fit
-    from imucal_wizard.estimate.fitting import FitOptions
+    from imucal_wizard.estimate.recording import FitOptions
     from imucal_wizard.model.catalogue import load_effect
 
     own = [load_effect(path) for path in arguments.effects]

@@ -32,7 +32,7 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json)
     fit = calibrated(arguments, "compare")
-    from imucal_wizard.estimate.fitting.methods import method_rows
+    from imucal_wizard.estimate.comparison import method_rows
     from imucal_wizard.report.document import methods_document
     from imucal_wizard.report.tables import method_table
 

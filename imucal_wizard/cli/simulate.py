@@ -1,19 +1,26 @@
 """``imucal-wizard simulate``: a recording of the virtual IMU, or an exercise for a class."""
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
     Parser,
     add_exercise,
+    add_json,
     add_sensor,
     check_exercise,
     file_to_write,
+    write_json,
 )
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import say
+
+if TYPE_CHECKING:
+    from imucal_wizard.simulate.hidden import Hidden
 
 USAGE = (("simulate OUT.csv", "write a recording of the virtual IMU"),)
 
@@ -41,6 +48,7 @@ def parser() -> Parser:
         action="store_true",
         help="with a magnetometer, and a circle on each of the six faces at the end",
     )
+    add_json(made)
     class_room = made.add_argument_group("an exercise for a class")
     add_exercise(
         class_room,
@@ -60,18 +68,24 @@ def run(argv: Sequence[str]) -> int:
         return _reveal(arguments)
     if arguments.mystery:
         return _mystery(arguments)
+    from imucal_wizard.simulate.hidden import parse_hidden
     from imucal_wizard.simulate.recording import simulate_recording
 
+    hidden = [parse_hidden(text) for text in arguments.hidden]
     simulate_recording(
         arguments.out,
-        hidden=arguments.hidden,
+        hidden=hidden,
         seed=arguments.seed or 0,
         rate=arguments.rate,
         poses=arguments.poses or "18",
         magnetometer=arguments.magnetometer,
     )
-    say(f"written: {arguments.out}")
-    return 0
+    found = {
+        "recording": str(arguments.out),
+        "seed": arguments.seed or 0,
+        "hidden": [_effect(one) for one in hidden],
+    }
+    return _answer(arguments, found, [f"written: {arguments.out}"])
 
 
 def _check(arguments: Namespace) -> None:
@@ -95,13 +109,13 @@ def _spare_measured(out: Path) -> None:
     Raises:
         UsageError: there is another file of this name.
     """
-    from imucal_wizard.simulate.recording import COMMENT
+    from imucal_wizard.simulate.recording import FIRST_COMMENT
 
     start = b"?"  # an unreadable file is not overwritten
     if out.is_file():
         with suppress(OSError), out.open("rb") as file:
-            start = file.read(len(COMMENT))
-        if start not in (b"", COMMENT.encode()):
+            start = file.read(len(FIRST_COMMENT))
+        if start not in (b"", FIRST_COMMENT.encode()):
             raise UsageError(f"{out} is there already and not simulated: give another name")
 
 
@@ -117,22 +131,45 @@ def _mystery(arguments: Namespace) -> int:
         poses=arguments.poses or "26+repeats",
         magnetometer=arguments.magnetometer,
     )
-    say(f"written: {made.recording} (for the class)")
-    say(f"sealed:  {made.answer}")
+    lines = [f"written: {made.recording} (for the class)", f"sealed:  {made.answer}"]
     if arguments.key is None:
-        say(f"key:     {made.key}")
-    return 0
+        lines.append(f"key:     {made.key}")
+    found = {"recording": str(made.recording), "answer": str(made.answer), "key": made.key}
+    return _answer(arguments, found, lines)
 
 
 def _reveal(arguments: Namespace) -> int:
     from imucal_wizard.teach import reveal
-    from imucal_wizard.teach.exercise import in_words
-    from imucal_wizard.teach.guess import judged, parse_guess
+    from imucal_wizard.teach.exercise import truth_in_words
+    from imucal_wizard.teach.guess import judge_guess, parse_guess
 
     guess = parse_guess(arguments.guess) if arguments.guess else None
     truth = reveal(arguments.reveal, arguments.key)
+    lines = [f"answer: {truth_in_words(truth)}"]
+    found: dict[str, object] = {"truth": _effect(truth), "guess": None}
     if guess is not None:
-        outcome, why = judged(guess, truth)
-        say(f"guess:  {arguments.guess}: {outcome} ({why})")
-    say(f"answer: {in_words(truth)}")
+        outcome, why = judge_guess(guess, truth)
+        lines.insert(0, f"guess:  {arguments.guess}: {outcome} ({why})")
+        found["guess"] = {"text": arguments.guess, "outcome": str(outcome), "reason": why}
+    return _answer(arguments, found, lines)
+
+
+def _effect(hidden: "Hidden") -> dict[str, object]:
+    """A hidden effect as a value of JSON."""
+    return {
+        "sensor": hidden.sensor,
+        "term": hidden.term,
+        "axes": hidden.letters,
+        "size": hidden.size,
+        "unit": hidden.unit,
+    }
+
+
+def _answer(arguments: Namespace, found: Mapping[str, object], lines: Sequence[str]) -> int:
+    """Report what was done: as JSON where that was asked for, and in lines."""
+    if arguments.json:
+        write_json({"schema": "imucal-wizard/simulate/1", **found}, arguments.json)
+    if arguments.json != STANDARD_OUT:
+        for line in lines:
+            say(line)
     return 0

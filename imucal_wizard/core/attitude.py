@@ -35,8 +35,11 @@ class Samples:
         second: sample at which it ends, the same for an empty step, shape (s,).
         dt: duration of each step, s, shape (s,).
         step_offsets: first step of each rotation, and s, shape (m + 1,).
-        near: the three samples whose parabola gives the slope at each, shape (3, n).
-        slope: their weights in it, 1/s, shape (3, n).
+        begins: step that begins at each sample, s where none does, shape (n,).
+        ends: step that ends at each sample, s where none does, shape (n,).
+        slope: weights of three samples in the slope of their parabola at each sample, 1/s, shape
+            (3, n): of the sample before, itself and the one after; at the ends of a rotation, of
+            the first or last three.
     """
 
     time: FloatArray
@@ -47,20 +50,29 @@ class Samples:
     second: IntArray
     dt: FloatArray
     step_offsets: IntArray
-    near: IntArray
+    begins: IntArray
+    ends: IntArray
     slope: FloatArray
 
     def turned(self, rate: FloatArray) -> FloatArray:
         """Rotation vector of each step, rad, shape (3, s), for rates (n, 3) in rad/s."""
         w = np.ascontiguousarray(rate.T)
-        slope = sum(weight * w[:, near] for near, weight in zip(self.near, self.slope, strict=True))
-        w0, w1 = w[:, self.first], w[:, self.second]
-        bent = np.take(slope, self.first, axis=1) - np.take(slope, self.second, axis=1)
+        slope = np.empty_like(w)
+        before, here, after = self.slope[:, 1:-1]
+        np.multiply(w[:, 1:-1], here, out=slope[:, 1:-1])
+        slope[:, 1:-1] += w[:, :-2] * before
+        slope[:, 1:-1] += w[:, 2:] * after
+        first, last = self.offsets[:-1], self.offsets[1:] - 1
+        for ends, around in ((first, first + 1), (last, last - 1)):
+            near = w[:, around + np.array([[-1], [0], [1]])]
+            slope[:, ends] = (near * self.slope[:, ends]).sum(axis=1)
+        w0, w1 = w.take(self.first, axis=1), w.take(self.second, axis=1)
+        bent = slope.take(self.first, axis=1) - slope.take(self.second, axis=1)
         twelfth = self.dt * self.dt / 12.0
         return np.asarray(0.5 * self.dt * (w0 + w1) + twelfth * (bent + cross(w0, w1)))
 
     def spread(self, steps: FloatArray) -> FloatArray:
-        """``Σ steps · ∫ w dt`` as weights of the samples' w, by the trapezoidal rule.
+        """``Σ steps · w`` as weights of the samples' w, with w half way through each step.
 
         Args:
             steps: a factor of each step, shape (k, s).
@@ -68,18 +80,19 @@ class Samples:
         Returns:
             Shape (k, n).
         """
-        half = 0.5 * self.dt * steps
-        out = np.zeros((len(steps), len(self.time)))
-        filled = self.dt > 0.0
-        out[:, self.first[filled]] += half[:, filled]
-        out[:, self.second[filled]] += half[:, filled]
-        return out
+        half = np.zeros((len(steps), len(self.dt) + 1))  # the last one is of no step
+        np.multiply(0.5, steps, out=half[:, :-1])
+        return np.asarray(half.take(self.begins, axis=1) + half.take(self.ends, axis=1))
+
+    def at_middles(self, values: FloatArray) -> FloatArray:
+        """What is known at the samples (n, k), half way through each step, shape (s, k)."""
+        return np.asarray(
+            0.5 * (values.take(self.first, axis=0) + values.take(self.second, axis=0))
+        )
 
     def at_samples(self, before: FloatArray, after: FloatArray) -> FloatArray:
         """What is known before and after each step (k, s), at the samples, shape (k, n)."""
-        out = np.empty((len(before), len(self.time)))
-        filled = self.dt > 0.0
-        out[:, self.first[filled]] = before[:, filled]
+        out = before.take(self.begins, axis=1, mode="clip")
         out[:, self.offsets[1:] - 1] = after[:, self.step_offsets[1:] - 1]
         return out
 
@@ -93,18 +106,21 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
     times = [time[keep] for time, keep in zip(times, kept, strict=True)]
     counts = np.array([len(time) for time in times])
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    firsts, seconds, near, slopes, steps = [], [], [], [], [0]
+    firsts, seconds, begins, slopes, steps = [], [], [], [], [0]
     for start, time in zip(offsets[:-1], times, strict=True):
         begin = np.arange(len(time) - 1) + start
         empty = np.full(-len(begin) % PIECE, start)
         firsts.append(np.concatenate([begin, empty]))
         seconds.append(np.concatenate([begin + 1, empty]))
+        begins.append(np.arange(len(time)) + steps[-1])
         steps.append(steps[-1] + len(begin) + len(empty))
         nodes = np.clip(np.arange(len(time)), 1, len(time) - 2) + np.array([[-1], [0], [1]])
-        near.append(nodes + start)
         slopes.append(_slopes(time, nodes))
     time = np.concatenate(times)
     first, second = np.concatenate(firsts), np.concatenate(seconds)
+    beginning = np.concatenate(begins)
+    ending = beginning - 1
+    beginning[offsets[1:] - 1] = ending[offsets[:-1]] = len(first)
     return Samples(
         time=time,
         reading=np.concatenate([y[keep] for y, keep in zip(readings, kept, strict=True)]),
@@ -114,7 +130,8 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
         second=second,
         dt=time[second] - time[first],
         step_offsets=np.array(steps, np.int64),
-        near=np.concatenate(near, axis=1),
+        begins=beginning,
+        ends=ending,
         slope=np.concatenate(slopes, axis=1),
     )
 

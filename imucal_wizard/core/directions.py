@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 
 SAME_DIRECTION = np.radians(12.0)
 """Holds that are all closer together than this are repeats of one direction: left out together,
@@ -40,13 +40,8 @@ def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
     return np.argsort(np.argsort(where))[names]
 
 
-def middles(up: FloatArray, labels: IntArray) -> FloatArray:
+def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
     """The middle of each group of directions, shape (d, 3), so that no single one decides."""
     sums = np.zeros((int(labels.max(initial=-1)) + 1, 3))
     np.add.at(sums, labels, up)
     return unit_vectors(sums)
-
-
-def near_any(up: FloatArray, others: FloatArray, limit: float = SAME_DIRECTION) -> BoolArray:
-    """Which unit vectors (n, 3) are within ``limit``, rad, of any of the others (k, 3)."""
-    return np.asarray(((up @ others.T) > np.cos(limit)).any(axis=1))

@@ -16,18 +16,18 @@ UNITS_BY_SIZE = ("m/s^2", "g", "mg")
 """Units that are told apart by the size of gravity; cm/s² and mg are not."""
 
 
-def usual_size(values: FloatArray) -> float:
+def median_magnitude(values: FloatArray) -> float:
     """Median magnitude of readings, shape (n, 3); NaN rows do not count."""
     return float(np.nanmedian(np.sqrt(np.einsum("ij,ij->i", values, values))))
 
 
-def whole_numbers(values: FloatArray) -> bool:
+def are_whole_numbers(values: FloatArray) -> bool:
     """Whether all readings are whole numbers, as counts are."""
     finite = values[np.isfinite(values)]
     return bool(np.all(finite == np.floor(finite)))
 
 
-def fits(size: float, unit: str, within: float = MAX_UNIT_ERROR) -> bool:
+def gravity_fits_unit(size: float, unit: str, within: float = MAX_UNIT_ERROR) -> bool:
     """Whether gravity may have this size in a unit, to so large a share of it."""
     if unit == COUNT:
         return size >= MIN_GRAVITY_COUNTS
@@ -36,10 +36,10 @@ def fits(size: float, unit: str, within: float = MAX_UNIT_ERROR) -> bool:
 
 def unit_of_gravity(size: float, within: float = MAX_UNIT_ERROR) -> str | None:
     """The unit in which one gravity has this size, to so large a share of it; None for counts."""
-    return next((unit for unit in UNITS_BY_SIZE if fits(size, unit, within)), None)
+    return next((unit for unit in UNITS_BY_SIZE if gravity_fits_unit(size, unit, within)), None)
 
 
-def looks_like(size: float, whole: bool) -> str | None:
+def acceleration_unit(size: float, whole: bool) -> str | None:
     """The acceleration unit in which gravity would have this size, or None.
 
     Args:
@@ -49,4 +49,4 @@ def looks_like(size: float, whole: bool) -> str | None:
     found = unit_of_gravity(size)
     if not whole or found == "mg":  # the only one of them that is printed in whole numbers
         return found
-    return COUNT if fits(size, COUNT) else None
+    return COUNT if gravity_fits_unit(size, COUNT) else None

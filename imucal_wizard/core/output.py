@@ -10,7 +10,7 @@ _OBEYED = ("Cc", "Cf", "Cs", "Co")
 """Control, format (direction marks), surrogate and private characters."""
 
 
-def harmless(text: str) -> str:
+def without_control_characters(text: str) -> str:
     """The text without control characters, except for line ends."""
     if text.isprintable():
         return text
@@ -22,15 +22,15 @@ def harmless(text: str) -> str:
 
 def say(text: str) -> None:
     """Write lines to standard output."""
-    print(harmless(text))
+    print(without_control_characters(text))
 
 
 def note(text: str) -> None:
     """Write lines to standard error."""
-    print(harmless(text), file=sys.stderr)
+    print(without_control_characters(text), file=sys.stderr)
 
 
-def never_fail_to_encode() -> None:
+def replace_unencodable_output() -> None:
     """Print ``?`` for characters that the terminal or file cannot encode."""
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
@@ -53,14 +53,14 @@ def sanitise(text: str | bytes, limit: int = 200) -> str:
     return shown if len(shown) <= limit else shown[: limit - 1] + "…"
 
 
-def encode(document: object) -> bytes:
+def encode_json(document: object) -> bytes:
     """JSON with indentation, numbers so that they read back to the same bits."""
     import msgspec
 
     return msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n"
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_atomically(path: Path, data: bytes) -> None:
     """Write a file whole or not at all.
 
     Raises:

@@ -39,7 +39,7 @@ CORNERS: dict[str, FloatArray] = _directions(3)
 DIRECTIONS: dict[str, FloatArray] = {**FACES, **EDGES, **CORNERS}
 """Unit up vector of each of the 26 named poses."""
 
-TILTED = "~"
+TILT_SIGN = "~"
 """In a name: the face before it is on top, tilted towards the face after it."""
 TILT_DEG = 30.0
 """Half of gravity acts on the second axis, where asymmetry and second order differ most."""
@@ -52,7 +52,7 @@ def _tilts() -> dict[str, FloatArray]:
     for face, other in itertools.permutations(FACES, 2):
         if face[1] != other[1]:
             up = np.cos(angle) * FACES[face] + np.sin(angle) * FACES[other]
-            named[f"{face}{TILTED}{other}"] = up
+            named[f"{face}{TILT_SIGN}{other}"] = up
     return named
 
 
@@ -60,11 +60,11 @@ TILTS: dict[str, FloatArray] = _tilts()
 """24 directions between the faces and the edges."""
 NAMED: dict[str, FloatArray] = {**DIRECTIONS, **TILTS}
 """Every named direction."""
-EIGHT = ("+z~+x", "-x~+z", "+z~+y", "-y~+z", "-z~-x", "+x~-z", "-z~-y", "+y~-z")
+EIGHT_TILTS = ("+z~+x", "-x~+z", "+z~+y", "-y~+z", "-z~-x", "+x~-z", "-z~-y", "+y~-z")
 """Four tilts upright and four upside down, by 30° or 60° (N, VII-A). Tilts of one angle alone could
 not separate the three scales: their squared components take only two sets of values."""
 POSE_SETS: dict[str, tuple[str, ...]] = {
-    "8": EIGHT,
+    "8": EIGHT_TILTS,
     "18": (*FACES, *EDGES),
     "26": (*FACES, *EDGES, *CORNERS),
 }
@@ -88,7 +88,7 @@ def angle_between(a: FloatArray, b: FloatArray) -> float:
     return float(2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))
 
 
-def nearest(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str | None:
+def nearest_pose(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str | None:
     """The named pose nearest to ``up`` within the tolerance, or None."""
     names = list(among)
     if not names:
@@ -98,10 +98,10 @@ def nearest(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> str |
     return names[best] if np.degrees(angles[best]) <= tolerance_deg else None
 
 
-def spoken(name: str) -> str:
+def pose_in_words(name: str) -> str:
     """The pose in words: "the edge between the +x and −y faces on top"."""
     if name in TILTS:
-        return spoken_up(TILTS[name])
+        return direction_in_words(TILTS[name])
     faces = [true_minus(name[i : i + 2]) for i in range(0, len(name), 2)]
     if len(faces) == 1:
         return f"the {faces[0]} face on top"
@@ -110,7 +110,7 @@ def spoken(name: str) -> str:
     return f"the corner of the {faces[0]}, {faces[1]} and {faces[2]} faces on top"
 
 
-def spoken_up(up: FloatArray) -> str:
+def direction_in_words(up: FloatArray) -> str:
     """Any direction in words: "the +x face on top, tilted 30° towards −y"."""
     size = np.abs(up)
     first, second, third = np.argsort(-size, kind="stable")
@@ -125,7 +125,7 @@ def spoken_up(up: FloatArray) -> str:
     return f"the {face(int(first))} face on top, tilted {angle:.0f}° towards {towards}"
 
 
-def turn_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
+def rotation_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
     """The body axis to turn about, the sense, and the angle, that bring ``wanted`` on top.
 
     The smallest rotation is about ``wanted × now`` (body frame, from ``du/dt = u × w``); its

@@ -93,7 +93,7 @@ def with_unit(text: str, unit: str) -> str:
     return f"{text} {'× ' if unit[:1].isdigit() else ''}{unit}".rstrip()
 
 
-def amount(value: float, unit: str) -> str:
+def size_with_unit(value: float, unit: str) -> str:
     """A size to two digits in its own unit: ``5.1 mg/g²``, ``2 × 1e-3``."""
     return with_unit(number(value, 2), unit)
 
@@ -125,11 +125,11 @@ def plus_minus(value: float, error: float | None) -> str:
     return " ± ".join(value_and_error(value, error))
 
 
-def how_often(count: int) -> str:
+def times_in_words(count: int) -> str:
     """How often: ``once``, ``7 times``."""
     return "once" if count == 1 else f"{count} times"
 
 
-def finite(value: float | None) -> float | None:
+def finite_or_none(value: float | None) -> float | None:
     """A number for a document, or None where it is unknown or infinite."""
     return None if value is None or not math.isfinite(value) else float(value)

@@ -43,10 +43,25 @@ def matrices(q: FloatArray) -> FloatArray:
 
     For a quaternion of another norm the result is the rotation times the squared norm.
     """
+    return matrices_of(products(q))
+
+
+def products(q: FloatArray) -> FloatArray:
+    """Products of the components of quaternions (4, …), in which matrices are linear, (10, …)."""
     w, x, y, z = q
-    ww, xx, yy, zz = w * w, x * x, y * y, z * z
-    xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, w * x, w * y, w * z
-    out = np.empty((3, 3, *q.shape[1:]))
+    out = np.empty((10, *q.shape[1:]))
+    np.multiply(q, q, out=out[:4])
+    np.multiply(x, y, out=out[4])
+    np.multiply(x, z, out=out[5])
+    np.multiply(y, z, out=out[6])
+    np.multiply(q[1:], w, out=out[7:])
+    return out
+
+
+def matrices_of(products: FloatArray) -> FloatArray:
+    """Rotation matrices of ``products``, or of sums of them, shape (3, 3, …)."""
+    ww, xx, yy, zz, xy, xz, yz, wx, wy, wz = products
+    out = np.empty((3, 3, *products.shape[1:]))
     out[0, 0] = ww + xx - yy - zz
     out[1, 1] = ww - xx + yy - zz
     out[2, 2] = ww - xx - yy + zz

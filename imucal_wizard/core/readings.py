@@ -75,7 +75,7 @@ class Readings:
         return len(self.accelerometer)
 
 
-def joined(parts: Sequence[Series | None]) -> Series | None:
+def join_series(parts: Sequence[Series | None]) -> Series | None:
     """Consecutive pieces of one sensor's samples as one series; None if no piece has samples."""
     series = [part for part in parts if part is not None]
     if len(series) < 2:
@@ -87,14 +87,14 @@ def joined(parts: Sequence[Series | None]) -> Series | None:
     )
 
 
-def join(parts: "list[Readings]") -> Readings:
+def join_readings(parts: "list[Readings]") -> Readings:
     """Consecutive pieces of one stream as one recording."""
     first = parts[0]
     return Readings(
-        joined([part.accelerometer for part in parts]) or first.accelerometer,
-        joined([part.gyroscope for part in parts]),
-        joined([part.magnetometer for part in parts]),
-        joined([part.temperature for part in parts]),
+        join_series([part.accelerometer for part in parts]) or first.accelerometer,
+        join_series([part.gyroscope for part in parts]),
+        join_series([part.magnetometer for part in parts]),
+        join_series([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
-        joined([part.current for part in parts]),
+        join_series([part.current for part in parts]),
     )

@@ -100,7 +100,7 @@ _OF_GRAVITY = {"G": "g", "mG": "mg"}
 """Letters that mean Gauss for a field and gravities for an acceleration."""
 
 
-def canonical(word: str) -> str:
+def canonical_unit(word: str) -> str:
     """The unit as this program spells it; an unknown word comes back unchanged."""
     word = word.strip()
     known = {COUNT, *(unit for table in FACTORS.values() for unit in table)}
@@ -113,19 +113,19 @@ def canonical(word: str) -> str:
     return matches[0] if len(matches) == 1 else word
 
 
-def unit_of(sensor: str, word: str) -> str:
+def unit_for_sensor(sensor: str, word: str) -> str:
     """The unit of a known sensor, as this program spells it."""
-    unit = canonical(word)
+    unit = canonical_unit(word)
     return _OF_GRAVITY.get(unit, unit) if sensor == "accelerometer" else unit
 
 
-def factor(sensor: str, unit: str) -> float:
+def unit_factor(sensor: str, unit: str) -> float:
     """The factor from ``unit`` to the sensor's SI unit; 1 for counts.
 
     Raises:
         UsageError: the unit does not belong to the sensor.
     """
-    unit = unit_of(sensor, unit)
+    unit = unit_for_sensor(sensor, unit)
     if unit == COUNT and sensor in ("accelerometer", "gyroscope", "magnetometer"):
         return 1.0
     try:
@@ -137,4 +137,4 @@ def factor(sensor: str, unit: str) -> float:
 
 def si_unit(sensor: str, unit: str) -> str:
     """The unit a reading has inside the program: the sensor's SI unit, or counts."""
-    return COUNT if canonical(unit) == COUNT else SI_UNIT[sensor]
+    return COUNT if canonical_unit(unit) == COUNT else SI_UNIT[sensor]

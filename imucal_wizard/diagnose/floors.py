@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
-from imucal_wizard.estimate.fisher import exceeded
+from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect

@@ -24,9 +24,9 @@ from imucal_wizard.core.poses import (
     NAMED,
     POSE_TOLERANCE_DEG,
     START_POSES,
-    nearest,
-    spoken,
-    spoken_up,
+    direction_in_words,
+    nearest_pose,
+    pose_in_words,
 )
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
@@ -99,7 +99,7 @@ def request(
 
 def pose_name(up: FloatArray) -> str | None:
     """The name of the pose with this direction up, or None."""
-    return nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG)
+    return nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG)
 
 
 def rotations_about(axes: str, why: str) -> Requests:
@@ -108,8 +108,8 @@ def rotations_about(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {spoken(START_POSES[axis])}, turn it about {axis}, left and right, each slowly, "
-            f"faster and fast ({rates} °/s): {why}",
+            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis}, left and right, each "
+            f"slowly, faster and fast ({rates} °/s): {why}",
             brief=f"turn it about {axis}, left and right, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
@@ -123,8 +123,8 @@ def circles(why: str, faces: Sequence[str] = tuple(FACES), warm: bool = False) -
     return tuple(
         request(
             FACES[face],
-            f"with {spoken(face)}, a whole circle about the vertical: {why}",
-            brief=f"a whole circle about the vertical with {spoken(face)}",
+            f"with {pose_in_words(face)}, a whole circle about the vertical: {why}",
+            brief=f"a whole circle about the vertical with {pose_in_words(face)}",
             warm=warm,
             axis=face[1],
             count=1,
@@ -273,7 +273,7 @@ def more_of_all(table: ResidualTable) -> Requests:
     again = tuple(
         request(
             DIRECTIONS[name],
-            f"{spoken(name)} again: a drift shows there",
+            f"{pose_in_words(name)} again: a drift shows there",
             brief="once more, to show a drift",
         )
         for name in names[:MAX_REPEATED_HOLDS]
@@ -301,7 +301,7 @@ def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
     while len(found) < MAX_POSES and not _determined(np.reshape(held, (-1, 3)), base):
         best = max(names, key=information_gain)
         held.append(DIRECTIONS[best])
-        why = f"{spoken(best)}: needed to determine {', '.join(base)}"
+        why = f"{pose_in_words(best)}: needed to determine {', '.join(base)}"
         found.append(request(DIRECTIONS[best], why))
     return tuple(found)
 
@@ -318,7 +318,7 @@ def _determined(up: FloatArray, base: tuple[str, ...]) -> bool:
 def _corners_not_held(ups: FloatArray, why: str, brief: str = "") -> Requests:
     held = {pose_name(one) for one in ups}
     return tuple(
-        request(up, f"{spoken(name)}: {why}", brief=brief)
+        request(up, f"{pose_in_words(name)}: {why}", brief=brief)
         for name, up in CORNERS.items()
         if name not in held
     )
@@ -575,7 +575,7 @@ def _separating_request(
 ) -> MeasurementRequest:
     warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
     brief = f"tells {first.effect.name} from {second.effect.name}"
-    made = request(NAMED[name], f"{spoken(name)}{warmed}: {brief}", brief=brief, warm=warm)
+    made = request(NAMED[name], f"{pose_in_words(name)}{warmed}: {brief}", brief=brief, warm=warm)
     return replace(made, pose=name if name in DIRECTIONS else None)
 
 
@@ -703,7 +703,7 @@ def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
 def _words(up: FloatArray) -> str:
     """A direction in words."""
     name = pose_name(up)
-    return spoken(name) if name else spoken_up(up)
+    return pose_in_words(name) if name else direction_in_words(up)
 
 
 def _seen_at_rest(bench: Bench, *explanations: Explained) -> bool:

@@ -11,7 +11,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from imucal_wizard.core.poses import DIRECTIONS, nearest
+from imucal_wizard.core.poses import DIRECTIONS, nearest_pose
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.estimate.result import SensorFit
@@ -164,7 +164,7 @@ def place_of(table: ResidualTable, row: int) -> str:
     """A row in words: ``hold 7``, ``rotation 3``, ``field along +x−y, min 2.1``."""
     kind = str(table.kind[row])
     if kind == "field":
-        name = nearest(table.direction[row], DIRECTIONS, 180.0) or "–"
+        name = nearest_pose(table.direction[row], DIRECTIONS, 180.0) or "–"
         return f"field along {true_minus(name)}, min {table.time[row] / 60.0:.1f}"
     if kind == "rotation":
         return f"rotation {table.index[row] + 1}"

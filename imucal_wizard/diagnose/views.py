@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest
+from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import number, readable, true_minus, with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
@@ -216,7 +216,7 @@ def influences(measured: Experiment, part: str, source: IntArray) -> Iterator[In
 
 def _poses(force: FloatArray) -> FloatArray:
     """Place of each hold's pose among the named ones from 1 on; NaN between them, shape (n,)."""
-    names = [nearest(one, DIRECTIONS, POSE_TOLERANCE_DEG) for one in force]
+    names = [nearest_pose(one, DIRECTIONS, POSE_TOLERANCE_DEG) for one in force]
     order = list(DIRECTIONS)
     return np.array([np.nan if name is None else order.index(name) + 1.0 for name in names])
 
@@ -439,11 +439,10 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
         first, past = measured.closure.samples.offsets[turned : turned + 2]
         rate = np.degrees(measured.closure.motion.rate[first:past])
         fastest = rate[np.argmax(np.linalg.norm(rate, axis=1))]
-        name, span = f"rotation {index + 1}", unknown
-        if report is not None:
-            rotation = report.rotations[index]
-            name += f" about {rotation.axis}" if rotation.axis else ""
-            span = float(rotation.time[0]), float(rotation.time[-1])
+        name, during = f"rotation {index + 1}", measured.closure.samples.time
+        if report is not None and index < len(report.rotations) and report.rotations[index].axis:
+            name += f" about {report.rotations[index].axis}"
+        span = float(during[first]), float(during[past - 1])
         time = float(measured.closure.motion.time[first])
         return Point(name, time, fastest, "deg/s", *span, at_rest=False)
     if isinstance(measured, GyroscopeExperiment):
@@ -452,7 +451,7 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
     else:
         assert isinstance(measured, AccelerometerExperiment)  # noqa: S101 (narrows the type)
         reading = measured.holds[index].accelerometer
-    pose = nearest(where.force[row], DIRECTIONS, POSE_TOLERANCE_DEG)
+    pose = nearest_pose(where.force[row], DIRECTIONS, POSE_TOLERANCE_DEG)
     name = f"hold {index + 1}, {true_minus(pose) + ' up' if pose else 'between poses'}"
     hold = None if report is None else report.holds[index]
     name += ", hand-held" if hold is not None and hold.hand_held else ""

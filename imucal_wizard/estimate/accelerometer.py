@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.directions import group_directions, middles, unit_vectors
+from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, Readings
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere
 from imucal_wizard.estimate.methods import DEFAULTS
-from imucal_wizard.estimate.noise import hold_noise
+from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
@@ -55,7 +55,9 @@ class AccelerometerExperiment(Experiment):
         unit: of the readings, ``m/s^2`` or ``count``.
         calibration: a first one, from which directions and noise are told.
         identified: which parameters the directions determine.
+        noise: of the holds.
         readings: what the holds were found in: beginning of the session, vibration.
+        group: number of each hold's direction, shape (n,), where it is known.
     """
 
     sensor, error_unit, frame, method = ACCELEROMETER, "m/s^2", "own", "least_squares"
@@ -69,22 +71,24 @@ class AccelerometerExperiment(Experiment):
         unit: str,
         calibration: Calibration,
         identified: Identifiable,
-        readings: Readings | None,
+        noise: HoldNoise,
+        readings: Readings | None = None,
+        group: IntArray | None = None,
     ) -> None:
         self.holds, self.gravity, self.unit = tuple(holds), gravity, unit
-        self.identified, self.readings = identified, readings
+        self.identified, self.noise, self.readings = identified, noise, readings
         self._start = calibration
         means = np.array([hold.accelerometer for hold in holds])
         self.up = unit_vectors((means - calibration.bias) @ calibration.matrix.T)
         gain = self.gain = float(np.linalg.norm(calibration.matrix, ord=2))
-        noise = hold_noise(holds)
+        group = group_directions(self.up) if group is None else group
         self.across = noise.across * gain**2
-        self.circumstances = circumstances_of(holds, self.up, gravity, gain, readings)
+        self.circumstances = circumstances_of(holds, self.up, group, gravity, gain, readings)
         labels = RowLabels(
             index=np.arange(len(holds)),
             axis=np.full(len(holds), -1),
-            group=group_directions(self.up),
-            visit=visits(holds, self.up),
+            group=group,
+            visit=visits(holds, self.up, group),
             time=self.circumstances.time,
             span=spans_of(holds),
             component=np.zeros(len(holds), np.int64),
@@ -100,8 +104,8 @@ class AccelerometerExperiment(Experiment):
         del reference
         if readings is None or readings is self.readings:
             return self
-        args = self.holds, self.gravity, self.unit, self._start, self.identified, readings
-        return AccelerometerExperiment(*args)
+        args = self.holds, self.gravity, self.unit, self._start, self.identified, self.noise
+        return AccelerometerExperiment(*args, readings, self.source.labels.group)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
@@ -249,8 +253,8 @@ def accelerometer_experiment(
         DataError: the holds do not determine a calibration.
     """
     found = first_fit(holds, gravity, unit)
-    identified = found.experiment.identified
-    args = holds, gravity, unit, found.calibration, identified, readings
+    first = found.experiment
+    args = holds, gravity, unit, found.calibration, first.identified, first.noise, readings
     return AccelerometerExperiment(*args)
 
 
@@ -273,9 +277,11 @@ def first_fit(
             "Check the columns, and measure that position again"
         )
     up = unit_vectors(vectors)
-    noise = float(np.sqrt(hold_noise(holds).accelerometer.mean())) / problem.span
-    identified = identifiable(middles(up, group_directions(up)), noise)
-    rough = AccelerometerExperiment(holds, gravity, unit, first, identified, None)
+    noise, group = hold_noise(holds), group_directions(up)
+    level = float(np.sqrt(noise.accelerometer.mean())) / problem.span
+    identified = identifiable(mean_directions(up, group), level)
+    args = holds, gravity, unit, first, identified, noise
+    rough = AccelerometerExperiment(*args, group=group)
     shares = np.ones(len(holds)) if shares is None else shares
     return minimum(rough, variance=(FIRST_NOISE * gravity) ** 2 / shares)
 

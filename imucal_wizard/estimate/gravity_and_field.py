@@ -14,6 +14,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import (
@@ -28,7 +29,6 @@ from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
@@ -215,7 +215,15 @@ def with_gyroscope(
     known = dict(zip(places, unit_vectors(field), strict=True))
     # of a component of the unit vector, by the noise of the samples
     doubts = dict(zip(places, (found.noise / found.magnitude) ** 2 / counts, strict=True))
-    turns = [turn for turn in turns if turn.before in known and turn.after in known]
+    holds = report.holds
+    faulty = {(one.before.start, one.after.start) for one in report.rotations if one.problem}
+    turns = [
+        turn
+        for turn in turns
+        if turn.before in known
+        and turn.after in known
+        and (holds[turn.before].start, holds[turn.after].start) not in faulty
+    ]
     if len(turns) < MIN_SEGMENTS:
         note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
         return replace(stage, notes=(*stage.notes, note)), fit_before
@@ -223,10 +231,11 @@ def with_gyroscope(
     try:
         if not isinstance(known_fit, GyroscopeExperiment):
             raise DataError("the gyroscope has no rotations to close by both references")
-        source = _heading_rows(known_fit, turns, known, doubts, report)
-        both = known_fit.with_rows([source], tuple(range(12)))
+        rotations = _with_unseen(known_fit.rotations, turns, len(report.rotations))
+        source = _heading_rows(known_fit, rotations, turns, known, doubts)
+        both = known_fit.with_rows(rotations, [source], tuple(range(12)))
         free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
-        better = fit(known_fit.with_rows([source], free))
+        better = fit(known_fit.with_rows(rotations, [source], free))
     except DataError as error:
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
@@ -240,29 +249,41 @@ def with_gyroscope(
     return stage, better
 
 
+def _with_unseen(rotations: RotationSet, turns: Sequence[Segment], count: int) -> RotationSet:
+    """All rotations: those about the vertical, too, whose tilt gravity closes as that of others.
+
+    Args:
+        rotations: those of the fit by gravity.
+        turns: the gyroscope between holds.
+        count: how many rotations the recording has; the others are numbered from there on.
+    """
+    known = set(zip(rotations.before.tolist(), rotations.after.tolist(), strict=True))
+    unseen = [turn for turn in turns if (turn.before, turn.after) not in known]
+    ends = [(turn.before, turn.after) for turn in unseen]
+    times, rates = [turn.time for turn in unseen], [turn.rate for turn in unseen]
+    return rotations.joined(count, ends, times, rates)
+
+
 def _heading_rows(
     known: GyroscopeExperiment,
+    rotations: RotationSet,
     turns: Sequence[Segment],
     field: dict[int, FloatArray],
     doubts: dict[int, float],
-    report: FitReport,
 ) -> FieldClosure:
     """Rows for all rotations at whose ends the field is known."""
-    numbers = {
-        (one.before.start, one.after.start): number for number, one in enumerate(report.rotations)
-    }
-    starts = [hold.start for hold in report.holds]
-    index = [
-        numbers.get((starts[turn.before], starts[turn.after]), len(numbers) + place)
-        for place, turn in enumerate(turns)
-    ]
     before, after = (
         np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
     )
     samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
-        known.holds, reference.up, reference.gravity, reference.gain, readings
+        known.holds,
+        reference.up,
+        reference.labels,
+        reference.gravity,
+        reference.gain,
+        readings,
     )
     start = known.begin(BASE)
     rest = rest_of(known.holds, start.matrix)
@@ -271,14 +292,12 @@ def _heading_rows(
     span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
     walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
     noise = np.maximum(rest.end[before] + rest.end[after] + walk, MIN_CLOSING_NOISE**2)
-    # a rotation that is closed against gravity, too, is left out as a whole
-    pairs = zip(known.rotations.before, known.rotations.after, strict=True)
+    # each rotation is closed against gravity, too, and is left out as a whole
+    pairs = zip(rotations.before.tolist(), rotations.after.tolist(), strict=True)
     places = {pair: place for place, pair in enumerate(pairs)}
-    own = len(places) + np.arange(count)
-    ends = zip(before, after, strict=True)
-    group = np.array([places.get(pair, new) for pair, new in zip(ends, own, strict=True)])
+    group = np.array([places[turn.before, turn.after] for turn in turns])
     labels = RowLabels(
-        index=np.array(index),
+        index=rotations.usable[group],
         axis=np.full(count, -1),
         group=group,
         visit=np.full(count, -1),

@@ -4,7 +4,9 @@ Means at rest tell the biases, rotations the nine gains and a little of the bias
 one fit, each weighed by its own scatter.
 """
 
+import itertools
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,19 +14,20 @@ import numpy as np
 
 from imucal_wizard.core.attitude import Samples, advancing, lay_samples
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope_start import start_matrix
-from imucal_wizard.estimate.noise import Rest, has_rate, rest_of
+from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.estimate.slow_noise import slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -44,6 +47,8 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
+NEGLIGIBLE_SHIFT = 1e-4
+"""Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 UNSTEADY = 9.0
@@ -56,7 +61,8 @@ class RotationSet:
 
     Attributes:
         samples: of the m usable rotations.
-        usable: which of all rotations they are, shape (m,).
+        usable: which of all rotations they are, shape (m,); the recording's own come first, those
+            that only a field makes useful have numbers beyond them.
         before: the hold that each starts from, shape (m,).
         after: the hold that it ends in, shape (m,).
         up: direction of the calibrated specific force at each sample, shape (n, 3); None where
@@ -71,6 +77,48 @@ class RotationSet:
     after: IntArray
     up: FloatArray | None
     rounding: FloatArray
+
+    @property
+    def spans(self) -> FloatArray:
+        """Times of the first and last sample of each, s, shape (m, 2)."""
+        offsets = self.samples.offsets
+        return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
+
+    def rates(self, calibration: Calibration) -> FloatArray:
+        """Corrected rate of each sample, rad/s, shape (n, 3)."""
+        return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
+
+    def joined(
+        self,
+        first: int,
+        ends: Sequence[tuple[int, int]],
+        times: Sequence[FloatArray],
+        readings: Sequence[FloatArray],
+    ) -> "RotationSet":
+        """With further rotations.
+
+        Args:
+            first: number of the first of them.
+            ends: the hold before and the hold after each.
+            times: of the samples of each, s.
+            readings: of the gyroscope in each, its unit.
+        """
+        if not ends:
+            return self
+        own = self.samples
+        parts = [slice(*pair) for pair in itertools.pairwise(own.offsets.tolist())]
+        before, after = np.array(ends, np.int64).T
+        return replace(
+            self,
+            samples=lay_samples(
+                [*(own.time[part] for part in parts), *times],
+                [*(own.reading[part] for part in parts), *readings],
+            ),
+            usable=np.concatenate([self.usable, first + np.arange(len(ends))]),
+            before=np.concatenate([self.before, before]),
+            after=np.concatenate([self.after, after]),
+            up=None,
+        )
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
@@ -158,49 +206,61 @@ class GyroscopeExperiment(Experiment):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
-        known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
-        rest = rest_of(holds, start.matrix)
-        rows = np.array([i for i, hold in enumerate(holds) if has_rate(hold)], np.int64)
+        known = circumstances_of(
+            holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
+        )
+        self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
+        rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
-        self.closure = self._closures(known, rest)
+        shifted = (start.matrix**2 @ rotations.rounding) * len(rows)
+        matters = bool((shifted > NEGLIGIBLE_SHIFT * noise[0].mean()).any())
         self.rest = RateAtRest(
             reading=np.array([hold.gyroscope for hold in self.resting]),
-            noise=np.maximum(rest.mean[rows], MIN_REST_NOISE**2),
+            noise=noise[0],
             circumstances=self.circumstances,
             labels=RowLabels(
                 index=np.repeat(rows, 3),
                 axis=np.tile([0, 1, 2], len(rows)),
                 group=np.repeat(reference.labels[rows], 3),
-                visit=np.repeat(visits(holds, reference.up)[rows], 3),
+                visit=np.repeat(visits(holds, reference.up, reference.labels)[rows], 3),
                 time=np.repeat(self.circumstances.time, 3),
                 span=np.repeat(spans_of(self.resting), 3, axis=0),
                 component=np.tile([0, 1, 2], len(rows)),
             ),
+            rounding=rotations.rounding if matters else np.zeros(3),
         )
+        self.closure = self._closures(known, noise[1])
         self.sources = (self.rest, self.closure, *more)
         if more:
             self.method = "vector + field"
 
-    def _closures(self, known: Circumstances, rest: Rest) -> GravityClosure:
-        one, reference = self.rotations, self.of
-        samples, count = one.samples, len(one.usable)
-        span = np.column_stack(
-            [samples.time[samples.offsets[:-1]], samples.time[samples.offsets[1:] - 1]]
+    def _noise(self) -> tuple[FloatArray, FloatArray]:
+        """Variance of each mean at rest, (h, 3), and of each closure, (m,), by the first gains."""
+        rest, one = rest_of(self.holds, self._start.matrix), self.rotations
+        ends = self.of.variance + rest.end
+        first, last = one.spans.T
+        walk = float(rest.per_second.mean()) * (last - first)
+        closing = ends[one.before] + ends[one.after] + walk
+        return (
+            np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
+            np.maximum(closing, MIN_CLOSING_NOISE**2),
         )
-        origin = first_time(self.holds, self.readings)
-        ends = reference.variance + rest.end
-        walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
-        noise = ends[one.before] + ends[one.after] + walk
+
+    def _closures(self, known: Circumstances, noise: FloatArray) -> GravityClosure:
+        one, reference = self.rotations, self.of
+        count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
-            samples=samples,
+            samples=one.samples,
             before=reference.up[one.before],
             after=reference.up[one.after],
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
-            noise=np.maximum(noise, MIN_CLOSING_NOISE**2),
+            noise=noise,
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,
+            rounding=self.rest.rounding,
+            resting=self._still_samples() if self.rest.rounding.any() else None,
             labels=RowLabels(
                 index=np.repeat(one.usable, 2),
                 axis=np.tile([0, 1], count),
@@ -212,14 +272,40 @@ class GyroscopeExperiment(Experiment):
             ),
         )
 
+    def _still_samples(self) -> BoolArray:
+        """Samples at either end of a rotation that still show what the rests show, shape (n,)."""
+        samples = self.rotations.samples
+        away = np.abs(samples.reading - self.rest.reading.mean(axis=0))
+        near = (away < resolution_of(samples.reading)).all(axis=1)
+        out = np.zeros(len(near), bool)
+        for first, past in itertools.pairwise(samples.offsets.tolist()):
+            own = near[first:past]
+            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
+            out[first:past] = ahead | behind[::-1]
+        return out
+
     def moved(self, start: Calibration, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
-        args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
-        return GyroscopeExperiment(*args, self.readings, self.sources[2:])
+        other = copy(self)
+        other._start, other.free = start, tuple(free)
+        resting, closing = other._noise()
+        motion = replace(self.closure.motion, rate=self.rotations.rates(start))
+        other.rest = replace(self.rest, noise=resting)
+        other.closure = replace(self.closure, noise=closing, motion=motion)
+        other.sources = (other.rest, other.closure, *self.sources[2:])
+        return other
 
-    def with_rows(self, more: Sequence[RowSource], free: Sequence[int]) -> "GyroscopeExperiment":
-        """The same experiment with rows of other kinds, too, and what they determine together."""
-        args = self.holds, self.rotations, self.of, self.unit, self._start, self.nominal, free
+    def with_rows(
+        self, rotations: RotationSet, more: Sequence[RowSource], free: Sequence[int]
+    ) -> "GyroscopeExperiment":
+        """The same experiment with more rotations and other kinds of rows.
+
+        Args:
+            rotations: all of them.
+            more: the rows of other kinds.
+            free: which of the twelve entries all rows together determine.
+        """
+        args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
@@ -290,16 +376,20 @@ class GyroscopeExperiment(Experiment):
         return unit_of(name, self.unit, "rad/s")
 
     def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
-        """See ``Experiment``: what slow noise and rounding do to all means at rest alike."""
+        """See ``Experiment``: what slow noise does to all rates alike."""
         out = np.zeros((ENTRIES, ENTRIES))
         free = np.flatnonzero(found.directions.columns[BIAS].any(axis=1))
-        out[free + BIAS.start, free + BIAS.start] = self.shift[free]
+        out[free + BIAS.start, free + BIAS.start] = self._slow[free]
         return out
 
     @cached_property
+    def _slow(self) -> FloatArray:
+        return slow_rate(self.resting)
+
+    @property
     def shift(self) -> FloatArray:
         """Variance by which all means at rest are shifted alike, reading units², shape (3,)."""
-        return slow_rate(self.resting) + self.rotations.rounding
+        return self._slow + self.rotations.rounding
 
     def everything(self) -> Circumstances:
         """See ``Experiment``."""
@@ -320,6 +410,20 @@ def gyroscope_experiment(
     readings: Readings | None = None,
 ) -> GyroscopeExperiment:
     """The experiment of these rotations, with a first calibration of what they determine.
+
+    The arguments and errors are those of ``gyroscope_minimum``.
+    """
+    return gyroscope_minimum(holds, rotations, accelerometer, unit, readings).experiment
+
+
+def gyroscope_minimum(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    accelerometer: SensorFit,
+    unit: str,
+    readings: Readings | None = None,
+) -> Minimum[GyroscopeExperiment]:
+    """The fit without effects of what these rotations determine.
 
     Args:
         holds: those that the accelerometer was fitted to.
@@ -350,11 +454,10 @@ def gyroscope_experiment(
     found = minimum(rough, directions=whole)
     free = determined_entries(found, nominal, tuple(range(ENTRIES)))
     while True:
-        rough = rough.moved(found.calibration, free)
-        found = minimum(rough)
+        found = minimum(rough.moved(found.calibration, free))
         again = determined_entries(found, nominal, free)
         if again == free:
-            return rough.moved(found.calibration, free)
+            return found
         free = again
 
 
@@ -419,7 +522,7 @@ def motion_of(
         temperature = np.interp(time, known.time[told], known.temperature[told])
     return replace(
         known.select(hold),
-        rate=(samples.reading - start.bias) @ start.matrix.T,
+        rate=rotations.rates(start),
         temperature=temperature,
         time=time,
         previous=known.force[hold],

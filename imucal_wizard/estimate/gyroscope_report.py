@@ -9,8 +9,8 @@ import numpy as np
 from imucal_wizard.core.attitude import advancing
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
-from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_experiment
+from imucal_wizard.estimate.fit import report
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.methods.single_axis import (
@@ -91,14 +91,15 @@ def fit_gyroscope(
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
         offset = method_of("gyroscope", method).run(data)
         with suppress(DataError):
-            experiment = gyroscope_experiment(holds, rotations, accelerometer, unit, readings)
+            args = holds, rotations, accelerometer, unit, readings
+            experiment = gyroscope_minimum(*args).experiment
             offset = replace(offset, experiment=experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
     silent: tuple[str, ...] = ()
     try:
         silent = silent_axes(holds, rotations)
-        experiment = gyroscope_experiment(holds, rotations, accelerometer, unit, readings)
-        found = fit(experiment)
+        fitted = gyroscope_minimum(holds, rotations, accelerometer, unit, readings)
+        experiment, found = fitted.experiment, report(fitted)
     except DataError as error:
         return _none(rotations, str(error), silent)
     usable = experiment.rotations.usable

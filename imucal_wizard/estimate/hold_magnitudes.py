@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.core.directions import middles
+from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import (
     ENTRY_OF,
     PARAMETERS,
@@ -30,7 +31,6 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
@@ -229,7 +229,7 @@ class HoldMagnitudes:
         self, method: str, labels: IntArray, solve: Callable[[IntArray], FloatArray]
     ) -> tuple[FloatArray | None, str]:
         """Error of each hold under the method without the hold's direction, dimensionless."""
-        up = middles(self.experiment.up, labels)
+        up = mean_directions(self.experiment.up, labels)
         basis, errors = basis_of(self.free), np.empty(len(labels))
         for label in range(len(up)):
             kept = np.flatnonzero(labels != label)

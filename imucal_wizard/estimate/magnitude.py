@@ -10,8 +10,9 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
 
+TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Places of the six entries of a triangular or symmetric matrix, in the order of the parameters."""
 SIZE = 9
 
 

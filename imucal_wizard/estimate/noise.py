@@ -45,15 +45,13 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """
     times = np.array([hold.end - hold.start for hold in holds])
     along, across = _along_and_across(holds)
-    gyroscope = [
-        np.diag(hold.gyroscope_covariance) * time
-        for hold, time in zip(holds, times, strict=True)
-        if hold.gyroscope_covariance is not None
-    ]
+    with_rate = [hold for hold in holds if hold.gyroscope_covariance is not None]
     per_axis = None
-    if gyroscope:
-        columns = np.array(gyroscope).T
-        per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns])
+    if with_rate:
+        covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
+        seconds = np.array([hold.end - hold.start for hold in with_rate])
+        columns = covariances[:, range(3), range(3)] * seconds[:, None]
+        per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns.T])
     by_hand = np.array([hold.hand_held for hold in holds], bool)
     per_second = _densities(along * times, across * times)
     return HoldNoise(
@@ -82,19 +80,15 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     both are the mean over the axes.
     """
     means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
-    middle = 0.5 * (means.min(axis=0) + means.max(axis=0))
-    along, across = np.empty(len(holds)), np.empty(len(holds))
-    for index, hold in enumerate(holds):
-        whole = float(np.trace(hold.accelerometer_covariance))
-        away = means[index] - middle
-        length = float(np.linalg.norm(away))
-        if not 0.0 < length < np.inf:
-            along[index] = across[index] = whole / 3.0
-            continue
-        up = away / length
-        along[index] = max(float(up @ hold.accelerometer_covariance @ up), 0.0)
-        across[index] = max(0.5 * (whole - along[index]), 0.0)
-    return along, across
+    covariances = np.array([hold.accelerometer_covariance for hold in holds]).reshape(-1, 3, 3)
+    away = means - 0.5 * (means.min(axis=0) + means.max(axis=0))
+    length = np.linalg.norm(away, axis=1)
+    told = (length > 0.0) & (length < np.inf)
+    up = away / np.where(told, length, 1.0)[:, None]
+    whole = np.trace(covariances, axis1=1, axis2=2)
+    along = np.maximum(np.einsum("ni,nij,nj->n", up, covariances, up), 0.0)
+    across = np.maximum(0.5 * (whole - along), 0.0)
+    return np.where(told, along, whole / 3.0), np.where(told, across, whole / 3.0)
 
 
 def _by_duration(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fisher import exceeded
+from imucal_wizard.estimate.distributions import exceeded
 
 FALSE_ALARM = 0.001
 """Probability with which a faultless set of data has an outlier."""

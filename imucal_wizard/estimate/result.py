@@ -110,8 +110,9 @@ class SensorFit:
         validation: the error of each of them, in ``unit``; empty without any.
         warnings: what the user must know about this sensor.
         degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
-            the truth 95 times in 100 reaches ``student.quantile(0.95, degrees_of_freedom)`` times
-            the standard error to either side; 1.96 only where there are many.
+            the truth 95 times in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of
+            ``distributions`` times the standard error to either side; 1.96 only where there are
+            many.
         repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
             what no model can explain; None without repeats.
         repeat_degrees_of_freedom: of ``repeat_rms``.

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import Circumstances
@@ -16,13 +15,19 @@ UNMOVED = np.radians(0.1)
 
 
 def circumstances_of(
-    holds: Sequence[Hold], up: FloatArray, gravity: float, gain: float, readings: Readings | None
+    holds: Sequence[Hold],
+    up: FloatArray,
+    labels: IntArray,
+    gravity: float,
+    gain: float,
+    readings: Readings | None,
 ) -> Circumstances:
     """One row per hold.
 
     Args:
         holds: in the order of time.
         up: unit up vector of each, shape (n, 3).
+        labels: number of each one's direction, shape (n,).
         gravity: m/s².
         gain: m/s² per reading unit, for the vibration.
         readings: what the holds were found in; without them the session begins with the first
@@ -35,7 +40,7 @@ def circumstances_of(
         rate=np.zeros_like(force),
         temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
         time=middle - first_time(holds, readings),
-        previous=_previous(force, group_directions(up)),
+        previous=_previous(force, labels),
         vibration=gain**2 * np.array([_vibration(hold, readings) for hold in holds]),
         gravity=gravity,
     )
@@ -53,7 +58,7 @@ def _previous(force: FloatArray, labels: IntArray) -> FloatArray:
     return before
 
 
-def visits(holds: Sequence[Hold], up: FloatArray) -> IntArray:
+def visits(holds: Sequence[Hold], up: FloatArray, labels: IntArray) -> IntArray:
     """Which holds are pieces of one rest, shape (n,); only different visits repeat a pose.
 
     A disturbance cuts a rest in pieces: the next hold in the same direction begins before the
@@ -62,8 +67,8 @@ def visits(holds: Sequence[Hold], up: FloatArray) -> IntArray:
     Args:
         holds: in the order of time.
         up: unit up vector of each.
+        labels: number of each one's direction, shape (n,).
     """
-    labels = group_directions(up)
     number = np.zeros(len(holds), np.int64)
     for row in range(1, len(holds)):
         pause = holds[row].start - holds[row - 1].end

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
-from imucal_wizard.guide.plan import AFTERWARDS, MEASURING
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.guide.steps.directions import DirectionsStage
-from imucal_wizard.guide.wording import TITLES, label, plural
-from imucal_wizard.measurement.requests import from_text
+from imucal_wizard.guide.wording import label, plural
+from imucal_wizard.measurement.requests import requests_from_text
 
 if TYPE_CHECKING:
     from imucal_wizard.guide.state_machine import StateMachine
@@ -44,6 +43,7 @@ class Commands:
             "enough": self._enough,
             "validate": self._validate,
             "save": self._save,
+            "end": self._end,
         }
 
     def obey(self, name: str, argument: str = "") -> None:
@@ -97,9 +97,16 @@ class Commands:
             machine.skipped[kind] = self._context.procedure.step(kind).skipped
         machine.enter(StepKind.SAVE)
 
+    def _end(self) -> None:
+        """The data have ended: leave a step that measures, with what it has."""
+        if self._machine.step in (*MEASURING, StepKind.MORE):
+            self._goto(StepKind.RESULT)
+        elif self._machine.step is StepKind.VALIDATE:
+            self._save()
+
     def _measure(self, argument: str) -> None:
         """Enter the step of requested measurements; it returns to the result."""
-        requests = from_text(argument)
+        requests = requests_from_text(argument)
         machine = self._machine
         if machine.step not in AFTERWARDS:
             self._say("There is a result first; then the bench can ask for more.")

@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation, Measurements
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales
-from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.stillness_watch import StillnessWatch
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.measurement.rounding import Resolution

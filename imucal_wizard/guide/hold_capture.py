@@ -18,9 +18,9 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.guide.context import Context, StillRun
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.live_checks import fault_of
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.measurement.blocks import join_blocks
 from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_from
 from imucal_wizard.measurement.stillness import Block

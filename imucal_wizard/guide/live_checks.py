@@ -6,7 +6,6 @@ from imucal_wizard.core.limits.procedure import (
     END_SAMPLES,
     MAX_ANGLE_DISAGREEMENT,
     MAX_PATH_TILT_DEG,
-    MIN_FLICKER_STEPS,
     MIN_GRAVITY_SHARE,
     SPEED_RATIO,
     SPEEDS_WANTED,
@@ -18,7 +17,6 @@ from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
 from imucal_wizard.measurement.data_quality import clipped_axis
 from imucal_wizard.measurement.rotation_angle import integrated_rate
-from imucal_wizard.measurement.stillness import Noise, Windows
 
 
 def axis_shares(rate: FloatArray, rest: FloatArray) -> FloatArray:
@@ -83,24 +81,6 @@ def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float 
     across, along = directions[:, (index + 1) % 3], directions[:, (index + 2) % 3]
     angles = np.unwrap(np.arctan2(across, along))
     return float(angles[-END_SAMPLES:].mean() - angles[:END_SAMPLES].mean())
-
-
-def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
-    """A warning when an accelerometer axis that has noise shows none at all, or "".
-
-    A reading at the end of its range, or one that is repeated for ever, does not flicker.
-    """
-    if noise is None:
-        return ""
-    alive = (noise.std_a > MIN_FLICKER_STEPS * steps) & (steps > 0.0)
-    frozen = np.flatnonzero(alive & (window.std_a[0] == 0.0))
-    if not len(frozen):
-        return ""
-    axis = AXES[int(frozen[0])]
-    return (
-        f"{axis} of the accelerometer does not change at all in this pose: "
-        "is it at the end of its range? Choose a wider range."
-    )
 
 
 def contradicted(felt: FloatArray, seen: float, axis: str) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from imucal_wizard.core.poses import EDGES, FACES, POSE_SETS
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,6 @@ class Step:
     apart_deg: float = 15.0
     skipped: str = ""
 
-
-MEASURING = (
-    StepKind.SETTLE,
-    StepKind.UP_DOWN,
-    StepKind.POSES,
-    StepKind.ROTATIONS,
-    StepKind.FIELD,
-)
-"""The steps that follow one another by themselves; the result comes after the last."""
-AFTERWARDS = (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)
-"""Steps in which there is a result, so that the bench may ask for more."""
 
 STANDARD_STEPS: tuple[Step, ...] = (
     Step(StepKind.SOURCE),

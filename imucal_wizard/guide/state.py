@@ -5,12 +5,12 @@ else.
 """
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
+from imucal_wizard.guide.kinds import EventKind, StepKind
 
 GOOD = {"gaps": 15.0, "variance": 4.5, "wobble": 4.0, "fit_error": 5.0}
 """Per cent below which each figure is good: the limits that users of MotionCal know. Gaps are those
@@ -69,48 +69,6 @@ class FieldStatus:
     samples: int = 0
     left_out: int = 0
     good: bool = False
-
-
-class StepKind(StrEnum):
-    """The steps of the wizard, in their default order."""
-
-    SOURCE = "source"
-    SETTLE = "settle"
-    UP_DOWN = "up-down"
-    POSES = "poses"
-    ROTATIONS = "rotations"
-    FIELD = "field"
-    """Circles for the magnetometer; only there when the stream has one."""
-    RESULT = "result"
-    MORE = "more"
-    """An excursion from the result and back: what the bench asks for."""
-    VALIDATE = "validate"
-    SAVE = "save"
-
-
-class EventKind(StrEnum):
-    """Things that happen, each with a sound of its own."""
-
-    STILL = "still"
-    MOVED = "moved"
-    HOLD_TAKEN = "hold-taken"
-    HOLD_BROKEN = "hold-broken"
-    ALREADY_DONE = "already-done"
-    WRONG_POSE = "wrong-pose"
-    ROTATION_TAKEN = "rotation-taken"
-    ROTATION_REJECTED = "rotation-rejected"
-    STUCK = "stuck"
-    STEP_DONE = "step-done"
-    STEP_SKIPPED = "step-skipped"
-    UNDONE = "undone"
-    LINK_LOST = "link-lost"
-    LINK_BACK = "link-back"
-    STALLED = "stalled"
-    FLOWING = "flowing"
-    FIELD_BACK = "field-back"
-    WRITTEN_AGAIN = "written-again"
-    WARNING = "warning"
-    FINISHED = "finished"
 
 
 @dataclass(frozen=True)

@@ -23,16 +23,16 @@ from imucal_wizard.guide.field.checks import left_out_spans
 from imucal_wizard.guide.field.samples import FieldRecord
 from imucal_wizard.guide.field.step import FieldStage
 from imucal_wizard.guide.hold_capture import HoldCapture
-from imucal_wizard.guide.live_checks import frozen_axis
+from imucal_wizard.guide.kinds import MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
-from imucal_wizard.guide.plan import MEASURING, Procedure
+from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales, excess
-from imucal_wizard.guide.state import Event, EventKind, Offer, Status, StepKind, StillStatus
+from imucal_wizard.guide.state import Event, Offer, Status, StillStatus
 from imucal_wizard.guide.steps.directions import DirectionsStage, RequestsStage, ValidationStage
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.steps.settle import SettleStage
 from imucal_wizard.guide.steps.waiting import WaitingStage
-from imucal_wizard.guide.wording import TITLES
+from imucal_wizard.measurement.data_quality import frozen_axis
 from imucal_wizard.measurement.holds import Collected, Hold
 from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
 
@@ -129,7 +129,7 @@ class StateMachine:
         Args:
             name: one of the commands of ``guide.commands``.
             argument: the step's name for ``goto``; for ``measure`` what
-                ``measurement.requests.to_text`` made.
+                ``measurement.requests.requests_to_text`` made.
 
         Raises:
             UsageError: there is no such command or step.
@@ -469,9 +469,9 @@ class StateMachine:
         )
 
     @property
-    def makeshift(self) -> Noise | None:
+    def provisional_noise(self) -> Noise | None:
         """The noise of a rest that was shorter than asked for, where that had to do; else None."""
-        return self.settle.noise if self.settle.makeshift else None
+        return self.settle.noise if self.settle.provisional else None
 
     def collected(self) -> Collected:
         """All measurements; a hold in progress has its present length."""

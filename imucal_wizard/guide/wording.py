@@ -1,22 +1,8 @@
 """The texts of the procedure."""
 
-from imucal_wizard.core.poses import NAMED, TILTED, turn_towards
+from imucal_wizard.core.poses import NAMED, TILT_SIGN, rotation_towards
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.guide.state import StepKind
-
-TITLES: dict[StepKind, str] = {
-    StepKind.SOURCE: "Source",
-    StepKind.SETTLE: "Settle",
-    StepKind.UP_DOWN: "Up/down",
-    StepKind.POSES: "Poses",
-    StepKind.ROTATIONS: "Rotations",
-    StepKind.FIELD: "Field",
-    StepKind.RESULT: "Result",
-    StepKind.MORE: "More poses",
-    StepKind.VALIDATE: "Validate",
-    StepKind.SAVE: "Save",
-}
 
 PUT_BACK = "lift it and put it back the same way"
 """What to do where the very pose is wanted that the device is in, and staying does not count."""
@@ -28,15 +14,15 @@ TURN_ROUND, TURN_ABOUT = "TURN IT ROUND", "TURN IT ABOUT"
 
 def label(pose: str) -> str:
     """A pose in capitals: ``+x-y`` is "+X −Y", ``+z~-x`` is "+Z TO −X"."""
-    if TILTED in pose:
-        return " TO ".join(map(label, pose.split(TILTED)))
+    if TILT_SIGN in pose:
+        return " TO ".join(map(label, pose.split(TILT_SIGN)))
     faces = [pose[index : index + 2] for index in range(0, len(pose), 2)]
     return true_minus(" ".join(faces).upper())
 
 
 def turn_up(pose: str) -> str:
     """The instruction to take a pose: "TURN +X −Y UP", "TILT +Z TO −X"."""
-    return f"TILT {label(pose)}" if TILTED in pose else f"TURN {label(pose)} UP"
+    return f"TILT {label(pose)}" if TILT_SIGN in pose else f"TURN {label(pose)} UP"
 
 
 def lay_down(face: str) -> str:
@@ -51,13 +37,13 @@ def how_to_turn(up: FloatArray, pose: str) -> str:
 
 def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
     """The same to a direction that has no name."""
-    axis, sense, angle = turn_towards(up, wanted)
+    axis, sense, angle = rotation_towards(up, wanted)
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
 
 
 def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
     """The same where staying does not count: "lift it, then turn it about z, to the left"."""
-    axis, sense, _ = turn_towards(up, wanted)
+    axis, sense, _ = rotation_towards(up, wanted)
     return f"lift it, then turn it about {axis}, to the {sense}"
 
 

@@ -16,7 +16,7 @@ from imucal_wizard.core.readings import (
     FloatArray,
     Readings,
     Series,
-    join,
+    join_readings,
 )
 
 _SAMPLES_AT_ONCE = 8192
@@ -92,7 +92,7 @@ def block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
     return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
 
 
-def moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean and mean square about it of each piece.
 
     Each piece is re-centred on its first sample: raw counts around 32768 would lose their variance
@@ -141,7 +141,7 @@ class BlockCutter:
 
         The gyroscope, where there is one, has the accelerometer's sample times.
         """
-        whole = readings if self._rest is None else join([self._rest, readings])
+        whole = readings if self._rest is None else join_readings([self._rest, readings])
         self._keep_temperatures(readings.temperature)
         count = len(whole) // self.size
         used = count * self.size
@@ -154,10 +154,10 @@ class BlockCutter:
     def _blocks(self, whole: Readings, count: int) -> Blocks:
         used = count * self.size
         time = whole.accelerometer.time[:used].reshape(count, self.size)
-        mean_a, var_a = moments(_pieces(whole.accelerometer, count, self.size))
+        mean_a, var_a = block_moments(_pieces(whole.accelerometer, count, self.size))
         mean_g = var_g = None
         if whole.gyroscope is not None:
-            mean_g, var_g = moments(_pieces(whole.gyroscope, count, self.size))
+            mean_g, var_g = block_moments(_pieces(whole.gyroscope, count, self.size))
         return Blocks(
             start=time[:, 0].copy(),
             end=time[:, -1] + self._interval,
@@ -217,7 +217,7 @@ def _rows(readings: Readings, first: int, last: int) -> Readings:
     )
 
 
-def aligned(readings: Readings) -> Readings:
+def resample_gyroscope(readings: Readings) -> Readings:
     """The gyroscope interpolated to the accelerometer's times, where it has times of its own."""
     own, gyroscope = readings.accelerometer, readings.gyroscope
     if gyroscope is None or np.array_equal(own.time, gyroscope.time):

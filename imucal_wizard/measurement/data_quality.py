@@ -9,7 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.gravity import UNITS_BY_SIZE, looks_like, unit_of_gravity, usual_size
+from imucal_wizard.core.gravity import (
+    UNITS_BY_SIZE,
+    acceleration_unit,
+    median_magnitude,
+    unit_of_gravity,
+)
 from imucal_wizard.core.limits.data_quality import (
     COUNT_ENDS,
     GRAVITY_BLOCK_SECONDS,
@@ -29,6 +34,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
     MIN_COUNT_SPAN,
+    MIN_FLICKER_STEPS,
     MIN_FORCE_RANGE,
     MIN_FULL_SCALE_SHARE,
     MIN_GRAVITY,
@@ -48,21 +54,22 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.stillness import Noise, Windows
 
 _STEPS_FROM = 5000
 """Samples from which the smallest step is taken."""
 
 
-def findings(readings: Readings) -> tuple[str, ...]:
+def check_recording(readings: Readings) -> tuple[str, ...]:
     """Everything that a whole recording shows to be wrong."""
     if len(readings) < MIN_CHECKED_SAMPLES:
         return (f"there are only {len(readings)} samples",)
     sensors = _sensors(readings)
     found = [wrong_gravity(readings), missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
-    found += [repeated(readings), zero_rate(readings)]
+    found += [repeated_samples(readings), zero_rate(readings)]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
-    found += [clipped(sensor, series) for sensor, series in sensors]
+    found += [clipped_range(sensor, series) for sensor, series in sensors]
     return tuple(dict.fromkeys(text for text in found if text))
 
 
@@ -72,7 +79,7 @@ def _sensors(readings: Readings) -> list[tuple[str, Series]]:
     return [(n, s) for n, s in both if s is not None and len(s) >= MIN_CHECKED_SAMPLES]
 
 
-def repeated(readings: Readings) -> str:
+def repeated_samples(readings: Readings) -> str:
     """Samples that repeat the one before in every axis."""
     values = _together(readings)
     share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
@@ -85,7 +92,7 @@ def repeated(readings: Readings) -> str:
     )
 
 
-def frozen(readings: Readings) -> str:
+def frozen_values(readings: Readings) -> str:
     """Not one value changes."""
     values = _together(readings)
     if not bool(np.all(values == values[0])):
@@ -242,7 +249,7 @@ def _unit_taken_for_another(size: float) -> str:
     return ""
 
 
-def clipped(sensor: str, series: Series, *, short: bool = False) -> str:
+def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
     """Axes that stand at the end of their range.
 
     Args:
@@ -354,6 +361,24 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
     return notes
 
 
+def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
+    """A warning when an accelerometer axis that has noise shows none at all, or "".
+
+    A reading at the end of its range, or one that is repeated for ever, does not flicker.
+    """
+    if noise is None:
+        return ""
+    alive = (noise.std_a > MIN_FLICKER_STEPS * steps) & (steps > 0.0)
+    frozen = np.flatnonzero(alive & (window.std_a[0] == 0.0))
+    if not len(frozen):
+        return ""
+    axis = AXES[int(frozen[0])]
+    return (
+        f"{axis} of the accelerometer does not change at all in this pose: "
+        "is it at the end of its range? Choose a wider range."
+    )
+
+
 def missing_samples(time: FloatArray) -> str:
     """Samples that are missing, or times that were taken where the samples arrived."""
     steps = np.diff(time)
@@ -380,7 +405,7 @@ def missing_samples(time: FloatArray) -> str:
     )
 
 
-def refuse(readings: Readings) -> None:
+def refuse_without_gravity(readings: Readings) -> None:
     """Refuse a recording whose accelerometer does not feel gravity.
 
     In every position of rest an accelerometer reads the same size in another direction, a gyroscope
@@ -390,7 +415,7 @@ def refuse(readings: Readings) -> None:
         RecordingError: the gyroscope feels it instead, or the device has taken it out.
     """
     gyroscope = readings.gyroscope
-    if gyroscope is not None and exchanged(readings.accelerometer, gyroscope):
+    if gyroscope is not None and sensors_exchanged(readings.accelerometer, gyroscope):
         raise RecordingError(
             "accelerometer and gyroscope are exchanged: gx,gy,gz feel gravity in every position and"
             " ax,ay,az do not; name the columns in their true order, or give the accelerometer's"
@@ -398,9 +423,13 @@ def refuse(readings: Readings) -> None:
             settings=("columns",),
         )
     series = readings.accelerometer
-    size = usual_size(series.values)
+    size = median_magnitude(series.values)
     without = series.unit == "m/s^2" and size < MAX_REMOVED_GRAVITY * STANDARD_GRAVITY
-    if without and looks_like(size, whole=False) is None and _feels(series) < MIN_POSITION_RATIO:
+    if (
+        without
+        and acceleration_unit(size, whole=False) is None
+        and _feels(series) < MIN_POSITION_RATIO
+    ):
         raise RecordingError(
             f"the accelerations measure only {size:.3g} m/s^2 at rest: the device has taken gravity"
             " out (linear or user acceleration), or these columns are another sensor's; record the"
@@ -409,7 +438,7 @@ def refuse(readings: Readings) -> None:
         )
 
 
-def exchanged(accelerometer: Series, gyroscope: Series) -> bool:
+def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     """Whether what is called gyroscope feels gravity and what is called accelerometer does not."""
     felt = _feels(gyroscope)
     sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)

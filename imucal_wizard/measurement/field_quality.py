@@ -9,53 +9,52 @@ from math import comb, sqrt
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 
-FEWEST_FIELD_SAMPLES = 60
-"""Six directions ten times over."""
-FLATTEST_SHELL = 0.1
+MAX_PLANE_FLATNESS = 0.1
 """Spread out of the plane over spread in it, up to which readings are a single circle."""
-NEARLY_FLAT_SHELL = 0.25
+MAX_NEAR_PLANE_FLATNESS = 0.25
 """The same for readings through which no ellipsoid could be laid."""
-SMALLEST_MOTION = 2.5
+MIN_MOTION_RATIO = 2.5
 """Spread over sample-to-sample noise, below which nothing but noise is seen."""
-LARGEST_SHELL_SCATTER = 0.12
+MAX_SHELL_SCATTER = 0.12
 """Scatter over the field's size beyond which readings are no shell at all."""
-EARTH_FIELD = (22.0, 67.0)
+EARTH_FIELD_RANGE = (22.0, 67.0)
 """The Earth's field from the South Atlantic to the poles, µT (World Magnetic Model)."""
-SCALE_MARGIN = 1.25
+MAX_FIELD_SCALE_ERROR = 1.25
 """How far a sensor's scale may be off: beyond, the field is not the Earth's."""
-WILD_SAMPLE = 4.0
+MIN_SPIKE_RATIO = 4.0
 """How many times as far from the median of five a wild sample lies as three in four do."""
-USUAL_QUANTILE = 0.75
-STRETCH_SAMPLES = 50
-STRETCHES_SAMPLES = 1500
+SPIKE_QUANTILE = 0.75
+SAMPLES_PER_STRETCH = 50
+MAX_SPIKE_SAMPLES = 1500
 """Samples that are looked at for wild ones, about, in stretches of so many."""
-PILE_SHARE = 0.005
+MIN_STUCK_SHARE = 0.005
 """Share of the samples at one extreme value from which an axis may be saturated."""
-FEWEST_PILED = 10
+MIN_STUCK_SAMPLES = 10
 """Samples at one value that may be a pile."""
-PILE_INSIDE = 3.0
+MIN_STUCK_DEPTH = 3.0
 """How many standard deviations such samples must lie inside the ellipsoid of the others."""
-PILE_RATIO = 3.0
+MIN_STUCK_RATIO = 3.0
 """How often the extreme value must come against the usual, or against the values next to it."""
-PILE_NEIGHBOURS = 3
+STUCK_NEIGHBOURS = 3
 """Values next to the extreme one."""
-NOISE_IN_STEPS = 0.5
+MIN_NOISE_STEPS = 0.5
 """Noise, in steps of the readings, from which the extreme value is rare even at rest. Rounding
 alone seems to be 0.29 of a step, the root of a twelfth."""
 DIFFERENCE_ORDERS = (2, 4, 6)
 """Of the differences that tell the noise: of white noise all say the same, of what moves smoothly
 the higher ones say less, and of what moves by jerks the lower ones."""
-FEWEST_RUNS = 50
+MIN_RUNS = 50
 """Runs from which on their lengths say anything."""
-SINGLE_RUN_SHARE = 0.05
+MAX_SINGLE_RUN_SHARE = 0.05
 """Share of runs of one that a loop's jitter makes."""
 SHORTEST_RUN_QUANTILE = 0.1
 """Quantile of the runs that are one measurement: longer ones may be several equal ones ..."""
-LONGEST_SINGLE_RUN = 1.6
+MAX_SINGLE_RUN_RATIO = 1.6
 """... where they are so many times as long."""
 
 
@@ -69,7 +68,7 @@ def check_readings(readings: FloatArray) -> None:
         DataError: too few samples, an axis that says nothing or is plainly cut off, or readings in
             one plane.
     """
-    if len(readings) < FEWEST_FIELD_SAMPLES:
+    if len(readings) < MIN_FIELD_SAMPLES:
         raise DataError(
             f"{len(readings)} samples of the magnetometer are too few: turn the device for at "
             "least half a minute"
@@ -102,11 +101,11 @@ def check_plane(readings: FloatArray) -> None:
         DataError: the readings lie in one plane.
     """
     calm = _without_spikes(readings)
-    if _flatness(calm) < FLATTEST_SHELL and not _is_noise(calm):
+    if _flatness(calm) < MAX_PLANE_FLATNESS and not _is_noise(calm):
         raise DataError(_PLANE)
 
 
-def no_shell(readings: FloatArray) -> DataError | None:
+def missing_shell(readings: FloatArray) -> DataError | None:
     """What to say of readings that fit no ellipsoid, when its reason is plain to see."""
     readings = _without_spikes(readings)
     if _is_noise(readings):
@@ -114,7 +113,7 @@ def no_shell(readings: FloatArray) -> DataError | None:
             "the device does not turn: the magnetometer's readings are one value and noise. Turn "
             "it through all directions while it records"
         )
-    return DataError(_PLANE) if _flatness(readings) < NEARLY_FLAT_SHELL else None
+    return DataError(_PLANE) if _flatness(readings) < MAX_NEAR_PLANE_FLATNESS else None
 
 
 def _without_spikes(readings: FloatArray) -> FloatArray:
@@ -122,13 +121,13 @@ def _without_spikes(readings: FloatArray) -> FloatArray:
 
     Of many readings some stretches will do.
     """
-    stretch = np.arange(len(readings)) // STRETCH_SAMPLES
-    readings = readings[stretch % max(1, len(readings) // STRETCHES_SAMPLES) == 0]
+    stretch = np.arange(len(readings)) // SAMPLES_PER_STRETCH
+    readings = readings[stretch % max(1, len(readings) // MAX_SPIKE_SAMPLES) == 0]
     middle = np.median(np.lib.stride_tricks.sliding_window_view(readings, 5, axis=0), axis=-1)
     off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
     apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
     # a fast turn is off as well, but there the neighbours are apart
-    wild = (off > WILD_SAMPLE * np.quantile(off, USUAL_QUANTILE)) & (apart < 0.5 * off)
+    wild = (off > MIN_SPIKE_RATIO * np.quantile(off, SPIKE_QUANTILE)) & (apart < 0.5 * off)
     return np.asarray(readings[4:-4][~wild])
 
 
@@ -141,7 +140,7 @@ def _flatness(readings: FloatArray) -> float:
 def _is_noise(readings: FloatArray) -> bool:
     steps = np.diff(readings, axis=0)
     noise = np.sqrt(0.5 * (steps**2).mean(axis=0))
-    return bool((readings.std(axis=0) < SMALLEST_MOTION * noise).all())
+    return bool((readings.std(axis=0) < MIN_MOTION_RATIO * noise).all())
 
 
 def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
@@ -155,9 +154,9 @@ def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
     Raises:
         DataError: the readings are no shell.
     """
-    if sigma <= LARGEST_SHELL_SCATTER * radius:
+    if sigma <= MAX_SHELL_SCATTER * radius:
         return
-    raise no_shell(readings) or DataError(
+    raise missing_shell(readings) or DataError(
         f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: it "
         "is not one constant field. Measure away from iron, magnets and currents"
     )
@@ -176,15 +175,18 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
     """
     if unit != "uT":
         return ""
-    low, high = EARTH_FIELD
-    if not low / SCALE_MARGIN <= magnitude <= high * SCALE_MARGIN:
+    low, high = EARTH_FIELD_RANGE
+    if not low / MAX_FIELD_SCALE_ERROR <= magnitude <= high * MAX_FIELD_SCALE_ERROR:
         raise DataError(
             f"a field of {fixed(magnitude, decimals(magnitude, 3))} µT is not the Earth's "
             f"({low:.0f} to {high:.0f} µT): a magnet or iron turns with it, an axis is saturated, "
             "or the unit is another",
             settings=("magnetometer_unit",),
         )
-    if field is not None and not 1.0 / SCALE_MARGIN <= magnitude / field <= SCALE_MARGIN:
+    if (
+        field is not None
+        and not 1.0 / MAX_FIELD_SCALE_ERROR <= magnitude / field <= MAX_FIELD_SCALE_ERROR
+    ):
         return (
             f"the readings say {magnitude:.3g} µT, but {field:.3g} µT was given: check the "
             "unit, and at what iron is near"
@@ -202,11 +204,11 @@ def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
         for sign, extreme in (("+", high), ("-", low)):
             there = values == extreme
             count = int(there.sum())
-            if count < max(FEWEST_PILED, PILE_SHARE * len(values)):
+            if count < max(MIN_STUCK_SAMPLES, MIN_STUCK_SHARE * len(values)):
                 continue
             near = np.abs(values - extreme) <= 0.1 * (high - low)
             levels = max(len(np.unique(values[near])) - 1, 1)
-            if count > PILE_RATIO * (near.sum() - count) / levels:
+            if count > MIN_STUCK_RATIO * (near.sum() - count) / levels:
                 out[sign + axis] = there
     return out
 
@@ -228,12 +230,12 @@ def check_clipping(readings: FloatArray) -> None:
         levels, counts = np.unique(values, return_counts=True)
         if name[0] == "+":
             levels, counts = -levels[::-1], counts[::-1]
-        beside = slice(1, 1 + PILE_NEIGHBOURS)
-        if len(levels) < 2 + PILE_NEIGHBOURS or counts[0] < PILE_RATIO * counts[beside].max():
+        beside = slice(1, 1 + STUCK_NEIGHBOURS)
+        if len(levels) < 2 + STUCK_NEIGHBOURS or counts[0] < MIN_STUCK_RATIO * counts[beside].max():
             continue
-        step = float(np.median(np.diff(levels[: 2 + PILE_NEIGHBOURS])))
-        if _noise(values, there) > NOISE_IN_STEPS * step:
-            raise saturated(name, there)
+        step = float(np.median(np.diff(levels[: 2 + STUCK_NEIGHBOURS])))
+        if _noise(values, there) > MIN_NOISE_STEPS * step:
+            raise saturation_error(name, there)
 
 
 def _noise(values: FloatArray, there: BoolArray) -> float:
@@ -242,7 +244,7 @@ def _noise(values: FloatArray, there: BoolArray) -> float:
     for order in DIFFERENCE_ORDERS:
         free = ~np.lib.stride_tricks.sliding_window_view(there, order + 1).any(axis=1)
         rough = np.abs(np.diff(values, order))[free]
-        size = float(np.median(rough)) if len(rough) >= FEWEST_PILED else 0.0
+        size = float(np.median(rough)) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
         found.append(SIGMA_PER_MEDIAN * size / sqrt(comb(2 * order, order)))
     return min(found)
 
@@ -260,11 +262,11 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     others = ~np.any(list(stuck.values()), axis=0)
     sigma = robust_deviation(distance[others])
     for name, there in stuck.items():
-        if float(np.median(distance[there])) < -PILE_INSIDE * sigma:
-            raise saturated(name, there)
+        if float(np.median(distance[there])) < -MIN_STUCK_DEPTH * sigma:
+            raise saturation_error(name, there)
 
 
-def saturated(name: str, there: BoolArray) -> DataError:
+def saturation_error(name: str, there: BoolArray) -> DataError:
     """What to say of an axis at its end.
 
     Args:
@@ -279,7 +281,7 @@ def saturated(name: str, there: BoolArray) -> DataError:
     )
 
 
-def measured_once(series: Series) -> Series:
+def without_repeats(series: Series) -> Series:
     """The readings as they were measured, each once; the series itself where none is repeated.
 
     A sketch that prints all sensors in one loop repeats the last field until the next one is
@@ -292,10 +294,10 @@ def measured_once(series: Series) -> Series:
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
     lengths = np.diff(np.append(starts, len(series)))
     whole = lengths[1:-1]
-    if len(whole) < FEWEST_RUNS or np.mean(whole == 1) > SINGLE_RUN_SHARE:
+    if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
         return series
     shortest = float(np.quantile(whole, SHORTEST_RUN_QUANTILE))
-    period = float(whole[whole <= LONGEST_SINGLE_RUN * shortest].mean())
+    period = float(whole[whole <= MAX_SINGLE_RUN_RATIO * shortest].mean())
     if period < 1.5:
         return series
     # equal readings that follow one another stay as many as were measured
@@ -310,11 +312,11 @@ def repeats_note(series: Series, once: Series) -> tuple[str, ...]:
     """What the user should know of readings that were repeated; nothing where none was."""
     if len(once) == len(series):
         return ()
-    says = (
+    message = (
         f"each reading of the magnetometer stands {len(series) / len(once):.2g} times in the "
         "recording: it is slower than the lines, and each counts once"
     )
-    return (says,)
+    return (message,)
 
 
 _PLANE = (

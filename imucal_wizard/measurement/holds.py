@@ -14,7 +14,7 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, median_rows
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.rounding import rounding_variance
 
@@ -148,9 +148,9 @@ def trim_ends(
         means, variances = np.hstack((means, blocks.mean_g)), np.hstack((variances, blocks.var_g))
         step = np.concatenate((step, np.broadcast_to(0.0 if step_g is None else step_g, 3)))
     middle = slice(count // 4, count - count // 4)
-    centre = median_rows(means[middle])
-    scatter = SIGMA_PER_MEDIAN * median_rows(np.abs(means[middle] - centre))
-    variance = median_rows(variances[middle])
+    centre = median_of_rows(means[middle])
+    scatter = SIGMA_PER_MEDIAN * median_of_rows(np.abs(means[middle] - centre))
+    variance = median_of_rows(variances[middle])
     rounded = rounding_variance(variance, step)
     spread = np.maximum(np.maximum(scatter, np.sqrt(variance / blocks.size)), np.sqrt(rounded))
     off = np.asarray((np.abs(means - centre) > MAX_SETTLING_SIGMA * spread).any(axis=1))
@@ -225,7 +225,7 @@ class HoldBuilder:
         self._recent.clear()
 
 
-def still_runs(still: BoolArray) -> list[tuple[int, int]]:
+def runs_of_still_blocks(still: BoolArray) -> list[tuple[int, int]]:
     """Runs of blocks (first, past the last), guards off, in which every window is still."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
     runs = []

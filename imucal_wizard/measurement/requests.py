@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.poses import AXES, DIRECTIONS, spoken, spoken_up
+from imucal_wizard.core.poses import AXES, DIRECTIONS, direction_in_words, pose_in_words
 from imucal_wizard.core.readings import FloatArray
 
 MAX_REQUESTS = 100
@@ -53,15 +53,15 @@ class MeasurementRequest:
     @property
     def words(self) -> str:
         """Where it is, in plain words."""
-        return spoken(self.pose) if self.pose else spoken_up(self.direction)
+        return pose_in_words(self.pose) if self.pose else direction_in_words(self.direction)
 
 
-def to_text(asked: Sequence[MeasurementRequest]) -> str:
-    """What ``from_text`` reads."""
+def requests_to_text(asked: Sequence[MeasurementRequest]) -> str:
+    """What ``requests_from_text`` reads."""
     return msgspec.json.encode(list(asked)).decode()
 
 
-def from_text(text: str) -> tuple[MeasurementRequest, ...]:
+def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
     """What is asked for.
 
     Raises:

@@ -14,7 +14,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 
 
-def tilt(up: FloatArray, axis: str) -> float | None:
+def tilt_about_axis(up: FloatArray, axis: str) -> float | None:
     """Angle of gravity in the plane across an axis, rad, growing with a positive turn.
 
     With (k, i, j) in cyclic order and ``du/dt = u × w``, a rate about k moves ``u`` from j to i.
@@ -33,7 +33,7 @@ def tilt(up: FloatArray, axis: str) -> float | None:
     return math.atan2(across, along)
 
 
-def level(up: FloatArray, axis: str) -> float:
+def axis_elevation(up: FloatArray, axis: str) -> float:
     """How far an axis is from level, degrees: gravity shows turns about level axes only."""
     return abs(math.degrees(math.asin(max(-1.0, min(1.0, float(up[AXES.index(axis)]))))))
 
@@ -55,7 +55,7 @@ def rotation_between(
         turned: the integrated rate, rad; 0 where its scale is not known, which means less than
             half a circle.
     """
-    first, last = tilt(before, axis), tilt(after, axis)
+    first, last = tilt_about_axis(before, axis), tilt_about_axis(after, axis)
     if first is None or last is None:
         return None
     return unwrapped(last - first, turned)
@@ -72,7 +72,7 @@ class RotationAngle:
 
     def __init__(self, axis: str, up: FloatArray) -> None:
         self._axis = axis
-        self._start = tilt(up, axis)
+        self._start = tilt_about_axis(up, axis)
         self._carried = 0.0
         self.angle = 0.0
 
@@ -85,7 +85,7 @@ class RotationAngle:
         """
         if turned is not None:
             self._carried += turned
-        seen = None if up is None else tilt(up, self._axis)
+        seen = None if up is None else tilt_about_axis(up, self._axis)
         if seen is None or self._start is None:
             if turned is not None:
                 self.angle += turned

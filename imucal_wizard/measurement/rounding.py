@@ -6,21 +6,21 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 
-SLICES = 20
-SLICE = 20_000
+STEP_SLICES = 20
+SAMPLES_PER_SLICE = 20_000
 """Steps are taken from so many pieces of so many samples, spread over the recording."""
 MIN_STEP_SHARE = 0.02
 """Share of all changes that may be smaller than the step: a garbled number here and there."""
-SENSIBLE = 1e-150, 1e150
+STEP_RANGE = 1e-150, 1e150
 """Steps whose squares are numbers; no sensor has others."""
-FINE = 1e6
+FINE_RATIO = 1e6
 """σ²/q² from which on steps are no matter."""
-TERMS = np.arange(1, 200)
+FOURIER_TERMS = np.arange(1, 200)
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond, rounding only adds q²/12."""
 
 
-def steps_of(values: FloatArray) -> FloatArray:
+def resolution_of(values: FloatArray) -> FloatArray:
     """Smallest step of each axis, shape (axes,); 0 where it never changes.
 
     Of coarse readings it is their resolution; of fine ones, which hardly ever change by so little
@@ -29,8 +29,12 @@ def steps_of(values: FloatArray) -> FloatArray:
     Args:
         values: readings in order of time, shape (n, axes).
     """
-    starts = np.unique(np.linspace(0, max(len(values) - SLICE, 0), SLICES).astype(int))
-    stop = np.append(np.minimum(starts[:-1] + SLICE, starts[1:]), starts[-1:] + SLICE)
+    starts = np.unique(
+        np.linspace(0, max(len(values) - SAMPLES_PER_SLICE, 0), STEP_SLICES).astype(int)
+    )
+    stop = np.append(
+        np.minimum(starts[:-1] + SAMPLES_PER_SLICE, starts[1:]), starts[-1:] + SAMPLES_PER_SLICE
+    )
     with np.errstate(invalid="ignore", over="ignore"):  # what is no number is left out below
         pieces = [np.abs(np.diff(values[a:b], axis=0)) for a, b in zip(starts, stop, strict=True)]
     return np.array([_step(column) for column in np.concatenate(pieces).T])
@@ -42,10 +46,10 @@ def _step(changes: FloatArray) -> float:
         return 0.0
     place = int(MIN_STEP_SHARE * len(seen))
     step = float(np.partition(seen, place)[place])
-    return step if SENSIBLE[0] < step < SENSIBLE[1] else 0.0
+    return step if STEP_RANGE[0] < step < STEP_RANGE[1] else 0.0
 
 
-def step_noise(step: FloatArray) -> FloatArray:
+def rounding_noise(step: FloatArray) -> FloatArray:
     """Standard deviation that rounding to a step adds to what is not at rest: step / √12."""
     return np.asarray(step / np.sqrt(12.0))
 
@@ -69,18 +73,20 @@ def rounding_variance(before: FloatArray, step: FloatArray) -> FloatArray:
 
 
 def _in_steps(variance: FloatArray, step: FloatArray) -> FloatArray:
-    """Variance over q², cut at ``FINE``, which also stands for no step at all."""
+    """Variance over q², cut at ``FINE_RATIO``, which also stands for no step at all."""
     square = np.where(step > 0.0, step, 1.0) ** 2
-    return np.where(step > 0.0, np.minimum(variance, FINE * square) / square, FINE)
+    return np.where(step > 0.0, np.minimum(variance, FINE_RATIO * square) / square, FINE_RATIO)
 
 
 def _share(ratio: FloatArray) -> FloatArray:
     """r²/q² by σ²/q²."""
-    sums = (np.exp(-4.0 * np.pi**2 * np.multiply.outer(ratio, TERMS**2)) / TERMS**2).sum(axis=-1)
+    sums = (
+        np.exp(-4.0 * np.pi**2 * np.multiply.outer(ratio, FOURIER_TERMS**2)) / FOURIER_TERMS**2
+    ).sum(axis=-1)
     return np.asarray(sums / (2.0 * np.pi**2))
 
 
-def noise_before(rounded: FloatArray, step: FloatArray) -> FloatArray:
+def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArray:
     """Variance σ² of readings before rounding, from what they show after it, over many places.
 
     Over all places between two steps ``σ² + q²/12 − r²(σ)`` is seen; it grows with σ.
@@ -94,7 +100,7 @@ def noise_before(rounded: FloatArray, step: FloatArray) -> FloatArray:
     inside = np.interp(ratio, seen, _GRID)
     plain = np.maximum(ratio - 1.0 / 12.0, 0.0)
     found = np.where(ratio < seen[-1], inside, plain) * step**2
-    return np.asarray(np.where(ratio < FINE, found, rounded))
+    return np.asarray(np.where(ratio < FINE_RATIO, found, rounded))
 
 
 def rounding_shift(sigma: float, step: FloatArray) -> float:
@@ -104,7 +110,7 @@ def rounding_shift(sigma: float, step: FloatArray) -> float:
         sigma: standard deviation of rounded readings, the same on all axes.
         step: of each axis, in the same unit, shape (axes,).
     """
-    before = noise_before(np.full(step.shape, sigma**2), step)
+    before = variance_before_rounding(np.full(step.shape, sigma**2), step)
     return float(np.sqrt(rounding_variance(before, step).max()))
 
 

@@ -21,18 +21,24 @@ from imucal_wizard.core.limits.stillness import (
 )
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
 from imucal_wizard.measurement.data_quality import clipped_axis
-from imucal_wizard.measurement.holds import Hold, Rotation, hold_from, still_runs, trim_ends
-from imucal_wizard.measurement.stillness import Limits, Stream
+from imucal_wizard.measurement.holds import (
+    Hold,
+    Rotation,
+    hold_from,
+    runs_of_still_blocks,
+    trim_ends,
+)
+from imucal_wizard.measurement.stillness import Limits, ReducedRecording
 
 
-def holds_under(stream: Stream, limits: Limits) -> list[Hold]:
+def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     """The holds that these limits call still, long enough to be one."""
-    runs = still_runs(stream.windows.still(limits))
+    runs = runs_of_still_blocks(stream.windows.still(limits))
     holds = [_hold_of_run(stream, run) for run in runs]
     return [hold for hold in holds if hold is not None]
 
 
-def _hold_of_run(stream: Stream, run: tuple[int, int]) -> Hold | None:
+def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
     """The hold in a run of still blocks, None where it is too short.
 
     Many limits find the same run, so each is summed up only once.
@@ -44,19 +50,19 @@ def _hold_of_run(stream: Stream, run: tuple[int, int]) -> Hold | None:
     return stream.holds[run]
 
 
-def candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
+def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:
     """Every usual limit with the holds it finds, from the strictest on; equal results once."""
     limits = ((factor, stream.noise.limits(float(np.sqrt(factor)))) for factor in VARIANCE_FACTORS)
     return _different(stream, limits)
 
 
-def loose_candidates(stream: Stream) -> Iterator[tuple[float, list[Hold]]]:
+def loose_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:
     """Looser limits, for a device whose quietest two seconds say little of how it is held."""
     return _different(stream, _doubled(stream))
 
 
 def _different(
-    stream: Stream, limits: Iterator[tuple[float, Limits]]
+    stream: ReducedRecording, limits: Iterator[tuple[float, Limits]]
 ) -> Iterator[tuple[float, list[Hold]]]:
     seen: set[tuple[float, ...]] = set()
     for factor, one in limits:
@@ -67,7 +73,7 @@ def _different(
             yield factor, holds
 
 
-def _doubled(stream: Stream) -> Iterator[tuple[float, Limits]]:
+def _doubled(stream: ReducedRecording) -> Iterator[tuple[float, Limits]]:
     """Multiples of the quietest variance, doubled until no hand exceeds the limits.
 
     Each sensor stops at its own end: a tremor is many times a good gyroscope's noise, and hardly
@@ -83,7 +89,7 @@ def _doubled(stream: Stream) -> Iterator[tuple[float, Limits]]:
             return
 
 
-def _loosest(stream: Stream) -> Limits:
+def _loosest(stream: ReducedRecording) -> Limits:
     """No looser than this, and no stricter than the largest multiple that is tried anyway."""
     least = stream.noise.limits(float(np.sqrt(VARIANCE_FACTORS[-1])))
     gravity = float(np.ptp(stream.blocks.mean_a, axis=0).max()) / 2.0
@@ -104,7 +110,7 @@ def rotations_between(
     rotations = []
     gravity = _gravity(holds)
     for before, after in itertools.pairwise(holds):
-        if one_rest(before, after, gravity):
+        if same_rest(before, after, gravity):
             continue
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
@@ -115,7 +121,7 @@ def rotations_between(
     return rotations
 
 
-def one_rest(before: Hold, after: Hold, gravity: float) -> bool:
+def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
     """Whether two neighbouring holds are parts of one rest with a disturbance in it.
 
     Args:
@@ -127,10 +133,10 @@ def one_rest(before: Hold, after: Hold, gravity: float) -> bool:
     return after.start - before.end < MIN_ROTATION_SECONDS and moved < SAME_PLACE * gravity
 
 
-def rests(holds: Sequence[Hold]) -> IntArray:
+def rest_numbers(holds: Sequence[Hold]) -> IntArray:
     """Number of the rest to which each hold belongs, shape (n,)."""
     gravity = _gravity(holds)
-    new = [not one_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
+    new = [not same_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
     return np.cumsum(np.array([0, *new][: len(holds)], np.int64))
 
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
-from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, joined
-from imucal_wizard.measurement.blocks import BlockCutter, Blocks, aligned, join_blocks
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
+from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.rounding import step_noise, steps_of
+from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
 
-SLAB = 200_000
+SAMPLES_PER_SLAB = 200_000
 """Samples cut at a time, so that memory stays flat however long the recording is."""
 
 
@@ -255,7 +255,7 @@ class BlockStream:
         if not len(readings):
             return []
         columns = self._columns(readings)
-        self._field = joined([self._field, readings.magnetometer])
+        self._field = join_series([self._field, readings.magnetometer])
         blocks = self._cutter.feed(readings)
         size, count = self._cutter.size, len(blocks)
         self._rest = [column[count * size :] for column in columns]
@@ -300,7 +300,7 @@ class BlockStream:
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
+class ReducedRecording:
     """A recording reduced to blocks and windows.
 
     Attributes:
@@ -321,9 +321,9 @@ class Stream:
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
 
 
-def reduce(readings: Readings) -> Stream | None:
+def reduce_recording(readings: Readings) -> ReducedRecording | None:
     """Blocks, windows and the quietest noise of a recording; None when it is shorter than that."""
-    together = aligned(readings)
+    together = resample_gyroscope(readings)
     rate = together.accelerometer.rate
     if rate <= 0.0:
         return None
@@ -332,16 +332,16 @@ def reduce(readings: Readings) -> Stream | None:
     blocks = join_blocks(parts)
     windows = maker.feed(blocks)
     gyroscope = readings.gyroscope
-    step_a = steps_of(readings.accelerometer.values)
-    step_g = None if gyroscope is None else steps_of(gyroscope.values)
+    step_a = resolution_of(readings.accelerometer.values)
+    step_g = None if gyroscope is None else resolution_of(gyroscope.values)
     noise = _quietest(windows, step_a, step_g)
-    return None if noise is None else Stream(blocks, windows, noise, step_a, step_g)
+    return None if noise is None else ReducedRecording(blocks, windows, noise, step_a, step_g)
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:
     gyroscope = readings.gyroscope
-    for first in range(0, len(readings), SLAB):
-        part = slice(first, first + SLAB)
+    for first in range(0, len(readings), SAMPLES_PER_SLAB):
+        part = slice(first, first + SAMPLES_PER_SLAB)
         a = readings.accelerometer
         yield Readings(
             Series(a.time[part], a.values[part], a.unit),
@@ -361,8 +361,8 @@ def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -
     full = windows.full
     if full.sum() < QUIET_BLOCKS:
         return None
-    floor_a = step_noise(step_a)
-    floor_g = None if step_g is None else step_noise(step_g)
+    floor_a = rounding_noise(step_a)
+    floor_g = None if step_g is None else rounding_noise(step_g)
     score = _relative(windows.std_a, full, floor_a)
     if windows.std_g is not None and floor_g is not None:
         score = score + _relative(windows.std_g, full, floor_g)

@@ -92,13 +92,18 @@ def expected_error(directions: FloatArray, basis: FloatArray, noise: float) -> f
         basis: free directions of the parameters, shape (9, p).
         noise: σ, in units of g.
     """
-    noisy = noise * amplification(directions, basis)
-    if not np.isfinite(noisy).all():
+    return _expected_error(design(directions), basis, noise)
+
+
+def _expected_error(columns: FloatArray, basis: FloatArray, noise: float) -> float:
+    """The same of the radial effects at the directions, shape (n, 9)."""
+    rows = columns @ basis
+    left, values, axes = np.linalg.svd(rows, full_matrices=False)
+    if len(rows) < rows.shape[1] or values[-1] < 1e-9 * values[0]:
         return np.inf
-    columns = design(directions)
-    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
-    left = design(_SPHERE) @ (np.eye(SIZE) - taken) * TYPICAL_SIZE
-    return float(np.sqrt((noisy**2 + (left**2).sum(axis=1)).mean()))
+    spread = basis @ (axes.T / values)
+    kept = _SPHERE_ROOT @ (np.eye(SIZE) - spread @ (left.T @ columns)) * TYPICAL_SIZE
+    return float(np.sqrt(((noise * _SPHERE_ROOT @ spread) ** 2).sum() + (kept**2).sum()))
 
 
 def _sphere(count: int = 400) -> FloatArray:
@@ -111,16 +116,19 @@ def _sphere(count: int = 400) -> FloatArray:
 
 
 _SPHERE = _sphere()
-UNCALIBRATED = float(np.sqrt(((design(_SPHERE) * TYPICAL_SIZE) ** 2).sum(axis=1).mean()))
+_SPHERE_ROOT = np.linalg.qr(design(_SPHERE), mode="r") / np.sqrt(len(_SPHERE))
+"""R with ``|R v|²`` the mean square of ``j(u)·v`` over the sphere, shape (9, 9)."""
+UNCALIBRATED = float(np.linalg.norm(_SPHERE_ROOT * TYPICAL_SIZE))
 """What a sensor errs without calibration, rms over the sphere, in units of g."""
 
 
 def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
     """Columns that free single parameters, and one that moves the three scales together."""
-    columns = [np.eye(SIZE)[place] for place in places]
+    columns = np.zeros((SIZE, len(places) + common_scale))
+    columns[places, range(len(places))] = 1.0
     if common_scale:
-        columns.append(np.eye(SIZE)[list(SCALE)].sum(axis=0) / np.sqrt(3.0))
-    return np.column_stack(columns)
+        columns[SCALE, -1] = 1.0 / np.sqrt(3.0)
+    return columns
 
 
 def names_of(basis: FloatArray, names: Sequence[str]) -> list[str]:
@@ -146,9 +154,9 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
     Raises:
         DataError: none is better than no calibration.
     """
-    level = max(noise, TYPICAL_NOISE)
+    level, columns = max(noise, TYPICAL_NOISE), design(directions)
     errors = {
-        model: expected_error(directions, basis_of(*model), level)
+        model: _expected_error(columns, basis_of(*model), level)
         for model in _models(len(directions))
     }
     best = min(errors, key=lambda model: errors[model])

@@ -5,10 +5,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, quantity, true_minus
+from imucal_wizard.core.quantities import (
+    plus_minus,
+    quantity,
+    size_with_unit,
+    true_minus,
+    with_unit,
+)
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench, Rung, noise_of_ladder
+from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.residuals import place_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict_text import sizes_text
@@ -88,12 +95,14 @@ def _signed(values: FloatArray) -> float:
 
 
 def _direction(said: Diagnosis, what: str, index: int) -> str:
-    """The pose of a hold, the axis of a rotation."""
+    """The pose of a hold, the axis of a rotation that the recording has by itself."""
     report = said.report
     if report is None:
         return ""
-    found = report.holds[index].pose if what == "hold" else report.rotations[index].axis
-    return true_minus(found or "–")
+    parts = [one.pose for one in report.holds]
+    if what != "hold":
+        parts = [one.axis for one in report.rotations]
+    return true_minus((parts[index] if index < len(parts) else None) or "–")
 
 
 def _dot(ratio: float, size: float) -> str:
@@ -126,7 +135,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
             size = suspects[effect.name].detectable_on_any_axis
             unit = effect.parameters(bench.sensor)[0].unit
             if np.isfinite(size):
-                shown = amount(size, unit)
+                shown = size_with_unit(size, unit)
                 return [f"  {effect.name} would have shown from {shown} on"]
     return []
 
@@ -140,12 +149,31 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
     seen = one.detectable_on_any_axis
-    least = amount(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
+    least = size_with_unit(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
     like = f"; looks like {', '.join(one.like)}" if one.like else ""
     return [
         f"  {number}  {one.term:24} {after:10} {p}",
         *_wrapped(f"{size}; seen from {least}{like}", "       "),
     ]
+
+
+def suspect_name(entry: Entry) -> str:
+    """The suspect's name; a disturbed hold with its number."""
+    if entry.term == DISTURBED and entry.suspect is not None:
+        hold = entry.suspect.hold
+        return "a disturbed hold" if hold is None else f"disturbed (#{hold + 1})"
+    return entry.term
+
+
+def suspect_size(entry: Entry, room: int = 99) -> str:
+    """The parameter that stands out most ± its standard error; its unit if there is room."""
+    suspect = entry.suspect
+    if suspect is None or suspect.trial is None or suspect.candidate is None:
+        return ""
+    k, trial = suspect.largest, suspect.trial
+    name, unit = suspect.candidate.names[k], suspect.candidate.unit
+    size = f"{name} {plus_minus(float(trial.size[k]), float(trial.standard_error[k]))}"
+    return with_unit(size, unit) if len(with_unit(size, unit)) <= room else size[:room]
 
 
 def _ladder(bench: Bench) -> list[str]:

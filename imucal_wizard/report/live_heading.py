@@ -5,11 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.limits.heading import MAX_DIP_CHANGE_DEG, MAX_FIELD_CHANGE
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass, up_in
 
 Reading = tuple[float, float, float]
+MAX_FIELD_CHANGE = 0.05
+"""Share by which the field may differ from that at calibration; more is iron, or another place."""
+MAX_DIP_CHANGE_DEG = 3.0
+"""Degrees by which the dip may differ; more is iron, or a motion that disturbs gravity."""
 
 
 @dataclass(frozen=True)

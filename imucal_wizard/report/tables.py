@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from imucal_wizard.core.quantities import quantity
-from imucal_wizard.estimate.fitting.methods import (
+from imucal_wizard.estimate.comparison import (
     MethodRow,
     difference,
     least_held_out,

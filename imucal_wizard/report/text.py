@@ -2,15 +2,16 @@
 
 import textwrap
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imucal_wizard.core.quantities import decimals, quantity, true_minus
-from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
-from imucal_wizard.estimate.methods.six_position import NAME as SIX
 from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
-from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
-from imucal_wizard.estimate.second_stage.heading import turned
+
+if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
+    from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
+    from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
 
 TEXT_COLUMNS = 80
 MIN_DIP_OF_HEMISPHERE = 10.0
@@ -69,7 +70,7 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     return lines
 
 
-def field_lines(found: MagnetometerFit, fit: SensorFit) -> list[str]:
+def field_lines(found: "MagnetometerFit", fit: SensorFit) -> list[str]:
     """Magnitude of the field, N's figure of merit, and the covered directions."""
     held_out = found.relative_error_held_out
     out = "" if held_out is None else f", held out {100.0 * held_out:.2f} %"
@@ -83,6 +84,8 @@ def _parameter(parameter: Parameter, method: str) -> str:
     value = f"{parameter.value:.7g}"
     unit = "" if parameter.unit == "1" else parameter.unit
     if not parameter.carried:
+        from imucal_wizard.estimate.methods.six_position import NAME as SIX
+
         why = f"the {method} method does not fit it" if method == SIX else _LACKING
         return f"{parameter.name:16} {value:>14} {unit}".rstrip() + f"  nominal: {why}"
     if not parameter.standard_error:
@@ -109,7 +112,7 @@ def _comparison(report: FitReport) -> list[str]:
     return lines
 
 
-def second_stage_lines(stage: SecondStage) -> list[str]:
+def second_stage_lines(stage: "SecondStage") -> list[str]:
     """Alignment, clocks, what the gyroscope gains, headings; lines of at most 80 columns."""
     alignment = stage.alignment
     dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
@@ -136,7 +139,7 @@ def second_stage_lines(stage: SecondStage) -> list[str]:
     return lines + [f"  {note}" for note in stage.notes]
 
 
-def _gyroscope(stage: SecondStage) -> list[str]:
+def _gyroscope(stage: "SecondStage") -> list[str]:
     added = stage.added
     if added is None:
         return []
@@ -153,7 +156,7 @@ def _gyroscope(stage: SecondStage) -> list[str]:
     return lines
 
 
-def _headings(headings: Headings) -> list[str]:
+def _headings(headings: "Headings") -> list[str]:
     """Rms over all holds, and the first few headings."""
     change, expected = heading_summary(headings)
     if not np.isfinite(change):
@@ -174,8 +177,10 @@ def _headings(headings: Headings) -> list[str]:
     return lines
 
 
-def heading_summary(headings: Headings) -> tuple[float, float]:
+def heading_summary(headings: "Headings") -> tuple[float, float]:
     """Rms change of heading by the calibration, and rms of the error expected after it, rad."""
+    from imucal_wizard.estimate.second_stage.heading import turned
+
     change = turned(headings.after, headings.before)
     seen = np.isfinite(change)
     if not seen.any():

@@ -9,15 +9,16 @@ from collections.abc import Sequence
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import Event, EventKind, Status, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.state_machine import Listener, StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.stillness import Noise
-from imucal_wizard.run.drawing import SnapshotMaker
+from imucal_wizard.run.decoded_stream import DecodedStream
 from imucal_wizard.run.journal import Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
-from imucal_wizard.run.stream import DecodedStream
+from imucal_wizard.run.snapshot_maker import SnapshotMaker
 
 EVENTS_KEPT = 50
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
@@ -113,17 +114,17 @@ class Engine:
         self._view.changed()
         if readings is not None:
             self.receive_readings(readings)
-        self._remark()
+        self._notify()
 
     def _resolved(self) -> None:
         """Write down how the stream is read once everything about it is known."""
         if self._stream.intake.ready:
             self.journal.resolved(self._stream.intake.setup)
 
-    def _remark(self) -> None:
+    def _notify(self) -> None:
         """Emit the new notifications about the stream and the session."""
-        for kind, text in self._stream.remarks(self.step, self.journal.problem):
-            self.tell(kind, text)
+        for kind, text in self._stream.notifications(self.step, self.journal.problem):
+            self.emit(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
         """Take samples that are decoded already, all sensors at the same times.
@@ -141,11 +142,11 @@ class Engine:
             self._machine = self.settings.machine(readings, rate, self._noise, self._listener)
             waiting, self._waiting = self._waiting, []
             for order in waiting:
-                self._happened(self._obey(self._machine, *order))
+                self._emit(self._execute(self._machine, *order))
         self.samples += len(readings)
         self._time = float(readings.accelerometer.time[-1])
         self._view.feed(readings)
-        self._happened(self._machine.feed(readings))
+        self._emit(self._machine.feed(readings))
 
     def command(self, name: str, argument: str = "") -> None:
         """Carry out a command; before the first sample, commands wait for that sample."""
@@ -153,10 +154,10 @@ class Engine:
         if self._machine is None:
             self._waiting.append((name, argument))
         else:
-            self._happened(self._obey(self._machine, name, argument))
+            self._emit(self._execute(self._machine, name, argument))
         self._view.changed()
 
-    def _obey(self, machine: StateMachine, name: str, argument: str) -> Sequence[Event]:
+    def _execute(self, machine: StateMachine, name: str, argument: str) -> Sequence[Event]:
         try:
             return machine.command(name, argument)
         except UsageError as error:
@@ -168,7 +169,7 @@ class Engine:
         begun, readings = self._machine is not None, self._stream.reconfigure(setup)
         self._begin_again()
         if begun:
-            self.tell(EventKind.WARNING, "the stream is read anew: the procedure begins again")
+            self.emit(EventKind.WARNING, "the stream is read anew: the procedure begins again")
         self._resolved()
         if readings is not None:
             self.receive_readings(readings)
@@ -179,7 +180,7 @@ class Engine:
         if rest is not None:
             self.receive_readings(rest)
         if self._machine is not None:
-            self._happened(self._machine.flush())
+            self._emit(self._machine.flush())
         self.finished = True
         self._view.changed()
 
@@ -193,9 +194,9 @@ class Engine:
         """No data until now; ``expected`` silence is no problem."""
         self.journal.idle()
         if expected:
-            self._stream.flow.heard(arrival)
-        self._remark()
-        if self._stream.flow.silent(arrival):
+            self._stream.link_health.heard(arrival)
+        self._notify()
+        if self._stream.link_health.silent(arrival):
             self._view.changed()
 
     def connected(self, source: str) -> None:
@@ -205,19 +206,19 @@ class Engine:
 
     def link(self, problem: str) -> None:
         """Set the problem of the port; ``""`` for none."""
-        self._stream.flow.link(problem)
+        self._stream.link_health.link(problem)
         self._view.changed()
 
-    def tell(self, kind: EventKind, text: str) -> None:
+    def emit(self, kind: EventKind, text: str) -> None:
         """Emit an event from outside the procedure."""
-        self._happened((Event(kind, self._time, text),))
+        self._emit((Event(kind, self._time, text),))
 
     def note(self, text: str) -> None:
         """Emit a warning and add it to the warnings of the stream and of the result."""
         self._stream.note((text,))
-        self.tell(EventKind.WARNING, text)
+        self.emit(EventKind.WARNING, text)
 
-    def _happened(self, events: Sequence[Event]) -> None:
+    def _emit(self, events: Sequence[Event]) -> None:
         if not events:
             return
         self._events.extend(events)
@@ -237,9 +238,9 @@ class Engine:
         return Status() if self._machine is None else self._machine.status()
 
     @property
-    def makeshift(self) -> Noise | None:
+    def provisional_noise(self) -> Noise | None:
         """The noise of a rest that was shorter than asked for, where that had to do; else None."""
-        return None if self._machine is None else self._machine.makeshift
+        return None if self._machine is None else self._machine.provisional_noise
 
     def collected(self) -> Collected:
         """The measurements."""

@@ -10,7 +10,7 @@ from types import TracebackType
 from imucal_wizard.core.output import note
 
 
-def keep_traceback(error: BaseException) -> Path | None:
+def write_traceback(error: BaseException) -> Path | None:
     """Write the traceback of a fault to a file of its own; None where that is not possible."""
     from platformdirs import user_log_path
 
@@ -24,7 +24,7 @@ def keep_traceback(error: BaseException) -> Path | None:
     return path
 
 
-def fault_line(error: BaseException, path: Path | None) -> str:
+def fault_text(error: BaseException, path: Path | None) -> str:
     """One line for the user: the fault and what to do next."""
     what = f"{type(error).__name__}: {error}".strip(": ").replace("\n", " ")[:200]
     where = f"the traceback in {path}" if path is not None else "how you came here"
@@ -34,7 +34,7 @@ def fault_line(error: BaseException, path: Path | None) -> str:
     )
 
 
-def watch() -> None:
+def hide_tracebacks() -> None:
     """From now on no traceback reaches the user, from whichever thread."""
     sys.excepthook = _unforeseen
     threading.excepthook = _unforeseen_in_thread
@@ -43,9 +43,11 @@ def watch() -> None:
 def _unforeseen(
     _kind: type[BaseException], error: BaseException, _trace: TracebackType | None
 ) -> None:
-    note(fault_line(error, keep_traceback(error)))
+    note(fault_text(error, write_traceback(error)))
 
 
 def _unforeseen_in_thread(fault: threading.ExceptHookArgs) -> None:
     if fault.exc_value is not None:
-        keep_traceback(fault.exc_value)  # the thread's owner says on the screen that it has stopped
+        write_traceback(
+            fault.exc_value
+        )  # the thread's owner says on the screen that it has stopped

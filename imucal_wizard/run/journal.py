@@ -10,11 +10,11 @@ from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.sessions import Session
 
-SETUP = "setup"
+SETUP_COMMAND = "setup"
 """Name of the command that records a changed setup of the stream."""
-WRITE_RETRY = 5.0
+WRITE_RETRY_SECONDS = 5.0
 """Seconds between two attempts to write after a failure."""
-MOST_OWED = 1 << 26
+MAX_PENDING_BYTES = 1 << 26
 """Largest number of bytes that wait in memory for room on the disk."""
 
 _Write = Callable[[Session], None]
@@ -58,7 +58,7 @@ class Journal:
 
     def new_setup(self, sample_index: int, setup: StreamSetup) -> None:
         """Write another setup of the stream before it is used."""
-        self.command(sample_index, SETUP, json.dumps(setup.to_json()))
+        self.command(sample_index, SETUP_COMMAND, json.dumps(setup.to_json()))
 
     def resolved(self, setup: StreamSetup) -> None:
         """Write the setup of the stream once it is complete."""
@@ -138,10 +138,12 @@ class Journal:
             self._written = 0
 
     def _failed(self, error: SessionError) -> None:
-        self._next = self._clock() + WRITE_RETRY
+        self._next = self._clock() + WRITE_RETRY_SECONDS
         self._why = str(error)
-        if self._size <= MOST_OWED:
-            self.problem = f"waiting in memory, tried again every {WRITE_RETRY:.0f} s: {error}"
+        if self._size <= MAX_PENDING_BYTES:
+            self.problem = (
+                f"waiting in memory, tried again every {WRITE_RETRY_SECONDS:.0f} s: {error}"
+            )
             return
         self.problem = f"nothing more is written down: {error}"
         self._session = None

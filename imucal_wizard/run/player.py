@@ -10,8 +10,8 @@ import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import StepKind
-from imucal_wizard.measurement.blocks import aligned
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.measurement.blocks import resample_gyroscope
 from imucal_wizard.measurement.stillness import Noise
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.runner import Runner
@@ -92,14 +92,14 @@ class ReadingsTape:
 
 def _together(readings: Readings) -> Readings:
     """Both sensors at the same times, with a warning if the gyroscope was resampled."""
-    together = aligned(readings)
+    together = resample_gyroscope(readings)
     if together is readings:
         return readings
-    says = "the gyroscope's samples were brought to the accelerometer's times for the wizard"
-    return replace(together, warnings=(*readings.warnings, says))
+    message = "the gyroscope's samples were brought to the accelerometer's times for the wizard"
+    return replace(together, warnings=(*readings.warnings, message))
 
 
-LONGEST_PAUSE = 2.0
+MAX_PAUSE_SECONDS = 2.0
 """Seconds without anything, as between the runs of a session, are played no longer than this."""
 
 
@@ -156,7 +156,7 @@ class SessionTape:
         if self._next is None or isinstance(self._next, Command) or self._arrival is None:
             return self._position
         passed = self._next[-1][1] - self._arrival
-        return self._position + min(max(passed, 0.0), LONGEST_PAUSE)
+        return self._position + min(max(passed, 0.0), MAX_PAUSE_SECONDS)
 
     def _happen(self, engine: Engine, what: Pieces | Command) -> None:
         self._position = self._due()
@@ -166,7 +166,7 @@ class SessionTape:
         self._next = next(self._steps, None)
 
 
-PLAY_TICK = 0.02
+PLAY_TICK_SECONDS = 0.02
 """Seconds between two pieces."""
 FAST_PIECE_SECONDS = 0.5
 """Seconds of samples in a piece when it goes as fast as it can."""
@@ -233,7 +233,7 @@ class Player(Runner):
 
     def _once_more(self) -> bool:
         """Begin again with the noise of the longest rest, where the settle step had to make do."""
-        noise = self._engine.makeshift
+        noise = self._engine.provisional_noise
         if noise is None or self._second:
             return False
         self._rewind(noise)
@@ -260,7 +260,7 @@ class Player(Runner):
                 if not more and self._engine.step is not StepKind.SOURCE:
                     self._engine.end()
                 idle = not more
-            self._obey(0.0 if math.isinf(self._speed) and not idle else PLAY_TICK)
+            self._run_orders(0.0 if math.isinf(self._speed) and not idle else PLAY_TICK_SECONDS)
             self._publish()
 
     def _step(self, passed: float) -> float:

@@ -11,7 +11,7 @@ from typing import Protocol
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.instruction import Instruction
 
-MOST = 1 << 18
+MAX_WAITING_BYTES = 1 << 18
 """Bytes that wait at most, a third of a second at 8,000 lines/s; then the sender has to wait."""
 _FETCH_SECONDS = 0.02
 """Seconds a read waits; ``close`` takes no longer."""
@@ -137,7 +137,7 @@ class Pump:
 
     def _put(self, data: bytes, lost: LinkError | None = None) -> None:
         with self._changed:
-            self._changed.wait_for(lambda: self._size < MOST or self._closing)
+            self._changed.wait_for(lambda: self._size < MAX_WAITING_BYTES or self._closing)
             self._lost = lost
             if data:
                 self._pieces.append(data)

@@ -8,12 +8,12 @@ from imucal_wizard.acquire.intake import LINK_BREAK
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.instruction import Instruction
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.runner import Runner, Stopped
 
-REOPEN_RETRY = 0.25
+REOPEN_RETRY_SECONDS = 0.25
 """Seconds between two looks for a device that is missing."""
 _READ_SECONDS = 0.04
 """Seconds a read waits; an order waits no longer."""
@@ -118,7 +118,7 @@ class Reader(Runner):
             except LinkError as error:
                 self._engine.link(str(error))
                 self._publish()
-                self._obey(REOPEN_RETRY)
+                self._run_orders(REOPEN_RETRY_SECONDS)
             else:
                 self._engine.connected(self._source.description)
                 if self._resumed:
@@ -161,19 +161,19 @@ class Reader(Runner):
                 self._engine.receive(data, self._now)
             else:
                 self._engine.idle(self._now, expected=self._source.waiting)
-            self._obey()
+            self._run_orders()
             self._publish()
 
     def _wait_for_return(self, problem: str) -> None:
         """The device is lost: look for it until it is back or the reader is stopped."""
         self._engine.link(problem)
-        self._engine.tell(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
+        self._engine.emit(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
         while not self._stopping.is_set():
             self._engine.journal.idle()
             self._publish()
-            self._obey(REOPEN_RETRY)
+            self._run_orders(REOPEN_RETRY_SECONDS)
             if self._source.reopen():
                 self._engine.connected(self._source.description)
                 self._engine.receive(LINK_BREAK, self._now)
-                self._engine.tell(EventKind.LINK_BACK, "The device is back; it goes on.")
+                self._engine.emit(EventKind.LINK_BACK, "The device is back; it goes on.")
                 return

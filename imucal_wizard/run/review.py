@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.reader import with_options
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import with_options
+from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.plan import AFTERWARDS
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import AFTERWARDS, StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.run.snapshot import StreamStatus
@@ -16,7 +15,7 @@ from imucal_wizard.sessions import KeptSession
 
 
 @dataclass(frozen=True, eq=False)
-class Reviewed:
+class ReviewedSession:
     """The state in which a session was left.
 
     Attributes:
@@ -37,7 +36,7 @@ class Reviewed:
         return self.step in AFTERWARDS
 
 
-def review(path: Path, options: RecordingOptions) -> Reviewed:
+def review_session(path: Path, options: RecordingOptions) -> ReviewedSession:
     """Go through a session again, as a resume does, without writing.
 
     Args:
@@ -52,7 +51,7 @@ def review(path: Path, options: RecordingOptions) -> Reviewed:
         engine = past.engine()
         past.replay(engine)
         snapshot = engine.snapshot()
-        return Reviewed(
+        return ReviewedSession(
             engine.collected(), snapshot.stream, snapshot.status.step, past.settings.gravity
         )
 

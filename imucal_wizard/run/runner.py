@@ -13,12 +13,12 @@ from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 
-FRAME = 0.03
+SNAPSHOT_SECONDS = 0.03
 """Snapshots are made at most so often, s, and only when somebody has asked for one."""
-JOIN = 0.1
+JOIN_SECONDS = 0.1
 """Seconds that ``stop`` waits for the thread."""
 _ANSWER = 0.05
-STOPPED = (
+FAULT_TEXT = (
     "reading has stopped by a fault of this program; nothing measured is lost: quit, and resume "
     "the session"
 )
@@ -54,7 +54,7 @@ class Runner(ABC):
         self._stopping = threading.Event()
         self._asked = threading.Event()
         self._published = Snapshot(stream=StreamStatus(source=engine.source))
-        self._published_at = -FRAME
+        self._published_time = -SNAPSHOT_SECONDS
         self._thread: threading.Thread | None = None
 
     @property
@@ -72,7 +72,7 @@ class Runner(ABC):
         self._stopping.set()
         self._orders.put(None)
         if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join(JOIN)
+            self._thread.join(JOIN_SECONDS)
 
     def snapshot(self) -> Snapshot:
         """The newest picture; the next one is made because somebody asks."""
@@ -115,7 +115,7 @@ class Runner(ABC):
 
     def _live(self) -> None:
         """The thread: work until stopped, then close everything."""
-        problem = STOPPED
+        problem = FAULT_TEXT
         try:
             self._work()
             problem = ""
@@ -133,7 +133,7 @@ class Runner(ABC):
     def _work(self) -> None:
         """Read or play until ``_stopping`` is set."""
 
-    def _obey(self, wait: float = 0.0) -> None:
+    def _run_orders(self, wait: float = 0.0) -> None:
         """Carry out the orders that wait; wait a while for the first one."""
         try:
             order = self._orders.get(timeout=wait) if wait > 0.0 else self._orders.get_nowait()
@@ -151,8 +151,8 @@ class Runner(ABC):
     @property
     def _due(self) -> bool:
         """Whether a snapshot is wanted, and the last one old enough."""
-        return self._asked.is_set() and self._clock() - self._published_at >= FRAME
+        return self._asked.is_set() and self._clock() - self._published_time >= SNAPSHOT_SECONDS
 
     def _publish_this(self, snapshot: Snapshot) -> None:
         self._asked.clear()
-        self._published, self._published_at = snapshot, self._clock()
+        self._published, self._published_time = snapshot, self._clock()

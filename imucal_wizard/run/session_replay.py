@@ -12,15 +12,15 @@ import msgspec
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError, UsageError
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.journal import SETUP, Journal
+from imucal_wizard.run.journal import SETUP_COMMAND, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.sessions import Command, KeptSession, Session
 
 Pieces = tuple[tuple[bytes, float], ...]
 """Bytes with their arrivals, s."""
-GATHER_SECONDS = 0.25
+REPLAY_PIECE_SECONDS = 0.25
 """Seconds of arrivals that go through the engine at once: it costs by the piece."""
 
 
@@ -70,7 +70,7 @@ class SessionReplay:
         pieces: list[tuple[bytes, float]] = []
         for number, arrival, data in self.session.raw():
             due = bool(commands) and commands[0].after_raw < number
-            if pieces and (due or arrival - pieces[0][1] > GATHER_SECONDS):
+            if pieces and (due or arrival - pieces[0][1] > REPLAY_PIECE_SECONDS):
                 yield tuple(pieces)
                 pieces = []
             while commands and commands[0].after_raw < number:
@@ -87,11 +87,11 @@ class SessionReplay:
             engine.receive_all(step)
             return
         if step.sample_index != engine.samples:
-            engine.tell(
+            engine.emit(
                 EventKind.WARNING,
                 "this version decodes the session differently: check the measurements",
             )
-        if step.name == SETUP:
+        if step.name == SETUP_COMMAND:
             engine.set_setup(self._known(_setup_of(step.argument)))
         else:
             engine.command(step.name, step.argument)
@@ -123,11 +123,11 @@ def _setup_of(text: str) -> StreamSetup:
         ) from error
 
 
-MIN_RESUME_PAUSE = 1.0
+MIN_RESUME_PAUSE_SECONDS = 1.0
 """The shortest time that lies between two runs of one session, s."""
 
 
-def begin(
+def begin_session(
     path: Path,
     setup: StreamSetup | None = None,
     settings: ProcedureSettings | None = None,
@@ -154,7 +154,7 @@ def begin(
 
 
 @dataclass(frozen=True)
-class Resumed:
+class ResumedSession:
     """A session taken up again.
 
     Attributes:
@@ -198,10 +198,10 @@ class Resumed:
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
         passed = now() - self.created
-        return passed if last is None else max(last + MIN_RESUME_PAUSE, passed)
+        return passed if last is None else max(last + MIN_RESUME_PAUSE_SECONDS, passed)
 
 
-def resume(path: Path) -> Resumed:
+def resume_session(path: Path) -> ResumedSession:
     """Open a session to go on with it.
 
     Raises:
@@ -210,7 +210,7 @@ def resume(path: Path) -> Resumed:
     session = Session.open(path)
     try:
         past = SessionReplay(session)
-        return Resumed(past.engine(), past, session, _created(past))
+        return ResumedSession(past.engine(), past, session, _created(past))
     except SessionError:
         session.close()
         raise

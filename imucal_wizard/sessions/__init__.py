@@ -1,8 +1,13 @@
 """One SQLite file per session, written as the bytes arrive, and the list of them."""
 
 from imucal_wizard.acquire.files.session_file import SUFFIX, Command
-from imucal_wizard.sessions.catalogue import SessionInfo, default_directory, list_sessions, new_path
 from imucal_wizard.sessions.session import KeptSession, Session
+from imucal_wizard.sessions.session_list import (
+    SessionInfo,
+    default_directory,
+    list_sessions,
+    new_session_path,
+)
 
 __all__ = [
     "SUFFIX",
@@ -12,5 +17,5 @@ __all__ = [
     "SessionInfo",
     "default_directory",
     "list_sessions",
-    "new_path",
+    "new_session_path",
 ]

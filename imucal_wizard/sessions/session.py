@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from imucal_wizard.acquire.files import session_file
-from imucal_wizard.acquire.files.session_file import Command, explaining
+from imucal_wizard.acquire.files.session_file import Command, explain_errors
+from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import SessionError
-from imucal_wizard.core.version import VERSION
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 
@@ -57,17 +57,17 @@ class KeptSession:
         self.last_raw, self.last_arrival = last[0] or 0, last[1]
 
     def _explaining(self) -> AbstractContextManager[None]:
-        return explaining(self.path)
+        return explain_errors(self.path)
 
     def meta(self) -> dict[str, Any]:
         """All settings."""
         with self._explaining():
-            return session_file.meta(self._connection)
+            return session_file.read_meta(self._connection)
 
     def raw(self) -> Iterator[tuple[int, float, bytes]]:
         """Number, arrival and bytes of each piece, in order."""
         with self._explaining():
-            yield from session_file.raw(self._connection)
+            yield from session_file.read_pieces(self._connection)
 
     def commands(self) -> list[Command]:
         """All commands, in order."""

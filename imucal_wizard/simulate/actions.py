@@ -8,7 +8,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 
 AXES = "xyz"
-TILTED = "~"
+TILT_SEPARATOR = "~"
 TILT = np.pi / 6.0
 """``+z~+x``: the +z face on top, tilted 30° towards +x."""
 PLACEMENT_ERROR_DEG = 1.5
@@ -109,8 +109,8 @@ def check_action(action: Action) -> None:
 
 
 def _named(name: str) -> FloatArray:
-    if TILTED in name:
-        top, _, side = name.partition(TILTED)
+    if TILT_SEPARATOR in name:
+        top, _, side = name.partition(TILT_SEPARATOR)
         return np.asarray(np.cos(TILT) * _named(top) + np.sin(TILT) * _named(side))
     vector = np.zeros(3)
     signs, letters = name[::2], name[1::2]

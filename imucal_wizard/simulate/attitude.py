@@ -11,7 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 WORLD_UP: FloatArray = np.array([0.0, 0.0, 1.0])
 
 
-def exp(turn: FloatArray) -> FloatArray:
+def rotation_quaternion(turn: FloatArray) -> FloatArray:
     """Quaternions of the rotation vectors ``turn``, rad, shape (n, 3) -> (n, 4)."""
     angle = np.sqrt((turn * turn).sum(-1, keepdims=True))
     vector = 0.5 * np.sinc(angle / (2.0 * np.pi)) * turn
@@ -66,7 +66,7 @@ def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], -1)
 
 
-def shortest_turn(now: FloatArray, wanted: FloatArray) -> FloatArray:
+def shortest_rotation(now: FloatArray, wanted: FloatArray) -> FloatArray:
     """Body rotation vector after which the body direction ``wanted`` points where ``now`` did.
 
     The up direction seen from the body obeys ``du/dt = u × w``, so the turn that carries it from

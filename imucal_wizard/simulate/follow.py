@@ -16,9 +16,9 @@ from imucal_wizard.simulate.scripts import (
     next_angle,
 )
 
-HOLD_PATIENCE = 8.0
+MAX_HOLD_WAIT_SECONDS = 8.0
 """How much longer than needed a pose is held, s, before the hand places it again."""
-TURN_PATIENCE = 4.0
+MAX_TURN_WAIT_SECONDS = 4.0
 """How much longer than needed the hand waits, s, for a turn to be counted."""
 START_ERROR_DEG = 12.0
 """A turn begins with its axis level within this; else the hand goes to the start pose first."""
@@ -63,7 +63,7 @@ class Follower:
             return ()
         # a pose may be wanted twice: the next request for it begins with the hold of the last one
         request = (asked.step, pose, asked.holds if asked.step == "more" else 0)
-        if request == self._request and rested < asked.needed + HOLD_PATIENCE:
+        if request == self._request and rested < asked.needed + MAX_HOLD_WAIT_SECONDS:
             return ()
         self._placed += request != self._request
         self._request = request
@@ -87,7 +87,7 @@ class Follower:
         if tilted > START_ERROR_DEG:
             self._request = None
             return [Place((-down[0], -down[1], -down[2]), error=0.7)]
-        if rested < (FACE_SECONDS if request != self._request else TURN_PATIENCE):
+        if rested < (FACE_SECONDS if request != self._request else MAX_TURN_WAIT_SECONDS):
             return ()
         self._request = request
         return [Rotate(face[1], HAND_CIRCLE_DEG, CIRCLE_SPEED_DEG, error=2.0)]
@@ -103,7 +103,9 @@ class Follower:
             self._axis, self._turns, self._request = rotation.axis, 0, None
             return [*self._support("rotations"), Place(rotation.start_pose, error=0.7)]
         counted = request != self._request
-        ready = asked.held >= asked.needed if counted else rested > asked.needed + TURN_PATIENCE
+        ready = (
+            asked.held >= asked.needed if counted else rested > asked.needed + MAX_TURN_WAIT_SECONDS
+        )
         if not ready:
             return ()
         self._request = request

@@ -28,9 +28,9 @@ from imucal_wizard.simulate.follow import Follower
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.moves import Mover
 
-REACTION = 1.5
+REACTION_SECONDS = 1.5
 """Time from an instruction to the hand's move, s of samples."""
-PREVIEW = 2.0
+PREVIEW_SECONDS = 2.0
 """Samples that a following hand lets the device make before the first instruction, s."""
 MAX_RATE = 100_000.0
 """Samples per second at most: no IMU makes more, and more would fill the memory."""
@@ -41,10 +41,10 @@ UNATTENDED_STEPS = ("source", "result", "save")
 class VirtualHand:
     """The true motion of the virtual device.
 
-    A hand that follows acts on each instruction ``REACTION`` after the sample that the instruction
-    is about, and lets no sample be made beyond that time. So the motion depends neither on the
-    speed of the playback nor on the pieces in which the samples are read. In the steps in which
-    nobody moves the device, the device stands still until the next instruction.
+    A following hand acts on each instruction ``REACTION_SECONDS`` after the sample to which the
+    instruction refers, and no sample is made beyond that time. The motion therefore depends neither
+    on the playback speed nor on the pieces in which the samples are read. In the steps in which
+    nobody moves the device, it stands still until the next instruction.
 
     Args:
         rate: samples per second.
@@ -80,7 +80,7 @@ class VirtualHand:
         self._instructions: deque[tuple[int, Instruction]] = deque()
         self._step = UNATTENDED_STEPS[0]
         self._following = following
-        self._horizon = round(PREVIEW * rate) if following else None
+        self._horizon = round(PREVIEW_SECONDS * rate) if following else None
 
     @property
     def sample(self) -> int:
@@ -174,7 +174,7 @@ class VirtualHand:
             self._following = on
 
     def follow(self, instruction: Instruction, samples: int) -> None:
-        """Act on an instruction ``REACTION`` after the samples that it is about.
+        """Act on an instruction ``REACTION_SECONDS`` after the samples that it is about.
 
         Args:
             instruction: what the procedure asks for.
@@ -187,7 +187,7 @@ class VirtualHand:
             waiting.append((samples, instruction))
             step = instruction.step
             if self._horizon is None or step not in UNATTENDED_STEPS or step != self._step:
-                self._horizon = samples + round(REACTION * self._rate)
+                self._horizon = samples + round(REACTION_SECONDS * self._rate)
             self._step = step
 
     @property
@@ -228,7 +228,7 @@ class VirtualHand:
 
         An instruction from before the end of the last move is out of date.
         """
-        mover, reaction = self._mover, round(REACTION * self._rate)
+        mover, reaction = self._mover, round(REACTION_SECONDS * self._rate)
         while self._instructions:
             seen, instruction = self._instructions[0]
             if (due := seen + reaction - mover.sample) > 0:

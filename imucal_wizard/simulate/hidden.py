@@ -118,6 +118,11 @@ class Hidden:
         """Unit of the size."""
         return TERMS[self.sensor][self.term].unit
 
+    @property
+    def letters(self) -> str:
+        """The axes as they are written: ``x``, ``xy``."""
+        return "".join("xyz"[axis] for axis in self.axes)
+
     def error(self, circumstances: forward.TrueCircumstances) -> FloatArray:
         """``ε`` on the three axes, m/s², rad/s or µT, shape (n, 3)."""
         term = TERMS[self.sensor][self.term]

@@ -23,15 +23,15 @@ from imucal_wizard.simulate.hidden import (
     parse_hidden,
 )
 from imucal_wizard.simulate.magnetometer import TrueField, VirtualMagnetometer
+from imucal_wizard.simulate.samples import VirtualLoad, VirtualSamples, VirtualStream
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.simulate.stream import VirtualLoad, VirtualSamples, VirtualStream
 
-HEADER_EVERY = 5.0
+HEADER_PERIOD_SECONDS = 5.0
 """The header is printed again so often, s, for those who listen late."""
-READ_TICK = 0.02
+READ_TICK_SECONDS = 0.02
 """Time that a read waits for samples, s of the wall clock: lines come in pieces of this length."""
 MAX_SAMPLES_PER_READ = 512
-MAX_BACKLOG = 0.25
+MAX_CATCH_UP_SECONDS = 0.25
 """Time that the device catches up after a pause, s of the wall clock; beyond it, it slows down."""
 
 
@@ -120,7 +120,7 @@ class VirtualImu:
         """Print the header again before the next line."""
         self._header_in = 0
 
-    def read(self, timeout: float = READ_TICK) -> bytes:
+    def read(self, timeout: float = READ_TICK_SECONDS) -> bytes:
         """The lines that are due by the wall clock; waits at most ``timeout`` seconds for some.
 
         Returns:
@@ -131,7 +131,7 @@ class VirtualImu:
             time.sleep(timeout)
             self._owed, self._last = 0.0, time.monotonic()
             return b""
-        due = self._due(min(timeout, READ_TICK))
+        due = self._due(min(timeout, READ_TICK_SECONDS))
         self._owed = max(0.0, self._owed - due)
         # a procedure that falls silent while it asks for something is not waited for
         return self._lines(min(due, ahead) if ahead else due)
@@ -159,7 +159,7 @@ class VirtualImu:
             time.sleep(wait)
         now = time.monotonic()
         owed = self._owed + (now - self._last) * per_second
-        self._owed, self._last = min(owed, max(1.0, MAX_BACKLOG * per_second)), now
+        self._owed, self._last = min(owed, max(1.0, MAX_CATCH_UP_SECONDS * per_second)), now
         return min(int(self._owed), MAX_SAMPLES_PER_READ)
 
     def _lines(self, n: int) -> bytes:
@@ -168,7 +168,7 @@ class VirtualImu:
         while n > 0:
             if self._header_in <= 0:
                 parts.append(self.printer.header)
-                self._header_in = max(1, round(HEADER_EVERY * self._rate))
+                self._header_in = max(1, round(HEADER_PERIOD_SECONDS * self._rate))
             count = min(n, self._header_in)
             parts.append(self.printer.lines(self.stream.take(count)))
             self._header_in -= count

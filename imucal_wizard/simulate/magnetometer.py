@@ -60,7 +60,9 @@ class TrueField:
 
     def seen(self, motion: Motion) -> FloatArray:
         """The field in the magnetometer's own axes, µT, shape (n, 3)."""
-        own = attitude.hamilton_product(motion.attitude, attitude.exp(self.misalignment))
+        own = attitude.hamilton_product(
+            motion.attitude, attitude.rotation_quaternion(self.misalignment)
+        )
         return attitude.to_body(own, self.world + motion.disturbance)
 
     def reading(self, motion: Motion, error: FloatArray | float = 0.0) -> FloatArray:

@@ -13,13 +13,13 @@ from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import attitude
 
-PEAK_OF_MIN_JERK = 1.875
+MINIMUM_JERK_PEAK = 1.875
 """Largest slope of the minimum-jerk profile; peak rate = 1.875 · angle / duration."""
 
 Derivatives = tuple[FloatArray, FloatArray, FloatArray]
 
 
-def min_jerk(s: FloatArray) -> Derivatives:
+def minimum_jerk(s: FloatArray) -> Derivatives:
     """Minimum-jerk path from 0 to 1 (Flash & Hogan 1985): value, slope, curvature at ``s``."""
     value = s**3 * (10.0 + s * (-15.0 + 6.0 * s))
     slope = 30.0 * s**2 * (1.0 - s) ** 2
@@ -111,7 +111,7 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Unrest:
+class HandVibration:
     """How this hand trembles and this support vibrates, at level 1.
 
     Attributes:
@@ -125,7 +125,7 @@ class Unrest:
     support: Tremor
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> "Unrest":
+    def drawn(cls, rng: np.random.Generator) -> "HandVibration":
         """Sway near 1 Hz, physiological tremor near 9 Hz, an idling machine above 50 Hz."""
         degree = np.pi / 180.0
         return cls(
@@ -166,10 +166,10 @@ class MotionSegment:
         """Attitude without tremor at its end."""
         if self.turn is None:
             return self.start
-        last = attitude.hamilton_product(self.start, attitude.exp(self.turn))
+        last = attitude.hamilton_product(self.start, attitude.rotation_quaternion(self.turn))
         return np.asarray(last / np.sqrt((last * last).sum()), np.float64)
 
-    def at(self, samples: IntArray, rate: float, unrest: Unrest) -> Motion:
+    def at(self, samples: IntArray, rate: float, unrest: HandVibration) -> Motion:
         """The motion at these sample indices, ``rate`` samples per second."""
         n = len(samples)
         time = samples / rate
@@ -193,12 +193,12 @@ class MotionSegment:
         self, whole: FloatArray, s: FloatArray, duration: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Attitude, rate and acceleration of the turn with its wobble."""
-        value, slope, curvature = min_jerk(s)
+        value, slope, curvature = minimum_jerk(s)
         turn, turn_rate = value[:, None] * whole, slope[:, None] * whole
         if self.wobble is not None:
             extra, extra_rate = self.wobble.at(s)
             turn, turn_rate = turn + extra, turn_rate + extra_rate
-        q = attitude.hamilton_product(self.start, attitude.exp(turn))
+        q = attitude.hamilton_product(self.start, attitude.rotation_quaternion(turn))
         w = attitude.body_rate(turn, turn_rate / duration)
         shift = np.zeros(3) if self.shift is None else self.shift
         return q, w, curvature[:, None] * shift / duration**2
@@ -210,11 +210,11 @@ class MotionSegment:
         time: FloatArray,
         s: FloatArray,
         duration: float,
-        unrest: Unrest,
+        unrest: HandVibration,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The same with the hand's tremor; the tremor's acceleration in the world."""
         before, after = self.tremor
-        value, slope, _ = min_jerk(s)
+        value, slope, _ = minimum_jerk(s)
         level = before + (after - before) * value
         change = (after - before) * slope
         if self.turn is not None:
@@ -223,6 +223,6 @@ class MotionSegment:
         level, change = level[:, None], change[:, None] / duration
         sway, sway_rate = unrest.angular.at(time)
         delta, delta_rate = level * sway, change * sway + level * sway_rate
-        step = attitude.exp(delta)
+        step = attitude.rotation_quaternion(delta)
         w = attitude.to_body(step, w) + attitude.body_rate(delta, delta_rate)
         return attitude.hamilton_product(q, step), w, level * unrest.linear.at(time)[0]

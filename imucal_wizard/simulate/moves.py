@@ -18,10 +18,10 @@ from imucal_wizard.simulate.actions import (
     direction,
 )
 from imucal_wizard.simulate.motion import (
-    PEAK_OF_MIN_JERK,
+    MINIMUM_JERK_PEAK,
+    HandVibration,
     Motion,
     MotionSegment,
-    Unrest,
     Wobble,
     bump,
 )
@@ -56,13 +56,15 @@ class Mover:
     def __init__(self, rate: float, seed: int, up: str) -> None:
         self._rate = rate
         self._rng = generator(seed, RandomStream.HAND)
-        self._unrest = Unrest.drawn(generator(seed, RandomStream.TREMOR))
+        self._unrest = HandVibration.drawn(generator(seed, RandomStream.TREMOR))
         self._shake = 0.0
         self._steel: tuple[int, FloatArray] | None = None
         self.sample = 0
         self.rest_since = 0
         self.trembling = False
-        start = attitude.exp(attitude.shortest_turn(attitude.WORLD_UP, direction(up)))
+        start = attitude.rotation_quaternion(
+            attitude.shortest_rotation(attitude.WORLD_UP, direction(up))
+        )
         self._stretch = MotionSegment(0, 0, start, np.zeros(3))
 
     @property
@@ -116,7 +118,7 @@ class Mover:
                 turn = np.radians(degrees) * np.eye(3)[AXES.index(axis)]
                 return self._move(turn, fastest, error)
             case Place(target, error, fastest):
-                turn = attitude.shortest_turn(self.up, direction(target))
+                turn = attitude.shortest_rotation(self.up, direction(target))
                 return self._move(turn, fastest, error)
 
     def _lying(self, count: int) -> MotionSegment:
@@ -135,7 +137,7 @@ class Mover:
         turn = turn + miss
         angle = float(np.sqrt(turn @ turn))
         peak = np.radians(LEISURELY_DEG if fastest is None else fastest)
-        seconds = max(SHORTEST_MOVE, PEAK_OF_MIN_JERK * angle / peak)
+        seconds = max(SHORTEST_MOVE, MINIMUM_JERK_PEAK * angle / peak)
         size = 0.015 * min(angle, 1.5)
         wobble = Wobble(size * swing / np.array([[1.0], [2.0]]), np.pi * phase)
         rested = (self.sample - self.rest_since) / self._rate >= POSE_AFTER

@@ -35,7 +35,7 @@ def _tilted() -> tuple[Target, ...]:
     return tuple(out)
 
 
-TILTED = _tilted()
+TILTED_POSES = _tilted()
 POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATED_POSES = 12
 SHAKEN_EVERY = 3
@@ -81,7 +81,7 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
         raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
     names: tuple[Target, ...] = FACES
     if poses == "8":
-        names = TILTED
+        names = TILTED_POSES
     elif poses != "6":
         names = FACES + EDGES
     if poses.startswith("26"):

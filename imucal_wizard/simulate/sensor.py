@@ -97,7 +97,9 @@ class SensorModel:
         rng = generator(seed, RandomStream.SENSOR)
         force = np.eye(3) + np.diag(_signed(rng, 0.01, 0.03))
         force[np.triu_indices(3, 1)] = _signed(rng, 0.5, 1.2) * DEGREE
-        turned = attitude.to_world(attitude.exp(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)).T
+        turned = attitude.to_world(
+            attitude.rotation_quaternion(_signed(rng, 0.3, 1.0) * DEGREE), np.eye(3)
+        ).T
         skew = np.eye(3) + np.diag(_signed(rng, 0.01, 0.02))
         skew[np.tril_indices(3, -1)] = _signed(rng, 0.1, 0.5) * DEGREE
         accelerometer = Triad(

@@ -8,14 +8,14 @@ import threading
 import time
 
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.simulate.imu import READ_TICK, VirtualImu
+from imucal_wizard.simulate.imu import READ_TICK_SECONDS, VirtualImu
 
 if sys.platform != "win32":
     import fcntl
     import termios
     import tty
 
-GRACE = 0.3
+OPEN_SECONDS = 0.3
 """Longest time that whoever opens the port takes to set it up and to empty it, s."""
 
 
@@ -62,7 +62,7 @@ class Pty:
         poll = select.poll()
         poll.register(self._master, select.POLLIN)
         while not self._emptied and not self._hung_up() and (left := end - time.monotonic()) > 0.0:
-            poll.poll(min(left, READ_TICK) * 1000.0)
+            poll.poll(min(left, READ_TICK_SECONDS) * 1000.0)
             self.read()
         self._emptied = False
 
@@ -120,9 +120,9 @@ def serve(imu: VirtualImu, pty: Pty, stopping: threading.Event) -> None:
     cut = False
     while not stopping.is_set():
         if not pty.connected():
-            stopping.wait(READ_TICK)
+            stopping.wait(READ_TICK_SECONDS)
             continue
-        pty.settle(GRACE)
+        pty.settle(OPEN_SECONDS)
         imu.open()
         # the rest of a cut line may still be in the buffer of whoever opened the port meanwhile
         pending = b"\r\n" if cut else b""
@@ -136,4 +136,4 @@ def serve(imu: VirtualImu, pty: Pty, stopping: threading.Event) -> None:
             cut = pending[sent - 1 : sent] != b"\n" if sent else cut
             pending = pending[sent:]
             if pending:
-                pty.wait_for_room(READ_TICK)
+                pty.wait_for_room(READ_TICK_SECONDS)

@@ -9,8 +9,8 @@ from typing import Any
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
-from imucal_wizard.teach.draw import draw, sensors_of, source_of_chance, virtual_sensor
-from imucal_wizard.teach.seal import Sealed, seal, unseal
+from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
+from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
 
 SCHEMA = "imucal-wizard/mystery/1"
 NOTE = "sealed against a glance, not against an attacker; imucal-wizard simulate opens it"
@@ -62,9 +62,9 @@ def make_exercise(
         raise UsageError(f"{recording} is the name of the answer; name the recording .csv")
     if key is not None and not key.strip():
         raise UsageError("the key is empty; give a word", settings=("key",))
-    word = any_key() if key is None else key
-    rng = source_of_chance(seed)
-    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
+    word = random_key() if key is None else key
+    rng = random_generator(seed)
+    truth = draw_effect(rng, grade, exercise_sensors(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
     simulate_recording(
         recording,
@@ -80,7 +80,7 @@ def make_exercise(
     return Exercise(recording, answer, word)
 
 
-def any_key() -> str:
+def random_key() -> str:
     """A random key."""
     return f"{secrets.token_hex(2)}-{secrets.token_hex(2)}"
 
@@ -91,7 +91,7 @@ def write_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str
     Raises:
         RecordingError: the file cannot be written.
     """
-    _write(path, _document(recording, grade, seal(_canonical(truth), key, _salt())))
+    _write(path, _document(recording, grade, seal_text(_canonical(truth), key, _salt())))
 
 
 def reveal(answer: Path, key: str) -> Hidden:
@@ -111,16 +111,15 @@ def reveal(answer: Path, key: str) -> Hidden:
         raise RecordingError(f"{answer} is no sealed answer of an exercise") from error
     if not known:
         raise RecordingError(f"{answer} is of another version: {found['schema']!r}")
-    return _hidden(json.loads(unseal(sealed, key)))
+    return _hidden(json.loads(unseal_text(sealed, key)))
 
 
-def in_words(truth: Hidden) -> str:
+def truth_in_words(truth: Hidden) -> str:
     """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
-    letters = "".join("xyz"[axis] for axis in truth.axes)
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
     unit = TERMS[truth.sensor][truth.term].unit
     times = "× " if unit[:1].isdigit() else ""
-    return f"{prefix}{truth.term} on {letters}, {truth.size:g} {times}{unit}"
+    return f"{prefix}{truth.term} on {truth.letters}, {truth.size:g} {times}{unit}"
 
 
 def _salt() -> bytes:

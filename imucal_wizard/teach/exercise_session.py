@@ -6,7 +6,7 @@ from pathlib import Path
 
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.teach.draw import draw, sensors_of, source_of_chance, virtual_sensor
+from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
 from imucal_wizard.teach.exercise import write_answer
 
 
@@ -32,12 +32,12 @@ class ExerciseSession:
     magnetometer: bool = False
 
 
-def any_number() -> int:
+def random_number() -> int:
     """A random number for an exercise."""
     return secrets.randbits(62)
 
 
-def exercise_session(
+def draw_exercise_session(
     number: int, grade: str = "consumer", *, magnetometer: bool = False
 ) -> ExerciseSession:
     """The exercise of a number.
@@ -50,13 +50,13 @@ def exercise_session(
     Raises:
         UsageError: there is no such grade.
     """
-    rng = source_of_chance(number)
-    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
+    rng = random_generator(number)
+    truth = draw_effect(rng, grade, exercise_sensors(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
     return ExerciseSession(number, grade, truth, hand, virtual_sensor(hand, grade), magnetometer)
 
 
-def seal_beside(session: Path, made: ExerciseSession, key: str) -> Path:
+def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
     """Write the sealed answer beside a session; ``simulate --reveal`` opens it.
 
     Raises:

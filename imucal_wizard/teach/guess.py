@@ -50,16 +50,15 @@ def parse_guess(text: str) -> Guess:
     return Guess(sensor, term, axes)
 
 
-def judged(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
+def judge_guess(guess: Guess, truth: Hidden) -> tuple[Outcome, str]:
     """The result of a guess and the reason.
 
     The first letter of an axis name with several letters is enough.
     """
-    letters = "".join("xyz"[axis] for axis in truth.axes)
     if (guess.sensor, guess.term) == (truth.sensor, truth.term):
-        if letters.startswith(guess.axes):
+        if truth.letters.startswith(guess.axes):
             return Outcome.RIGHT, "effect and axis"
-        return Outcome.FAMILY, f"the effect is right, the axis is {letters}"
+        return Outcome.FAMILY, f"the effect is right, the axis is {truth.letters}"
     family = effect(truth.term).family
     if guess.sensor == truth.sensor and family and effect(guess.term).family == family:
         return Outcome.FAMILY, f"{guess.term} and {truth.term} are both {family}"

@@ -33,7 +33,7 @@ class Sealed:
     text: bytes
 
 
-def seal(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Sealed:
+def seal_text(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Sealed:
     """Seal a text.
 
     Args:
@@ -47,7 +47,7 @@ def seal(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> Seale
     return Sealed(salt, _digest(proving, salt, plain), _combined(plain, sealing))
 
 
-def unseal(sealed: Sealed, key: str, rounds: int = PBKDF2_ROUNDS) -> str:
+def unseal_text(sealed: Sealed, key: str, rounds: int = PBKDF2_ROUNDS) -> str:
     """The text.
 
     Raises:

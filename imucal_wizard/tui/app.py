@@ -13,7 +13,8 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.run.faults import fault_line, keep_traceback
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.run.faults import fault_text, write_traceback
 from imucal_wizard.tui.options import FRAMES_PER_SECOND, AppSettings
 from imucal_wizard.tui.screens.base import HORIZONTAL, VERTICAL, Failed, LiveScreen, StepOver
 from imucal_wizard.tui.screens.source import SourceScreen
@@ -25,18 +26,16 @@ from imucal_wizard.tui.state import WizardState
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.run.snapshot import Snapshot
 
-MEASURING = ("settle", "up-down", "poses", "rotations", "field", "more")
-"""Steps that cannot go on when the source has ended."""
-_SCREENS = {
-    "settle": "steps.SettleScreen",
-    "up-down": "steps.UpDownScreen",
-    "poses": "steps.PoseScreen",
-    "validate": "steps.ValidateScreen",
-    "rotations": "steps.RotationScreen",
-    "more": "steps.MoreScreen",
-    "field": "field.FieldScreen",
-    "result": "result.ResultScreen",
-    "save": "result.SaveScreen",
+_SCREENS: dict[str, str] = {
+    StepKind.SETTLE: "steps.SettleScreen",
+    StepKind.UP_DOWN: "steps.UpDownScreen",
+    StepKind.POSES: "steps.PoseScreen",
+    StepKind.VALIDATE: "steps.ValidateScreen",
+    StepKind.ROTATIONS: "steps.RotationScreen",
+    StepKind.MORE: "steps.MoreScreen",
+    StepKind.FIELD: "field.FieldScreen",
+    StepKind.RESULT: "result.ResultScreen",
+    StepKind.SAVE: "result.SaveScreen",
 }
 """Screen of each step but the first; imported while the operator looks at that one."""
 Result = TypeVar("Result")
@@ -65,7 +64,7 @@ class BaseApp(App[Result], Generic[Result]):
         """
         error = self._exception or sys.exception() or RuntimeError("unknown")
         error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
-        self.panic(Text(fault_line(error, keep_traceback(error))))
+        self.panic(Text(fault_text(error, write_traceback(error))))
 
 
 class WizardApp(BaseApp[Saved]):
@@ -161,7 +160,7 @@ class WizardApp(BaseApp[Saved]):
             return
         self.state.take(snapshot)
         if snapshot.finished:
-            self._end_early(snapshot)
+            self._end(snapshot)
         if isinstance(screen, LiveScreen):
             self._shown = (screen, snapshot.serial)
             screen.take(snapshot)
@@ -178,17 +177,15 @@ class WizardApp(BaseApp[Saved]):
         screens = reversed(self.screen_stack)
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
-    def _end_early(self, snapshot: "Snapshot") -> None:
-        """A recording that ends in the middle of a step is fitted with what it has."""
+    def _end(self, snapshot: "Snapshot") -> None:
+        """Tell the procedure once per step that the recording has ended."""
         step = str(snapshot.status.step)
         if step == self._ended_in:
             return
         self._ended_in = step
-        if step in MEASURING:
-            self.state.order("goto", "result")
-        elif step == "validate":
-            self.state.order("save")
-        elif step == "source" and not snapshot.stream.samples:
+        if snapshot.stream.samples:
+            self.state.order("end")
+        else:
             error = DataError("nothing could be read before the recording ended")
             self.post_message(Failed(error))
 

@@ -4,7 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions
 
 FRAMES_PER_SECOND = 20.0
 """How often the screen asks for a snapshot."""

@@ -8,13 +8,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.holds import Collected
     from imucal_wizard.report.calibration_file import Calibration
@@ -115,7 +116,7 @@ class WizardServices:
         Raises:
             DataError: the holds do not carry a calibration.
         """
-        from imucal_wizard.estimate.fitting import FitOptions
+        from imucal_wizard.estimate.recording import FitOptions
         from imucal_wizard.run.review import fit_stream
 
         wanted = self._options
@@ -132,8 +133,8 @@ class WizardServices:
         self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
     ) -> "tuple[MethodRow, ...]":
         """Every method of every sensor on what was collected."""
-        from imucal_wizard.estimate.fitting.magnetometer import samples_during
-        from imucal_wizard.estimate.fitting.methods import method_rows
+        from imucal_wizard.estimate.comparison import method_rows
+        from imucal_wizard.estimate.magnetometer.report import samples_during
 
         stream, series = snapshot.stream, collected.magnetometer
         unit = None if stream.gyroscope is None else stream.gyroscope_unit
@@ -146,7 +147,7 @@ class WizardServices:
         """The benches of a fit, with the readings it was made of where they are at hand."""
         from imucal_wizard.diagnose.benches import Benches
         from imucal_wizard.model.catalogue import load_effect
-        from imucal_wizard.sessions.readings_again import session_readings
+        from imucal_wizard.sessions.stored_readings import session_readings
 
         kept = self.sources.session or self.sources.watched
         readings = self.sources.played or session_readings(kept, report.holds)
@@ -253,13 +254,12 @@ class WizardServices:
 
 def _resumable(session: "SessionInfo") -> SourceChoice:
     from imucal_wizard.guide.wording import plural
-    from imucal_wizard.tui.screens.base import MORE, STEPS
     from imucal_wizard.tui.text import clock
 
     begun = datetime.fromtimestamp(session.created).astimezone()
     today = begun.date() == datetime.now().astimezone().date()
     when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
-    step = (STEPS | MORE).get(session.step, session.step)
+    step = TITLES.get(session.step, session.step)
     return SourceChoice(
         SourceKind.SESSION,
         str(session.path),

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from imucal_wizard.guide.kinds import EventKind
+
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.guide.state import Event
 
@@ -11,27 +13,27 @@ QUICK = 0.15
 SLOW = 0.4
 """Seconds between the bells of a warning."""
 
-PATTERNS: dict[str, tuple[int, float]] = {
-    "moved": (1, QUICK),
-    "still": (1, QUICK),
-    "hold-taken": (2, QUICK),
-    "rotation-taken": (2, QUICK),
-    "undone": (2, SLOW),
-    "hold-broken": (2, SLOW),
-    "already-done": (2, SLOW),
-    "wrong-pose": (2, SLOW),
-    "link-back": (2, QUICK),
-    "written-again": (2, QUICK),
-    "flowing": (2, QUICK),
-    "field-back": (2, QUICK),
-    "step-skipped": (3, QUICK),
-    "step-done": (3, QUICK),
-    "rotation-rejected": (3, SLOW),
-    "warning": (3, SLOW),
-    "stuck": (4, SLOW),
-    "stalled": (5, SLOW),
-    "link-lost": (5, SLOW),
-    "finished": (6, QUICK),
+PATTERNS: dict[EventKind, tuple[int, float]] = {
+    EventKind.MOVED: (1, QUICK),
+    EventKind.STILL: (1, QUICK),
+    EventKind.HOLD_TAKEN: (2, QUICK),
+    EventKind.ROTATION_TAKEN: (2, QUICK),
+    EventKind.UNDONE: (2, SLOW),
+    EventKind.HOLD_BROKEN: (2, SLOW),
+    EventKind.ALREADY_DONE: (2, SLOW),
+    EventKind.WRONG_POSE: (2, SLOW),
+    EventKind.LINK_BACK: (2, QUICK),
+    EventKind.WRITTEN_AGAIN: (2, QUICK),
+    EventKind.FLOWING: (2, QUICK),
+    EventKind.FIELD_BACK: (2, QUICK),
+    EventKind.STEP_SKIPPED: (3, QUICK),
+    EventKind.STEP_DONE: (3, QUICK),
+    EventKind.ROTATION_REJECTED: (3, SLOW),
+    EventKind.WARNING: (3, SLOW),
+    EventKind.STUCK: (4, SLOW),
+    EventKind.STALLED: (5, SLOW),
+    EventKind.LINK_LOST: (5, SLOW),
+    EventKind.FINISHED: (6, QUICK),
 }
 """How many bells and how far apart, least important first: quick is good, slow asks for a look."""
 _RANK = {kind: i for i, kind in enumerate(PATTERNS)}
@@ -69,9 +71,9 @@ class Sounds:
         """Play the most important of these events, unless a more important one still plays."""
         if self.muted or not events:
             return
-        kind = str(max(events, key=lambda event: _RANK.get(str(event.kind), -1)).kind)
-        count, apart = PATTERNS.get(kind, (1, QUICK))
-        rank, now = _RANK.get(kind, -1), self._now()
+        kind = max((event.kind for event in events), key=_RANK.__getitem__)
+        count, apart = PATTERNS[kind]
+        rank, now = _RANK[kind], self._now()
         if now < self._until and rank <= self._rank:
             return
         least = _STATE_CHANGES_APART if count == 1 else apart

@@ -4,6 +4,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
@@ -14,13 +15,13 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.estimate.fitting.methods import MethodRow
+    from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
     from imucal_wizard.report.exports import Exported
     from imucal_wizard.run.snapshot import Snapshot
 
-_FITTED = ("result", "validate", "save")
+_FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which the data of the fit do not change."""
 
 
@@ -168,10 +169,10 @@ class WizardState:
         """The bench has been left at this sensor, perhaps to measure something for it."""
         self.sensor = sensor
         if asked:
-            from imucal_wizard.measurement.requests import to_text
+            from imucal_wizard.measurement.requests import requests_to_text
 
             self.resume_bench = True
-            self.order("measure", to_text(asked))
+            self.order("measure", requests_to_text(asked))
 
     def opens_bench(self) -> bool:
         """Whether the bench is to be opened again now; only the first question is answered yes."""

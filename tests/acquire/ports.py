@@ -2,10 +2,10 @@
 
 import os
 import socket
-import time
 import tty
-from collections.abc import Callable
 from pathlib import Path
+
+from tests.waiting import PATIENCE
 
 
 class Pty:
@@ -39,19 +39,10 @@ def link(name: Path, target: str) -> str:
 def server() -> socket.socket:
     """A loopback server that waits for one connection."""
     listening = socket.create_server(("127.0.0.1", 0))
-    listening.settimeout(5)
+    listening.settimeout(PATIENCE)
     return listening
 
 
 def url_of(listening: socket.socket) -> str:
     """Where a server is reached."""
     return f"socket://127.0.0.1:{listening.getsockname()[1]}"
-
-
-def until(read: Callable[[], bytes], wanted: int, seconds: float = 5.0) -> bytes:
-    """Read until that many bytes are there, at most for so long."""
-    data = b""
-    end = time.monotonic() + seconds
-    while len(data) < wanted and time.monotonic() < end:
-        data += read()
-    return data

@@ -9,6 +9,8 @@ from typing import Any, Self
 import serial
 from serial.rfc2217 import PortManager
 
+from tests.waiting import PATIENCE
+
 _TURN = 0.01
 """Seconds that the port is listened to before the client is looked at again."""
 
@@ -28,7 +30,8 @@ class RemotePort:
         self.port = serial.serial_for_url(device, timeout=_TURN)
         self._server = socket.create_server(("127.0.0.1", 0))
         self._server.settimeout(_TURN)
-        self.url = f"rfc2217://127.0.0.1:{self._server.getsockname()[1]}"
+        port = self._server.getsockname()[1]
+        self.url = f"rfc2217://127.0.0.1:{port}?timeout={PATIENCE:g}"
         self._hung_up = threading.Event()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._work)

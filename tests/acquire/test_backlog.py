@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.backlog import Backlog
+from imucal_wizard.acquire.search import Backlog
 
 
 @given(st.lists(st.binary(max_size=30), max_size=40), st.integers(0, 60))

@@ -12,7 +12,8 @@ from imucal_wizard.acquire import link_errors
 from imucal_wizard.acquire.ports import PortInfo, hint_for, list_ports
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
-from tests.acquire.ports import Pty, link, server, until, url_of
+from tests.acquire.ports import Pty, link, server, url_of
+from tests.waiting import PATIENCE, received
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 
@@ -21,7 +22,7 @@ def test_what_a_device_prints_is_read_whole(pty: Pty) -> None:
     transport = Transport(pty.path)
     transport.open()
     pty.send(b"1.0,2.0,3.0\r\n" * 200)
-    assert until(transport.read, 2600) == b"1.0,2.0,3.0\r\n" * 200
+    assert received(transport.read, 2600) == b"1.0,2.0,3.0\r\n" * 200
     transport.close()
 
 
@@ -61,14 +62,16 @@ def test_a_forbidden_port_names_the_group_that_owns_the_node(tmp_path: Path) -> 
     node = tmp_path / "ttyACM0"
     node.touch()
     group = grp.getgrgid(node.stat().st_gid).gr_name
-    text = link_errors.cannot_open(str(node), PermissionError(13, "Permission denied"), [])
+    text = link_errors.open_error_text(str(node), PermissionError(13, "Permission denied"), [])
     assert f"group {group}" in text
 
 
 def test_joining_a_group_is_advised_where_it_helps_and_never_for_root() -> None:
-    assert "usermod -a -G dialout" in link_errors.forbidden("/dev/ttyACM0", "dialout", True)
+    assert "usermod -a -G dialout" in link_errors.permission_error_text(
+        "/dev/ttyACM0", "dialout", True
+    )
     for group, may in (("root", True), ("dialout", False)):
-        text = link_errors.forbidden("/dev/ttyACM0", group, may)
+        text = link_errors.permission_error_text("/dev/ttyACM0", group, may)
         assert "usermod" not in text
         assert "chmod a+rw /dev/ttyACM0" in text
 
@@ -120,10 +123,10 @@ def test_a_socket_is_read_like_a_port_and_its_end_is_a_loss() -> None:
         transport.open()
         peer, _ = listening.accept()
         peer.sendall(b"hello\n" * 1000)
-        assert len(until(transport.read, 6000)) == 6000
+        assert len(received(transport.read, 6000)) == 6000
         peer.close()
         with pytest.raises(LinkError, match="is gone"):
-            until(transport.read, 1)
+            received(transport.read, 1)
         with pytest.raises(LinkError, match="is not open"):
             transport.read()
 
@@ -145,19 +148,19 @@ def test_what_a_server_sends_on_connecting_is_not_thrown_away() -> None:
         for _ in range(5):
             transport = Transport(url_of(listening))
             transport.open()
-            assert until(transport.read, len(header)) == header
+            assert received(transport.read, len(header)) == header
             transport.close()
-        greeter.join(5.0)
+        greeter.join(PATIENCE)
 
 
 def test_an_unplugged_device_is_noticed_after_all_it_sent_has_been_read(pty: Pty) -> None:
     transport = Transport(pty.path)
     transport.open()
     pty.send(b"last words\n")
-    assert until(transport.read, 11) == b"last words\n"
+    assert received(transport.read, 11) == b"last words\n"
     pty.unplug()
     with pytest.raises(LinkError, match=r"unplugged.*kept"):
-        until(transport.read, 1)
+        received(transport.read, 1)
     with pytest.raises(LinkError, match="is not open"):
         transport.read()
 
@@ -169,9 +172,9 @@ def test_the_last_bytes_are_read_when_the_other_end_closes_at_once() -> None:
         peer, _ = listening.accept()
         peer.sendall(b"x" * 5000)
         peer.close()
-        assert len(until(transport.read, 5000)) == 5000
+        assert len(received(transport.read, 5000)) == 5000
         with pytest.raises(LinkError, match="is gone"):
-            until(transport.read, 1)
+            received(transport.read, 1)
 
 
 def test_a_device_that_comes_back_is_opened_again_and_marks_the_break(tmp_path: Path) -> None:
@@ -180,14 +183,14 @@ def test_a_device_that_comes_back_is_opened_again_and_marks_the_break(tmp_path: 
     transport.open()
     first.unplug()
     with pytest.raises(LinkError):
-        until(transport.read, 1)
+        received(transport.read, 1)
     (tmp_path / "imu").unlink()
     assert not transport.reopen()
     link(tmp_path / "imu", second.path)
     assert transport.reopen()
 
     second.send(b"again\n")
-    assert until(transport.read, 6) == b"again\n"
+    assert received(transport.read, 6) == b"again\n"
     transport.close()
     second.unplug()
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from tests.estimate.whole_session import Session

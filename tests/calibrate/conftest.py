@@ -2,7 +2,7 @@
 
 import pytest
 
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from tests.calibrate.sessions import session
 

@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.recording import recording_script
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from tests.simulate.sensors import Truth, offset_binary, truth
 
 RATE = 100.0

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected
+from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 

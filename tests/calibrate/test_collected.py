@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import fit_collected
+from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Collected
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings
-from imucal_wizard.estimate.fitting import fit_readings
-from imucal_wizard.estimate.fitting.compensated import CONVINCING, Deviation
+from imucal_wizard.estimate.compensated import CONVINCING, Deviation
+from imucal_wizard.estimate.recording import fit_readings
 from tests.calibrate.sessions import session, true, with_accelerometer, with_gyroscope
 
 DEGREE = np.pi / 180.0

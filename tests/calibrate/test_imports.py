@@ -7,7 +7,7 @@ import sys
 def test_a_fit_needs_numpy_and_nothing_heavier() -> None:
     """SciPy's optimisers alone take longer to import than a whole recording takes to fit."""
     code = (
-        "import sys, imucal_wizard.estimate.fitting, imucal_wizard.estimate.gauge; "
+        "import sys, imucal_wizard.estimate.recording, imucal_wizard.estimate.gauge; "
         "print([name for name in sys.modules if name in ('scipy', 'textual', 'serial', 'rich')])"
     )
     result = subprocess.run(

@@ -8,7 +8,8 @@ import pytest
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected, fit_readings
+from imucal_wizard.estimate.fit import ARRIVED
+from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from tests.calibrate.collecting import UNITS, collected, offline, recording, with_field
 
@@ -50,7 +51,9 @@ def test_the_gyroscope_gains_from_the_field_live_too() -> None:
     assert fit.method == "vector + field"
     assert fit.covariance is not None
     sigma = np.sqrt(np.diag(fit.covariance))
-    assert (np.abs(vector(live(), "gyroscope") - vector(offline(), "gyroscope")) < sigma).all()
+    # the fits begin elsewhere, and end where a step no longer matters
+    off = np.abs(vector(live(), "gyroscope") - vector(offline(), "gyroscope"))
+    assert (off < ARRIVED * sigma).all()
 
 
 def test_only_the_samples_of_its_step_are_fitted() -> None:

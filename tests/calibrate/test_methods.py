@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.estimate.fitting.methods import (
+from imucal_wizard.estimate.comparison import (
     MethodRow,
     difference,
     least_held_out,

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation as Attitude
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 

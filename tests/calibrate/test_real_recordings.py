@@ -7,9 +7,9 @@ from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
 from imucal_wizard.estimate.gyroscope import examined, gyroscope_experiment
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.holds import Rotation
 from imucal_wizard.model.rows.source import Calibration

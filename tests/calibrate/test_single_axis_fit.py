@@ -8,8 +8,8 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
-from imucal_wizard.estimate.fitting import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.gyroscope import examined, gyroscope_experiment
+from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.model.rows.source import Calibration

@@ -8,8 +8,8 @@ import pytest
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
 from imucal_wizard.estimate.gauge import triangular
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate

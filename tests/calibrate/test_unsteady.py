@@ -5,15 +5,15 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, Readings, Series, join
-from imucal_wizard.estimate.fitting import fit_collected
+from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
+from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, Tremble
 from imucal_wizard.simulate.recording import recording_script
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from tests.simulate.sensors import truth
 
 RATE = 100.0
@@ -46,7 +46,7 @@ def _readings(seed: int, trembling: bool) -> Readings:
                 Series(part.time, part.gyroscope, "rad/s"),
             )
         )
-    return join(parts)
+    return join_readings(parts)
 
 
 @cache

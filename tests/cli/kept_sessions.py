@@ -7,11 +7,11 @@ from pathlib import Path
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.simulate import simulate_recording
 
 Orders = Mapping[float, tuple[str, ...]]
@@ -66,7 +66,7 @@ def _sitting(
     data = printed() if data is None else data
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.imucal"
-        engine = begin(path, setup, ProcedureSettings(procedure(), gravity))
+        engine = begin_session(path, setup, ProcedureSettings(procedure(), gravity))
         if start:
             engine.command("start")
         due, size, end = list(orders), 2000, int(share * len(data))

@@ -14,13 +14,9 @@ from imucal_wizard.cli.main import main
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
-from tests.acquire.ports import until
-from tests.run.performance import wait_for
+from tests.waiting import PATIENCE, received, wait_for
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
-
-PATIENCE = 60.0
-"""Seconds in which a process ends, however busy the machine is."""
 
 
 @contextmanager
@@ -48,7 +44,7 @@ def test_the_same_seed_gives_the_same_bytes_on_the_port() -> None:
         with _virtual("--seed", "4", "--speed", "50", "--magnetometer") as (_, path):
             transport = Transport(path)
             transport.open()
-            runs.append(until(transport.read, 20_000)[:20_000])
+            runs.append(received(transport.read, 20_000)[:20_000])
             transport.close()
     assert runs[0] == runs[1]
     assert runs[0].startswith(b"t[s],ax[m/s^2]")
@@ -90,7 +86,7 @@ def test_ctrl_c_ends_it_cleanly(reading: bool) -> None:
         transport = Transport(path)
         if reading:
             transport.open()
-            until(transport.read, 100)
+            received(transport.read, 100)
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)  # an impatient operator
         assert process.stderr is not None

@@ -12,8 +12,8 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import ACCELERATION
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
-from imucal_wizard.estimate.fitting.inertial import fit_holds
+from imucal_wizard.estimate.inertial import fit_holds
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate.recording import simulate_recording

@@ -12,7 +12,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.diagnose.recordings import tumbled

@@ -10,7 +10,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from tests.shared_data import shared_data
 
 PLAIN = RecordingOptions(

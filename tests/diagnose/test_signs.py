@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.diagnose.bench import Bench
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.simulate.recording import simulate_recording
 
 

@@ -11,15 +11,15 @@ from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting import fit_collected, fit_readings
+from imucal_wizard.estimate.recording import fit_collected, fit_readings
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.teach import make_exercise, reveal
-from imucal_wizard.teach.guess import Guess, Outcome, judged
+from imucal_wizard.teach.guess import Guess, Outcome, judge_guess
 
 LONGEST = 400.0
 
@@ -81,5 +81,5 @@ def test_an_exercise_that_chance_made_is_solved(tmp_path: Path) -> None:
     assert last.rms_held_out < 0.5 * first.rms_held_out
     (term,) = bench.fit.terms
     axis = "xyz"[int(abs(bench.fit.sizes[0]).argmax())]
-    outcome, _ = judged(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
+    outcome, _ = judge_guess(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
     assert outcome in (Outcome.RIGHT, Outcome.FAMILY)

@@ -8,11 +8,11 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import MethodNames
-from imucal_wizard.estimate.student import quantile
 from tests.estimate.field_truth import (
     MAGNITUDE,
     TEN_BITS,

@@ -10,6 +10,7 @@ from scipy import stats
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
 from imucal_wizard.estimate.result import SensorFit
@@ -23,7 +24,6 @@ from imucal_wizard.estimate.slow_noise import (
     slow_rate,
     unseen,
 )
-from imucal_wizard.estimate.student import quantile
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
 

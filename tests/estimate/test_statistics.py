@@ -8,10 +8,9 @@ from scipy import stats
 
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.fisher import exceeded
+from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
 from imucal_wizard.estimate.noise import has_rate, hold_noise
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
-from imucal_wizard.estimate.student import quantile, two_sided
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import hold_from
 from tests.estimate.truth import EIGHTEEN, even_directions, hold, tilted

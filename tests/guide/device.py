@@ -7,8 +7,9 @@ import numpy as np
 from imucal_wizard.core.poses import DIRECTIONS, NAMED
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import Event, EventKind, StepKind
+from imucal_wizard.guide.state import Event
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import MeasurementRequest
 

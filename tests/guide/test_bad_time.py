@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from tests.guide.device import Device, machine_at
 
 

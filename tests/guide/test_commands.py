@@ -3,9 +3,9 @@
 import pytest
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.measurement.requests import to_text
+from imucal_wizard.measurement.requests import requests_to_text
 from tests.guide.device import RATE, Device, kinds, machine_at, pose_asked, texts
 
 
@@ -192,6 +192,16 @@ def test_back_from_the_first_step_stays_there() -> None:
     assert machine.status().step is StepKind.SOURCE
 
 
+@pytest.mark.parametrize(
+    ("step", "after"), [("poses", "result"), ("validate", "save"), ("source", "source")]
+)
+def test_when_the_data_end_a_step_that_measures_gives_way(step: str, after: str) -> None:
+    machine = machine_at(StepKind.POSES, Device())
+    machine.command("goto", step)
+    machine.command("end")
+    assert machine.status().step == after
+
+
 @pytest.mark.parametrize(("name", "argument"), [("dance", ""), ("goto", "nowhere"), ("goto", "")])
 def test_an_unknown_command_says_which_there_are(name: str, argument: str) -> None:
     with pytest.raises(UsageError, match="give one of"):
@@ -200,14 +210,15 @@ def test_an_unknown_command_says_which_there_are(name: str, argument: str) -> No
 
 @pytest.mark.parametrize("step", list(StepKind))
 @pytest.mark.parametrize(
-    "name", ["start", "skip", "undo", "repeat", "back", "loosen", "take", "remeasure", "validate"]
+    "name",
+    ["start", "skip", "undo", "repeat", "back", "loosen", "take", "remeasure", "validate", "end"],
 )
 def test_every_command_is_safe_in_every_step(step: StepKind, name: str) -> None:
     device = Device()
     machine = machine_at(StepKind.POSES, device)
     if step is StepKind.MORE:
         machine.command("goto", "result")
-        machine.command("measure", to_text([pose_asked("+x"), pose_asked("-y")]))
+        machine.command("measure", requests_to_text([pose_asked("+x"), pose_asked("-y")]))
     else:
         machine.command("goto", step)
     machine.command(name)

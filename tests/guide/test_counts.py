@@ -5,8 +5,8 @@ import pytest
 
 from imucal_wizard.core.poses import EDGES, FACES, angle_between
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.estimate.fitting import fit_collected
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.estimate.recording import fit_collected
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.guide.up_direction import UpEstimate, guessed_offset
 from tests.guide.device import QUICK, RATE, Device

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.guide.state import Event, EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event
 from imucal_wizard.guide.state_machine import StateMachine
 from tests.guide.device import QUICK, RATE, Device, texts
 

@@ -3,7 +3,7 @@
 import pytest
 
 from imucal_wizard.core.limits.procedure import MAX_LOOSENED
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from tests.guide.device import Device, kinds, machine_at, texts
 
 

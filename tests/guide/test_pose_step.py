@@ -5,8 +5,8 @@ import pytest
 
 from imucal_wizard.core.poses import EDGES, FACES
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from tests.guide.device import QUICK, RATE, Device, kinds, machine_at, texts
 

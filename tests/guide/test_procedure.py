@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.poses import EDGES, FACES
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from tests.guide.device import QUICK, RATE, Device, kinds, machine_at, texts
 

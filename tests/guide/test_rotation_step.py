@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.live_checks import speeds
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.data_quality import clipped_axis
 from tests.guide.device import Device, kinds, machine_at, texts

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.scales import Scales
-from imucal_wizard.guide.state import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.stillness import Noise
 from tests.guide.device import RATE, Device, kinds, part, texts

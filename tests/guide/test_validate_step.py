@@ -2,7 +2,7 @@
 
 import pytest
 
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from tests.guide.device import Device, kinds, machine_at, texts
 

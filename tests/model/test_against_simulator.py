@@ -12,7 +12,7 @@ from imucal_wizard.simulate import VirtualHand, parse_hidden
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake
 from imucal_wizard.simulate.hidden import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.simulate.motion import Motion
-from imucal_wizard.simulate.stream import VirtualSamples, VirtualStream
+from imucal_wizard.simulate.samples import VirtualSamples, VirtualStream
 from tests.simulate.sensors import ideal
 
 POSES = ["+x-y", "-z+x", "+x+y+z", "-x-y", "+y-z", "-z"]

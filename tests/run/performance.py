@@ -2,20 +2,15 @@
 
 import functools
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.simulate import simulate_recording
-
-DEADLINE = 60.0
-"""Seconds after which a test gives up waiting; a busy machine plays eighteen poses in fifteen."""
 
 
 def settings() -> ProcedureSettings:
@@ -58,11 +53,3 @@ def same(one: Collected, other: Collected) -> bool:
         )
         and (one.up_down, one.poses, one.turns) == (other.up_down, other.poses, other.turns)
     )
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    """Return as soon as a condition holds; fail when it does not in time."""
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)  # between two looks, which would else take all of a core

@@ -5,15 +5,16 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import FieldStatus, StepKind
+from imucal_wizard.guide.state import FieldStatus
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.run.session_replay import begin, resume
+from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualHand, VirtualImu
-from tests.run.performance import wait_for
+from tests.waiting import wait_for
 
 SEED = 3
 FAST = float("inf")
@@ -28,7 +29,7 @@ def _settings() -> ProcedureSettings:
 
 def _reader(path: Path, speed: float = FAST, *, magnetometer: bool = True) -> Reader:
     imu = VirtualImu(speed=speed, seed=SEED, magnetometer=magnetometer, following=True)
-    reader = Reader(imu, begin(path, None, _settings()))
+    reader = Reader(imu, begin_session(path, None, _settings()))
     reader.start()
     wait_for(lambda: reader.snapshot().stream.samples > 0)
     reader.command("start")
@@ -78,7 +79,7 @@ def test_a_session_left_in_mid_circle_goes_on_where_it_was(tmp_path: Path) -> No
     wait_for(lambda: reader.finished)
     left = reader.snapshot().status.field
     assert left is not None
-    taken_up = resume(path)
+    taken_up = resume_session(path)
     taken_up.prepare(taken_up.engine)
     found = taken_up.engine.status().field
     taken_up.engine.close()
@@ -102,7 +103,7 @@ def test_a_resumed_field_step_is_completed(tmp_path: Path) -> None:
         reader.stop()
     wait_for(lambda: reader.finished)
     ((start, left), *_) = reader.collected().field_spans
-    taken_up = resume(path)
+    taken_up = resume_session(path)
     imu = VirtualImu(speed=FAST, seed=SEED, magnetometer=True, following=True)
     again = Reader(imu, taken_up.engine, prepare=taken_up.prepare)
     again.start()

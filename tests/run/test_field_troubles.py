@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fitting import FitOptions
+from imucal_wizard.estimate.recording import FitOptions
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
-from imucal_wizard.guide.state import StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.review import fit_stream

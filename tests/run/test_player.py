@@ -8,12 +8,13 @@ import pytest
 from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.guide.state import StepKind
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.player import Player, ReadingsTape
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from tests.run.performance import recorded, same, settings, wait_for
+from tests.run.performance import recorded, same, settings
+from tests.waiting import wait_for
 
 
 def _readings(tmp_path: Path) -> Readings:

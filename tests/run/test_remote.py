@@ -6,15 +6,15 @@ import pytest
 
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.simulate import VirtualImu
-from tests.acquire.ports import server, until
+from tests.acquire.ports import server
 from tests.acquire.remote import RemotePort
-from tests.run.performance import wait_for
 from tests.simulate.served import served_on_a_socket
+from tests.waiting import received, wait_for
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # pyserial's
 
@@ -53,12 +53,12 @@ def test_the_speed_asked_for_is_that_of_the_remote_port(remote: RemotePort) -> N
 def test_a_remote_port_that_is_lost_says_so_and_is_opened_again(remote: RemotePort) -> None:
     transport = Transport(remote.url)
     transport.open()
-    assert len(until(transport.read, 500)) >= 500
+    assert len(received(transport.read, 500)) >= 500
     remote.hang_up()
     with pytest.raises(LinkError, match="is gone"):
-        until(transport.read, 10**9)
+        received(transport.read, 10**9)
     assert transport.reopen()
-    assert until(transport.read, 10)
+    assert received(transport.read, 10)
     transport.close()
 
 

@@ -10,8 +10,8 @@ from imucal_wizard.simulate import VirtualHand, parse_hidden
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake
 from imucal_wizard.simulate.hidden import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.simulate.motion import Motion
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G
-from imucal_wizard.simulate.stream import VirtualStream
 from tests.simulate.sensors import ideal
 
 SCRIPT: list[Action] = [

@@ -14,7 +14,7 @@ from imucal_wizard.simulate import SensorModel, VirtualImu
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import LinePrinter
-from imucal_wizard.simulate.stream import VirtualStream
+from imucal_wizard.simulate.samples import VirtualStream
 from tests.simulate.sensors import ideal, offset_binary
 from tests.simulate.served import served
 

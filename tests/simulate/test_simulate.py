@@ -13,8 +13,8 @@ from imucal_wizard.simulate.actions import direction
 from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.noise import RandomStream, generator
 from imucal_wizard.simulate.recording import recording_script
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import POSE_SETS, pose_names
-from imucal_wizard.simulate.stream import VirtualStream
 from tests.simulate.sensors import ideal, truth
 
 

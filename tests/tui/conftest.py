@@ -9,7 +9,7 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
 from tests.estimate.whole_session import Session

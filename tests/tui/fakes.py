@@ -13,16 +13,15 @@ from imucal_wizard.core.poses import DIRECTIONS, EDGES, FACES
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fitting.methods import MethodRow, method_rows
+from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state import (
     AxisMotion,
     AxisStart,
     Event,
-    EventKind,
     RotationStatus,
     Status,
-    StepKind,
     StillStatus,
 )
 from imucal_wizard.measurement.holds import Collected, Hold

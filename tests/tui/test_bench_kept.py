@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.services import Saved
 from tests.tui import fakes

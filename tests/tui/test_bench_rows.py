@@ -9,6 +9,7 @@ from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.views import ROTATIONS, ResidualView, freed, suspect_view
+from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     blocks,
@@ -20,7 +21,7 @@ from imucal_wizard.tui.bench.panels import (
 )
 from imucal_wizard.tui.bench.selection import Selection
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot, bench_snapshot
-from imucal_wizard.tui.screens.guess import STAYS, Prediction, reveal_rows
+from imucal_wizard.tui.screens.guess import reveal_rows
 from imucal_wizard.tui.text import width_of
 from tests.tui.terminals import lines
 

@@ -10,13 +10,15 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.screens.bench import BenchScreen
 from tests.tui import fakes
 from tests.tui.bench_steps import app_with, open_from_wizard, ranked
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL
 from tests.tui.waiting import seen, shows, until
+from tests.waiting import PATIENCE
 
 SIZES = pytest.mark.parametrize("size", [USUAL, LARGE])
 
@@ -237,7 +239,7 @@ async def test_nothing_is_told_of_a_model_that_is_being_fitted(
 
     def slow(name: str) -> None:
         going_on.set()
-        assert done.wait(20.0)
+        assert done.wait(PATIENCE)
         Bench.add(bench, name)
 
     async with app_with(benches).run_test(size=USUAL) as pilot:

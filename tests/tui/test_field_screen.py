@@ -9,7 +9,8 @@ import pytest
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.estimate.ellipsoid.coverage import centres
-from imucal_wizard.guide.state import Event, EventKind, FieldStatus, Offer, Status, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event, FieldStatus, Offer, Status
 from imucal_wizard.measurement.field_quality import (
     check_field,
     check_readings,

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.guide.state import Event, EventKind, Offer, Status, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event, Offer, Status
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
 from tests.tui.waiting import seen, shows, until

@@ -17,6 +17,7 @@ from imucal_wizard.tui.screens.help import HelpScreen
 from imucal_wizard.tui.screens.page import PageScreen
 from imucal_wizard.tui.text import line
 from tests.tui.waiting import until
+from tests.waiting import PATIENCE
 
 TURNS = 30
 """Turns of the event loop in which a screen's parts go one by one, and then the screen."""
@@ -43,7 +44,7 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
     left = iter(late)
 
     def make() -> Benches:
-        next(left).wait(20.0)
+        next(left).wait(PATIENCE)
         raise DataError("nothing to look at")
 
     app = BenchApp(make)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.poses import DIRECTIONS, FACES
 from imucal_wizard.core.quantities import number, unit_sign, value_and_error
-from imucal_wizard.guide.state import AxisMotion, Event, EventKind
+from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.state import AxisMotion, Event
 from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, lay_down, turn_up
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.run.snapshot import StreamStatus

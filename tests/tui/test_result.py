@@ -7,7 +7,8 @@ import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.guide.state import Offer, Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Offer, Status
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
@@ -146,11 +147,11 @@ async def test_text_from_a_device_is_neither_markup_nor_a_command_to_the_termina
         assert "\x07" not in text
 
 
-async def test_a_recording_that_ends_in_the_middle_goes_to_its_result() -> None:
+async def test_the_procedure_is_told_that_a_recording_has_ended() -> None:
     source = fakes.FakeSource(fakes.poses_status())
     source.finished = True
     async with app_with(source).run_test(size=USUAL) as pilot:
-        await until(pilot, lambda: ("goto", "result") in source.commands)
+        await until(pilot, lambda: ("end", "") in source.commands)
 
 
 async def test_steps_that_were_skipped_are_marked() -> None:

@@ -8,7 +8,8 @@ import pytest
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings
@@ -16,6 +17,7 @@ from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.terminals import USUAL
 from tests.tui.waiting import shows, until
+from tests.waiting import PATIENCE
 
 AT_ONCE = AppSettings(header_patience=0.0)
 """A stream without a header is asked about at once."""
@@ -95,7 +97,7 @@ async def test_an_early_enter_does_not_put_another_source_in_place_of_the_one_or
 
     def take(choice: SourceChoice) -> fakes.FakeSource:
         opened.append(choice)
-        assert read.wait(20.0)
+        assert read.wait(PATIENCE)
         return fakes.FakeSource()
 
     services = replace(fakes.services(fakes.FakeSource()), open_source=take)
@@ -181,7 +183,7 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
         source.say(source.status)
         await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
         await pilot.press("enter")
-        await shows(pilot, "choose the rate unit")
+        await shows(pilot, "choose the unit of the gyroscope")
         await pilot.press("right", "right", "right", "enter")
         await until(pilot, lambda: bool(source.setups))
     setup = source.setups[0]

@@ -18,4 +18,4 @@ def test_nothing_heavy_is_imported_before_the_first_screen() -> None:
 def test_reading_recordings_comes_with_numpy_when_it_is_asked_for() -> None:
     from imucal_wizard.acquire import files
 
-    assert files.read_files.__module__ == "imucal_wizard.acquire.files.reader"
+    assert files.read_files.__module__ == "imucal_wizard.acquire.files.recording_files"

@@ -1,7 +1,6 @@
 """The app on real sources: the virtual IMU, recordings, sessions; and what is saved."""
 
 import re
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files.options import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import InputError, RecordingError, SessionError, UsageError
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.simulate import simulate_recording
 from imucal_wizard.tui.app import WizardApp
@@ -26,8 +25,7 @@ from tests.cli.kept_sessions import sat
 from tests.tui import fakes
 from tests.tui.terminals import VIRTUAL
 from tests.tui.waiting import shows, until
-
-DEADLINE = 20.0
+from tests.waiting import wait_for
 
 
 @contextmanager
@@ -39,27 +37,31 @@ def running(source: SampleSource) -> Iterator[SampleSource]:
         source.stop()
 
 
-def wait_for(source: SampleSource, true: Callable[[Snapshot], bool]) -> Snapshot:
-    deadline = time.monotonic() + DEADLINE
-    while not true(source.snapshot()):
-        assert time.monotonic() < deadline, source.snapshot()
-        time.sleep(0.01)  # between two looks, which would else take all of a core
-    return source.snapshot()
+def snapshot_of(source: SampleSource, true: Callable[[Snapshot], bool]) -> Snapshot:
+    """The first snapshot of which this is true."""
+    seen = [source.snapshot()]
+
+    def look() -> bool:
+        seen[0] = source.snapshot()
+        return true(seen[0])
+
+    wait_for(look)
+    return seen[0]
 
 
 def test_the_virtual_imu_is_read_like_a_port_and_has_a_hand(tmp_path: Path) -> None:
     workshop = WizardServices(WizardOptions(sessions=tmp_path, speed=20.0))
     source = workshop.open_source(VIRTUAL)
     with running(source):
-        snapshot = wait_for(source, lambda s: s.stream.samples > 100)
+        snapshot = snapshot_of(source, lambda s: s.stream.samples > 100)
         assert snapshot.stream.rate == pytest.approx(100.0, rel=1e-3)
         assert "virtual IMU" in snapshot.stream.source
         assert snapshot.stream.needs == ()
         hand = getattr(source, "hand", None)
         assert isinstance(hand, Hand)
         hand.turn("x", 90.0)
-        wait_for(source, lambda s: (s.stream.accelerometer or (0, 0, 9))[2] < 2.0)
-        snapshot = wait_for(source, _drawn_upright)
+        snapshot_of(source, lambda s: (s.stream.accelerometer or (0, 0, 9))[2] < 2.0)
+        snapshot = snapshot_of(source, _drawn_upright)
         assert snapshot.stream.problem == ""
 
 
@@ -77,14 +79,12 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
     workshop = WizardServices(WizardOptions(sessions=tmp_path, speed=50.0, auto=True))
     source = workshop.open_source(VIRTUAL)
     with running(source):
-        wait_for(source, lambda s: s.stream.samples > 0)
+        snapshot_of(source, lambda s: s.stream.samples > 0)
         source.command("start")
-        before = wait_for(source, lambda s: s.status.step == "up-down" and s.status.holds >= 3)
+        before = snapshot_of(source, lambda s: s.status.step == "up-down" and s.status.holds >= 3)
         assert workshop.earlier() == [], "it is at work"
-    deadline = time.monotonic() + DEADLINE
-    while not (offered := workshop.earlier()):  # stopping does not wait for a busy disk
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: bool(workshop.earlier()))  # stopping does not wait for a busy disk
+    offered = workshop.earlier()
     assert [choice.kind for choice in offered] == [SourceKind.SESSION]
     assert "at Up/down" in offered[0].title
     assert re.fullmatch(r"[34] holds in 00:\d\d, virtual IMU", offered[0].detail)
@@ -93,7 +93,7 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
         "what was calibrated, and not how it was gone on with"
     )
     with running(again):
-        after = wait_for(again, lambda s: s.stream.samples >= before.stream.samples)
+        after = snapshot_of(again, lambda s: s.stream.samples >= before.stream.samples)
         assert after.status.step in ("up-down", "poses")
         assert after.status.holds >= before.status.holds
 
@@ -101,16 +101,18 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
 def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> None:
     """A board that was plugged in again may be the next number."""
     path = tmp_path / "a.imucal"
-    begin(path, source="/dev/ttyACM0", about={"kind": "port", "port": "/dev/ttyACM0"}).close()
+    begin_session(
+        path, source="/dev/ttyACM0", about={"kind": "port", "port": "/dev/ttyACM0"}
+    ).close()
     there = WizardServices(WizardOptions(resume=path, port=str(tmp_path / "ttyACM1")))
     source = there.open_source(SourceChoice(SourceKind.SESSION, str(path)))
     with running(source):
-        wait_for(source, lambda s: "ttyACM1" in s.stream.problem)
+        snapshot_of(source, lambda s: "ttyACM1" in s.stream.problem)
 
 
 def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
-    begin(path).close()
+    begin_session(path).close()
     for options in (WizardOptions(), WizardOptions()):
         with pytest.raises(SessionError, match="add --port PORT"):
             WizardServices(options).open_source(SourceChoice(SourceKind.SESSION, str(path)))
@@ -118,7 +120,7 @@ def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Pat
 
 def test_a_session_of_the_virtual_imu_takes_no_port(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
-    begin(path, about={"kind": "virtual"}).close()
+    begin_session(path, about={"kind": "virtual"}).close()
     workshop = WizardServices(WizardOptions(resume=path, port="/dev/ttyACM0"))
     with pytest.raises(UsageError, match="leave --port out"):
         workshop.open_source(SourceChoice(SourceKind.SESSION, str(path)))
@@ -130,9 +132,9 @@ def test_a_recording_plays_to_its_end(tmp_path: Path) -> None:
     workshop = WizardServices(WizardOptions(replay=(recording,), speed=1000.0))
     source = workshop.open_source(SourceChoice(SourceKind.FILE, title="six.csv"))
     with running(source):
-        wait_for(source, lambda s: s.stream.samples > 0)
+        snapshot_of(source, lambda s: s.stream.samples > 0)
         source.command("start")
-        snapshot = wait_for(source, lambda s: s.finished)
+        snapshot = snapshot_of(source, lambda s: s.finished)
         assert snapshot.status.holds >= 6
 
 
@@ -273,9 +275,9 @@ def test_ns_procedure_is_led_through_by_its_options(tmp_path: Path) -> None:
     workshop = WizardServices(options)
     source = workshop.open_source(VIRTUAL)
     with running(source):
-        wait_for(source, lambda s: s.stream.samples > 0)
+        snapshot_of(source, lambda s: s.stream.samples > 0)
         source.command("start")
-        snapshot = wait_for(source, lambda s: s.status.step == "result")
+        snapshot = snapshot_of(source, lambda s: s.status.step == "result")
         assert snapshot.status.skipped == ()
         report = workshop.fit(source.collected(), snapshot)
     assert len(report.holds) == 9

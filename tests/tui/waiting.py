@@ -1,4 +1,4 @@
-"""Waiting for what should be seen, never for a time; reading what is seen."""
+"""Waiting for what should be seen on a screen; reading what is seen."""
 
 import asyncio
 import time
@@ -7,8 +7,7 @@ from typing import Any
 
 from textual.pilot import Pilot
 
-DEADLINE = 60.0
-"""Seconds after which what has not come will not come."""
+from tests.waiting import PATIENCE
 
 
 def seen(pilot: Pilot[Any]) -> str:
@@ -21,7 +20,7 @@ def seen(pilot: Pilot[Any]) -> str:
 
 async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
     """Wait until something is true; what is on the screen is shown when it never is."""
-    deadline = time.monotonic() + DEADLINE
+    deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
         await asyncio.sleep(0.01)  # the app goes on between two looks

@@ -72,7 +72,7 @@ class Decoder(Protocol):
         """The columns of the rows; empty until they are known."""
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first malformed line; None where there is none, or no lines."""
 
     def feed(self, data: bytes) -> DecodedRows:

@@ -10,11 +10,11 @@ from contextlib import suppress
 from imucal_wizard.acquire.decode import numbers
 from imucal_wizard.acquire.decode.base import Column, Format, Line, MalformedLine
 from imucal_wizard.acquire.decode.lines import TextDecoder
-from imucal_wizard.acquire.decode.vocabulary import header_columns, with_units
+from imucal_wizard.acquire.decode.vocabulary import header_columns, with_unit_line
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
 
-LEARN_FROM = 8
+MIN_LEARNED_LINES = 8
 """Numeric lines from which the number of columns is learned where no header gives it."""
 MIN_COLUMNS = 3
 """Fewer numbers on a line are no accelerometer."""
@@ -50,7 +50,7 @@ class DelimitedDecoder(TextDecoder):
         self._fixed = bool(columns)
         self._units = header_units or {}
         self._separator = b""
-        self._learning: deque[bytes] = deque(maxlen=LEARN_FROM)
+        self._learning: deque[bytes] = deque(maxlen=MIN_LEARNED_LINES)
         self._misfits: deque[int] = deque(maxlen=_MISFITS_OF_HEADER)
         self._again = False
         self._names: list[str] = []
@@ -58,7 +58,7 @@ class DelimitedDecoder(TextDecoder):
     def _table(self, block: bytes) -> FloatArray | None:
         if not self._separator:
             return None
-        values = numbers.table(block, self._separator, len(self.columns))
+        values = numbers.number_table(block, self._separator, len(self.columns))
         if values is not None:
             self._misfits.clear()
         return values
@@ -69,7 +69,7 @@ class DelimitedDecoder(TextDecoder):
             return
         if b"#" in line:
             line = line.partition(b"#")[0]
-        fields = split(line)
+        fields = split_fields(line)
         if len(fields) == len(self.columns) - 1 and _ends_empty(line):
             fields.append(b"")
         values = [numbers.printed_number(field) for field in fields]
@@ -101,20 +101,20 @@ class DelimitedDecoder(TextDecoder):
 
     def _comment(self, line: bytes) -> None:
         """A comment may hold the header, or what was the header of another logger."""
-        names = header_columns(names_in(line.strip(b"# \t")))
+        names = header_columns(field_texts(line.strip(b"# \t")))
         if names is not None and not self._count:
             self._header(names)
 
     def _words(self, line: bytes, fields: list[bytes], first: bool) -> None:
         """A line without numbers: a header, its units, a banner, or garbage."""
-        names = names_in(line)
+        names = field_texts(line)
         found = header_columns(names)
         if found is None and len(names) == len(self.columns) and not (self._count or self._fixed):
-            self.columns = with_units(self.columns, names) or self.columns
+            self.columns = with_unit_line(self.columns, names) or self.columns
         if found is None:
             self._spoilt(line, sample=not is_text(line))
             self._unknown_names(fields)
-        elif not self._fixed and not (first and not whole(found)):
+        elif not self._fixed and not (first and not begins_with_known_name(found)):
             self._header(found)
 
     def _header(self, found: tuple[Column, ...]) -> None:
@@ -139,9 +139,9 @@ class DelimitedDecoder(TextDecoder):
     def _learn(self, line: bytes) -> None:
         """Wait for enough numeric lines, then let the commonest number of fields decide."""
         self._learning.append(line)
-        if len(self._learning) < LEARN_FROM:
+        if len(self._learning) < MIN_LEARNED_LINES:
             return
-        counts = Counter(len(split(line)) for line in self._learning)
+        counts = Counter(len(split_fields(line)) for line in self._learning)
         width = counts.most_common(1)[0][0]
         names = self._names if len(self._names) == width else []
         names = names or [f"column {i + 1}" for i in range(width)]
@@ -162,7 +162,9 @@ class DelimitedDecoder(TextDecoder):
         """A header that lost its first name disagrees with every line: then it is forgotten."""
         if self._count:
             return
-        self.misfit = self.misfit or MalformedLine(self._number, line, len(self.columns))
+        self.first_malformed = self.first_malformed or MalformedLine(
+            self._number, line, len(self.columns)
+        )
         if self._fixed:
             return
         self._misfits.append(count)
@@ -177,11 +179,13 @@ class DelimitedDecoder(TextDecoder):
 def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:
     """Whether a line without a known header is a line of numbers, a date perhaps among them."""
     good = sum(value is not None for value in values)
-    words = any(v is None and not numbers.wordless(f) for f, v in zip(fields, values, strict=True))
+    words = any(
+        v is None and not numbers.without_letters(f) for f, v in zip(fields, values, strict=True)
+    )
     return good >= max(MIN_COLUMNS, len(values) / 2) and not words
 
 
-def whole(columns: tuple[Column, ...]) -> bool:
+def begins_with_known_name(columns: tuple[Column, ...]) -> bool:
     """Whether a header that may be cut off in front begins with a name that is known."""
     return bool(columns[0].channel) or columns[0].name.lower().startswith(("rtc", "date"))
 
@@ -218,7 +222,7 @@ def _ends_empty(line: bytes) -> bool:
     return sign != b" " and line.rstrip(b" \r").endswith(sign)
 
 
-def split(line: bytes) -> list[bytes]:
+def split_fields(line: bytes) -> list[bytes]:
     """The fields of a line; brackets around it and one separator at its end do not count."""
     sign = separator_of(line)
     if b'"' in line:
@@ -244,9 +248,9 @@ def _without_last(fields: list[str]) -> list[bytes]:
     return [field.strip().encode() for field in fields]
 
 
-def names_in(line: bytes) -> list[str]:
+def field_texts(line: bytes) -> list[str]:
     """The fields of a line as text: names of columns, perhaps."""
-    return [field.decode("utf-8", errors="replace") for field in split(line)]
+    return [field.decode("utf-8", errors="replace") for field in split_fields(line)]
 
 
 class _HeaderDetector:
@@ -264,9 +268,9 @@ class _HeaderDetector:
         return any(self._is_header(line) for line in lines)
 
     def _is_header(self, line: Line) -> bool:
-        names = names_in(line.raw.strip(b"# \t"))
+        names = field_texts(line.raw.strip(b"# \t"))
         columns = header_columns(names)
-        if columns is None or (line.first and not whole(columns)):
+        if columns is None or (line.first and not begins_with_known_name(columns)):
             return False
         return not self._sign or self._sign in (name.strip() for name in names)
 
@@ -298,7 +302,7 @@ class _NumbersDetector(_HeaderDetector):
     def _width(self, line: bytes) -> int:
         if line.lstrip().startswith(b"{") and b":" in line:
             return 0
-        fields = split(line)
+        fields = split_fields(line)
         values = [numbers.printed_number(field) for field in fields]
         if len(fields) == len(self._columns):
             both = zip(values, self._columns, strict=True)

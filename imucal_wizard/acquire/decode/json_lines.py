@@ -10,10 +10,10 @@ from imucal_wizard.acquire.decode.base import Column, Format, Line
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
-    column,
-    columns_named,
-    each_once,
+    column_of_name,
+    columns_of_names,
     quantity_of,
+    unique_channels,
 )
 
 
@@ -37,7 +37,7 @@ class JsonDecoder(TextDecoder):
         except (ValueError, RecursionError):
             self._spoilt(line)
             return
-        flat = flattened(value) if isinstance(value, dict) else {}
+        flat = flatten_object(value) if isinstance(value, dict) else {}
         if not self.columns and len(flat) >= 3:
             self.columns = _columns(list(flat))
         if not self.columns or not any(c.name in flat for c in self.columns):
@@ -47,7 +47,7 @@ class JsonDecoder(TextDecoder):
         self._row(row, [_digits(v) for v in row])
 
 
-def flattened(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
+def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
     """Nested objects and arrays as one level; the keys are joined with dots."""
     if depth > 8:
         return {}
@@ -59,7 +59,7 @@ def flattened(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
         return {key: value} if _is_number(value) else {}
     found: dict[str, Any] = {}
     for name, inner in parts:
-        found.update(flattened(inner, f"{key}.{name}" if key else name, depth + 1))
+        found.update(flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
     return found
 
 
@@ -83,15 +83,15 @@ def _columns(keys: list[str]) -> tuple[Column, ...]:
     if not any(quantity_of(one.channel) == "accelerometer" for one in found):
         found = [
             one if one.channel else other
-            for one, other in zip(found, columns_named(keys), strict=True)
+            for one, other in zip(found, columns_of_names(keys), strict=True)
         ]
-    return each_once(found)
+    return unique_channels(found)
 
 
 def _column(key: str) -> Column:
     parts = key.split(".")
     tails = [".".join(parts[-length:]) for length in range(len(parts), 0, -1)]
-    found = next((c for c in map(column, tails) if c.channel), Column(""))
+    found = next((c for c in map(column_of_name, tails) if c.channel), Column(""))
     return Column(found.channel, found.unit, key)
 
 

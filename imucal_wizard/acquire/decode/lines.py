@@ -8,9 +8,9 @@ import numpy as np
 from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
 from imucal_wizard.core.readings import FloatArray
 
-MAX_LINE = 65_536
+MAX_LINE_BYTES = 65_536
 """Bytes; a longer line is no sample and is replaced by one that nobody can read."""
-DECIMALS_FROM = 100
+MAX_DECIMALS_ROWS = 100
 """The printed decimals are counted on this many first rows."""
 _UNREADABLE = b"\x01"
 _MIN_TABLE = 2048
@@ -34,16 +34,16 @@ class LineCutter:
             held = data.endswith(b"\r")  # its line feed may be the next byte
             data = data[:-1].replace(b"\r", b"\n") if held else data.replace(b"\r", b"\n")
         end = data.rfind(b"\n") + 1
-        self._rest = data[end : end + MAX_LINE + 1] + (b"\r" if held else b"")
+        self._rest = data[end : end + MAX_LINE_BYTES + 1] + (b"\r" if held else b"")
         return data[:end]
 
 
-def lines_of(block: bytes) -> list[bytes]:
+def split_lines(block: bytes) -> list[bytes]:
     """The lines of a block without their ends; one that is too long is made unreadable."""
     lines = block.split(b"\n")
     lines.pop()
-    if len(block) > MAX_LINE:
-        lines = [line if len(line) <= MAX_LINE else _UNREADABLE for line in lines]
+    if len(block) > MAX_LINE_BYTES:
+        lines = [line if len(line) <= MAX_LINE_BYTES else _UNREADABLE for line in lines]
     return lines
 
 
@@ -56,13 +56,13 @@ class TextDecoder(ABC):
         whole: the bytes begin with a whole line; else the first line is not trusted.
 
     Attributes:
-        misfit: the first malformed line.
+        first_malformed: the first malformed line.
     """
 
     def __init__(self, name: str, columns: tuple[Column, ...] = (), *, whole: bool = False) -> None:
         self.name = name
         self.columns = columns
-        self.misfit: MalformedLine | None = None
+        self.first_malformed: MalformedLine | None = None
         self._cutter = LineCutter()
         self._first = not whole
         self._parts: list[FloatArray] = []
@@ -79,11 +79,20 @@ class TextDecoder(ABC):
         """Decode the lines that these bytes complete."""
         block = self._cutter.feed(data)
         values = self._table_of(block)
-        for piece in _pieces(block) if values is None else ():
+        for piece in self._pieces(block) if values is None else ():
             values = self._table_of(piece) if len(piece) < len(block) else None
-            for line in lines_of(piece) if values is None else ():
+            for line in split_lines(piece) if values is None else ():
                 self._line(line)
         return self._batch()
+
+    def _pieces(self, block: bytes) -> Iterator[bytes]:
+        """A block in pieces of whole lines, small ones as long as each line is read by itself."""
+        start = 0
+        while start < len(block):
+            size = _PIECE_BYTES if self._count >= MAX_DECIMALS_ROWS else _MIN_TABLE
+            end = block.find(b"\n", start + size) + 1 or len(block)
+            yield block[start:end]
+            start = end
 
     def broken(self) -> None:
         """The link broke here: the line before it is dropped, the next one may be half of one."""
@@ -98,7 +107,7 @@ class TextDecoder(ABC):
         """Many lines at once, where that gives the same rows; None to read them one by one."""
         if (
             len(block) < _MIN_TABLE
-            or self._count < DECIMALS_FROM
+            or self._count < MAX_DECIMALS_ROWS
             or self._first
             or self._skip
             or (values := self._table(block)) is None
@@ -132,12 +141,12 @@ class TextDecoder(ABC):
     def _row(self, values: list[float], printed: list[int]) -> None:
         """One good row, and the decimals its fields were printed with."""
         if not self._count and not self._disproved:
-            self.misfit = None  # what came before was a banner, or the end of a line
+            self.first_malformed = None  # what came before was a banner, or the end of a line
         self._rows.append(values)
         self._skipped.append(self._skip)
         self._skip = 0
         self._count += 1
-        if self._count <= DECIMALS_FROM and printed:
+        if self._count <= MAX_DECIMALS_ROWS and printed:
             before = self._decimals or [-1] * len(printed)
             self._decimals = [max(pair) for pair in zip(before, printed, strict=True)]
 
@@ -151,7 +160,9 @@ class TextDecoder(ABC):
         if self._count:
             self._malformed += 1
             self._skip += sample
-            self.misfit = self.misfit or MalformedLine(self._number, line, len(self.columns))
+            self.first_malformed = self.first_malformed or MalformedLine(
+                self._number, line, len(self.columns)
+            )
 
     def _collect(self) -> None:
         if self._rows:
@@ -168,12 +179,3 @@ class TextDecoder(ABC):
         self._malformed = 0
         self._skipped = []
         return rows
-
-
-def _pieces(block: bytes) -> Iterator[bytes]:
-    """A block in pieces of whole lines."""
-    start = 0
-    while start < len(block):
-        end = block.find(b"\n", start + _PIECE_BYTES) + 1 or len(block)
-        yield block[start:end]
-        start = end

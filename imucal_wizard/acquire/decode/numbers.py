@@ -54,16 +54,16 @@ def printed_number(field: bytes) -> float | None:
     if field.count(b":") < len("::"):
         return None
     try:
-        return seconds(field.decode("ascii"))
+        return seconds_of_time(field.decode("ascii"))
     except ValueError:
         return None
 
 
-def wordless(field: bytes) -> bool:
+def without_letters(field: bytes) -> bool:
     """Whether a field holds no letter: a date may stand in a line of numbers, a label may not."""
     if not field.isascii():
         return False
-    return field.upper() == field.lower() or is_moment(field.decode())
+    return field.upper() == field.lower() or is_time(field.decode())
 
 
 def printed_decimals(field: bytes) -> int:
@@ -73,7 +73,7 @@ def printed_decimals(field: bytes) -> int:
     return len(field.strip().replace(b",", b".").partition(b".")[2])
 
 
-def table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
+def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
     """Plain numeric lines all at once.
 
     Args:
@@ -103,7 +103,7 @@ def table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
     return np.asarray(values, np.float64)
 
 
-def seconds(text: str) -> float:
+def seconds_of_time(text: str) -> float:
     """Seconds since 1970 of ``2024-05-03T10:00:00.25+02:00``, since midnight of ``10:00:00.25``.
 
     Args:
@@ -123,7 +123,7 @@ def seconds(text: str) -> float:
     return (day.toordinal() - _EPOCH) * _DAY + clock - _offset(match["zone"])
 
 
-def is_moment(text: str) -> bool:
+def is_time(text: str) -> bool:
     """Whether a field is a date with a time, or a time of day."""
     return _MOMENT.fullmatch(text.strip("\"' ")) is not None
 

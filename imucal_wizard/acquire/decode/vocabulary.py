@@ -16,7 +16,7 @@ CHANNELS: dict[str, tuple[str, ...]] = {
     "throttle": ("throttle",),
 }
 """The channels of each sensor, in axis order."""
-SENSORS: dict[str, str] = {
+SENSOR_LETTERS: dict[str, str] = {
     word: channel
     for channel, words in {
         "a": "a acc accl accel accelerometer acceleration acceler accelero xl",
@@ -25,7 +25,7 @@ SENSORS: dict[str, str] = {
     }.items()
     for word in words.split()
 }
-SINGLE: dict[str, str] = {
+SINGLE_CHANNELS: dict[str, str] = {
     word: channel
     for channel, words in {
         "t": "t time timestamp timestamps ts micros millis tick ticks clock uptime timeus timems "
@@ -79,21 +79,21 @@ _NOT_A_READING = re.compile(
 )
 
 
-def no_reading(word: str) -> bool:
+def is_derived(word: str) -> bool:
     """Whether a name, squeezed, says that this is made of readings and is none itself."""
     return bool(_NOT_A_READING.search(word))
 
 
 def channel_of(name: str) -> str:
     """``ax`` for "AccelX", "acc_x", "imu/acceleration.x", "acc.0"; ``""`` for what it is not."""
-    word = squeezed(name)
-    if no_reading(word):
+    word = squeeze_name(name)
+    if is_derived(word):
         return ""
-    if word in SINGLE:
-        return SINGLE[word]
+    if word in SINGLE_CHANNELS:
+        return SINGLE_CHANNELS[word]
     match = _SENSOR_AXIS.fullmatch(word)
-    if match is not None and match["sensor"] in SENSORS:
-        return SENSORS[match["sensor"]] + _AXES[match["axis"]]
+    if match is not None and match["sensor"] in SENSOR_LETTERS:
+        return SENSOR_LETTERS[match["sensor"]] + _AXES[match["axis"]]
     if _LABELLED.search(name):
         return ""
     words = [found.lower() for found in _WORD.findall(name)]
@@ -103,13 +103,13 @@ def channel_of(name: str) -> str:
 def sensor_word(word: str) -> str:
     """``a``, ``g`` or ``m`` for a word that names a sensor, ``temp`` for one that names heat."""
     word = word.lower()
-    if no_reading(word):
+    if is_derived(word):
         return ""
-    single = SINGLE.get(word, "")
-    return single if single == "temp" else SENSORS.get(word, "")
+    single = SINGLE_CHANNELS.get(word, "")
+    return single if single == "temp" else SENSOR_LETTERS.get(word, "")
 
 
-def squeezed(name: str) -> str:
+def squeeze_name(name: str) -> str:
     """Nothing but the small letters and digits of a name."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
@@ -132,7 +132,7 @@ def _axis_of(words: list[str]) -> str:
     rest = [w for w in rest if w not in ("x", "y", "z")]
     if rest[1:] == ["rs", "s"]:  # EuRoC's w_RS_S_x: from the reference frame to the sensor's
         rest = rest[:1]
-    sensors = {SENSORS.get(w, "") for w in rest}
+    sensors = {SENSOR_LETTERS.get(w, "") for w in rest}
     return sensors.pop() + axis if len(sensors) == 1 and axis and "" not in sensors else ""
 
 
@@ -141,7 +141,7 @@ def _parted(words: list[str]) -> list[str]:
     parts: list[str] = []
     for word in words:
         match = _SENSOR_AXIS.fullmatch(word)
-        known = match is not None and match["sensor"] in SENSORS
+        known = match is not None and match["sensor"] in SENSOR_LETTERS
         parts += [match["sensor"], match["axis"]] if match is not None and known else [word]
     return parts
 
@@ -196,7 +196,7 @@ _LINEAR = re.compile(r"linear[\W_]*(?=acc)", re.IGNORECASE)
 _SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
 
-def column(name: str, file: str = "") -> Column:
+def column_of_name(name: str, file: str = "") -> Column:
     """What one name in a header stands for.
 
     Args:
@@ -208,7 +208,7 @@ def column(name: str, file: str = "") -> Column:
         where the name does not say it. An unknown word in brackets stays as it is.
     """
     name = name.strip().strip("\"'").strip()
-    bare, unit = parts(name)
+    bare, unit = split_unit(name)
     index = _INDEXED.match(bare)
     bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
     channel = ""
@@ -218,8 +218,8 @@ def column(name: str, file: str = "") -> Column:
     if not channel and bare.lower() in ("x", "y", "z") and (sensor := _sensor_of_file(file)):
         channel = sensor + bare.lower()
     if channel and not unit:
-        unit = _IMPLIED.get(squeezed(bare), "degC" if channel == "temp" else "")
-    unit = units.unit_of(quantity_of(channel) or "", unit)
+        unit = _IMPLIED.get(squeeze_name(bare), "degC" if channel == "temp" else "")
+    unit = units.unit_for_sensor(quantity_of(channel) or "", unit)
     return Column(channel, unit if channel else "", name)
 
 
@@ -230,20 +230,20 @@ def _sensor_of_file(file: str) -> str:
     return sensors.pop() if len(sensors) == 1 else ""
 
 
-def parts(name: str) -> tuple[str, str]:
+def split_unit(name: str) -> tuple[str, str]:
     """The name without its unit, and the unit; an index in brackets stays with the name."""
     if _INDEXED.match(name):
         return name, ""
     match = _BRACKETED.match(name) or _IN_UNIT.match(name)
     if match is None:
         return name, ""
-    unit = units.canonical(match["unit"])
+    unit = units.canonical_unit(match["unit"])
     return match["name"].strip(), unit
 
 
 def _of_unit(channel: str, bare: str, unit: str) -> str:
     """The channel where the unit decides: ``X (rad/s)`` turns, ``T (°C)`` is no time."""
-    word = squeezed(bare)
+    word = squeeze_name(bare)
     if word == "t" and unit in units.TEMPERATURE:
         return "temp"
     if channel or word not in ("x", "y", "z"):
@@ -252,7 +252,7 @@ def _of_unit(channel: str, bare: str, unit: str) -> str:
     return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
 
 
-def belongs(channel: str, unit: str) -> bool:
+def unit_belongs(channel: str, unit: str) -> bool:
     """Whether a unit can be one of this channel's."""
     sensor = quantity_of(channel)
     if not unit or sensor is None:
@@ -272,29 +272,33 @@ def quantity_of(channel: str) -> str | None:
     return None
 
 
-def columns_named(names: list[str], file: str = "") -> tuple[Column, ...]:
+def columns_of_names(names: list[str], file: str = "") -> tuple[Column, ...]:
     """The columns that names stand for, each channel once.
 
     A first column without a name is the index that tables are written with. Where there is no
     other accelerometer, ``linear_acceleration.x`` is one: ROS calls specific force so. (On phones
     it is what is left without gravity, which the size of gravity shows.)
     """
-    columns = [column(name, file) for name in names]
+    columns = [column_of_name(name, file) for name in names]
     if names[:1] == [""]:
         columns[0] = Column("counter", name="column 1")
     if not any(quantity_of(one.channel) == "accelerometer" for one in columns):
-        again = [replace(column(_LINEAR.sub("", one.name)), name=one.name) for one in columns]
+        again = [
+            replace(column_of_name(_LINEAR.sub("", one.name)), name=one.name) for one in columns
+        ]
         columns = [
             new if quantity_of(new.channel) == "accelerometer" else one
             for one, new in zip(columns, again, strict=True)
         ]
-    return each_once(columns)
+    return unique_channels(columns)
 
 
-def each_once(columns: list[Column]) -> tuple[Column, ...]:
+def unique_channels(columns: list[Column]) -> tuple[Column, ...]:
     """Each channel at its first place only; of several times the one that says most."""
     times = [one for one in columns if one.channel == "t"]
-    best = min(times, key=lambda t: ("rtc" in t.name.lower(), not belongs("t", t.unit)), default="")
+    best = min(
+        times, key=lambda t: ("rtc" in t.name.lower(), not unit_belongs("t", t.unit)), default=""
+    )
     seen: set[str] = set()
     kept = []
     for one in columns:
@@ -314,25 +318,25 @@ def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | No
     """
     if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
         return None
-    columns = columns_named(fields, file)
+    columns = columns_of_names(fields, file)
     channels = {one.channel for one in columns if one.channel}
     axes = any(len(channel) == 2 and quantity_of(channel) for channel in channels)
     return columns if len(channels) >= 2 and axes else None
 
 
-def with_units(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
+def with_unit_line(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
     """The columns with the units that stand in a line of their own below the names.
 
     Returns:
         None where most words are no units of their columns.
     """
     found = tuple(
-        replace(one, unit=units.unit_of(quantity_of(one.channel) or "", word))
+        replace(one, unit=units.unit_for_sensor(quantity_of(one.channel) or "", word))
         if one.channel
         else one
         for one, word in zip(columns, words, strict=True)
     )
-    good = [belongs(one.channel, one.unit) for one in found if one.channel]
+    good = [unit_belongs(one.channel, one.unit) for one in found if one.channel]
     return found if sum(good) > len(good) / 2 else None
 
 
@@ -340,6 +344,6 @@ def _with_suffix(name: str, axis: str) -> tuple[str, str]:
     """The channel and unit of a name that ends in its unit: ``acc_x_mg``, ``timestamp_ms``."""
     two = _TWO_WORDS.match(name)
     head, _, tail = (two["name"], "_", two["unit"]) if two else name.rpartition("_")
-    unit = _SUFFIXES.get(squeezed(tail), "") if head else ""
+    unit = _SUFFIXES.get(squeeze_name(tail), "") if head else ""
     channel = channel_of(head + axis) if unit else ""
     return channel, unit if channel else ""

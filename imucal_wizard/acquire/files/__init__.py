@@ -1,13 +1,41 @@
 """Files to readings, one file per file format."""
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from imucal_wizard.acquire.files.options import RecordingOptions
-
 if TYPE_CHECKING:
-    from imucal_wizard.acquire.files.reader import read_files
+    from imucal_wizard.acquire.files.recording_files import read_files
 
 __all__ = ["RecordingOptions", "read_files"]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What is known about the files beyond their content; each goes over what a header says.
+
+    Attributes:
+        columns: names of the columns in their order (``ax``, ``t[ms]``, ``-`` for none).
+        rate: samples per second where the file has no time column, Hz.
+        accelerometer_unit: unit of the accelerations, or None when the file says it.
+        gyroscope_unit: unit of the angular rates.
+        magnetometer_unit: unit of the field.
+        as_format: name of the format (``imu_tk`` or a wire format), or None to look at the content.
+    """
+
+    columns: tuple[str, ...] = ()
+    rate: float | None = None
+    accelerometer_unit: str | None = None
+    gyroscope_unit: str | None = None
+    magnetometer_unit: str | None = None
+    as_format: str | None = None
+
+    def unit(self, sensor: str) -> str | None:
+        """The unit given for a sensor, or None."""
+        return {
+            "accelerometer": self.accelerometer_unit,
+            "gyroscope": self.gyroscope_unit,
+            "magnetometer": self.magnetometer_unit,
+        }.get(sensor)
 
 
 def __getattr__(name: str) -> object:
@@ -17,7 +45,7 @@ def __getattr__(name: str) -> object:
         AttributeError: there is no such name here.
     """
     if name == "read_files":
-        from imucal_wizard.acquire.files.reader import read_files
+        from imucal_wizard.acquire.files.recording_files import read_files
 
         return read_files
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

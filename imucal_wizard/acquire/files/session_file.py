@@ -1,8 +1,9 @@
-"""The inside of a session file: an SQLite database with the bytes as they came.
+"""The format of a session file: an SQLite database with the received bytes.
 
-Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (what the
-operator asked for, after which piece of bytes), ``hold``, ``rotation`` and ``event`` (what was made
-of them, for people and other programs; the program itself makes it again from the bytes).
+Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (the
+operator's commands, each with the number of the last piece of bytes before it), ``hold``,
+``rotation`` and ``event`` (results, for people and other programs; this program computes them
+again from the bytes).
 """
 
 import json
@@ -15,8 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from imucal_wizard.acquire.files.text import is_database
 from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.output import without_control_characters
+from imucal_wizard.core.quantities import times_in_words
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
@@ -24,6 +26,8 @@ APPLICATION_ID = 0x494D5543
 VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
+"""How long opening a session waits for another program that is writing it."""
+_SQLITE = b"SQLite format 3\0"
 
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -56,6 +60,15 @@ class Command:
     argument: str
 
 
+def is_session(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
+
+
 def connect(path: Path) -> sqlite3.Connection:
     """Open an existing session file and make sure that it is one.
 
@@ -70,9 +83,9 @@ def connect(path: Path) -> sqlite3.Connection:
         ) from error
     if not there:
         raise SessionError(f"{path}: there is no such session; check the name")
-    if not is_database(path):
+    if not is_session(path):
         raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")
-    with explaining(path), ExitStack() as on_failure:
+    with explain_errors(path), ExitStack() as on_failure:
         connection = sqlite3.connect(
             path, timeout=_BUSY_SECONDS, isolation_level=None, check_same_thread=False
         )
@@ -112,7 +125,7 @@ def session_error(path: Path, error: Exception) -> SessionError:
 
 
 @contextmanager
-def explaining(path: Path) -> Iterator[None]:
+def explain_errors(path: Path) -> Iterator[None]:
     """Turn errors of the database within into errors that say what to do.
 
     Raises:
@@ -125,20 +138,20 @@ def explaining(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def understanding(path: Path) -> Iterator[None]:
+def explain_damage(path: Path) -> Iterator[None]:
     """The same while values are taken from it: one of another kind than was written is damage.
 
     Raises:
         SessionError: the file is damaged.
     """
     try:
-        with explaining(path):
+        with explain_errors(path):
             yield
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise session_error(path, error) from error
 
 
-def meta(connection: sqlite3.Connection) -> dict[str, Any]:
+def read_meta(connection: sqlite3.Connection) -> dict[str, Any]:
     """All settings by name."""
     rows = connection.execute("SELECT key, value FROM meta")
     try:
@@ -147,7 +160,7 @@ def meta(connection: sqlite3.Connection) -> dict[str, Any]:
         raise sqlite3.DatabaseError(f"a setting is garbled: {error}") from error
 
 
-def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
+def read_pieces(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
     """Number, arrival time in seconds and bytes of each piece, in order."""
     for number, arrival, data in connection.execute(
         "SELECT id, arrival, data FROM raw ORDER BY id"
@@ -168,26 +181,36 @@ def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
         yield Command(*row)
 
 
-def corrections(path: Path) -> int:
-    """How often the operator took a hold back or began a step again.
+def corrections_note(path: Path) -> tuple[str, ...]:
+    """A warning if the operator withdrew or repeated measurements; their samples are in the file.
 
     Raises:
-        SessionError: the file cannot be read.
+        SessionError: the file is a session that cannot be read.
     """
-    with understanding(path), closing(connect(path)) as connection:
+    if not is_session(path):
+        return ()
+    with explain_damage(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
         (count,) = connection.execute(
             "SELECT COUNT(*) FROM command WHERE name IN ('undo', 'repeat')"
         ).fetchone()
-        return int(count)
+    if not count:
+        return ()
+    message = (
+        f"in the wizard something was taken back or repeated {times_in_words(count)}; here all "
+        f"samples of {without_control_characters(path.name)} count, those as well"
+    )
+    return (message,)
 
 
-def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
+def read_setup_and_pieces(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
     """The settings of a session and its bytes with their arrival times.
 
     Raises:
         SessionError: the file cannot be read.
     """
-    with understanding(path), closing(connect(path)) as connection:
+    with explain_damage(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
-        return meta(connection), [(arrival, data) for _, arrival, data in raw(connection)]
+        return read_meta(connection), [
+            (arrival, data) for _, arrival, data in read_pieces(connection)
+        ]

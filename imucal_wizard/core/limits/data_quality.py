@@ -62,11 +62,13 @@ MAX_QUIET_RATIO = 3.0
 MAX_REMOVED_GRAVITY = 0.3
 """Share of gravity; with less the device has taken it out."""
 
-MIN_ALIVE_NOISE = 0.5
-"""Noise in resolution steps that flickers all the time; without flicker something is wrong."""
+MIN_FLICKER_STEPS = 0.5
+"""Noise in resolution steps from which a reading changes all the time; one that does not is at the
+end of its range or repeated."""
 SILENT_VARIANCE_SHARE = 1e-6
 """Variance of a clipped axis over what the same axis shows in other holds."""
 MIN_SILENT_HOLDS = 2
 """Holds that must show one and the same reading without noise: one might have hung."""
-MAX_ANGLE_ERROR = 0.25
-"""Share of an angle by which gravity and gyroscope may differ before the fit."""
+
+MIN_FIELD_SAMPLES = 60
+"""Magnetometer samples with which a fit is tried: ten in each of six directions."""

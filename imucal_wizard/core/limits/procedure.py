@@ -31,7 +31,7 @@ CALMER_FACTOR = 3.0
 """A last second this many times calmer than the rest: what went before was not rest yet."""
 MIN_SETTLE_WINDOWS = 10
 """Windows before a rest has a typical spread."""
-MIN_MAKESHIFT_WINDOWS = 15
+MIN_PROVISIONAL_WINDOWS = 15
 """Windows from which noise is taken when the whole length of rest never comes."""
 MAX_UNIT_FACTOR = 1.25
 """Gravity that is off by more than this factor says that the unit is another."""
@@ -101,10 +101,6 @@ MIN_GRAVITY_SHARE = 0.8
 END_SAMPLES = 5
 """Samples averaged at either end, where the device rests."""
 
-# Frozen axes
-MIN_FLICKER_STEPS = 0.5
-"""Noise of this many resolution steps flickers all the time; without it something is wrong."""
-
 # Magnetometer: faces and circles
 FACE_NEAR_DEG = 25.0
 """A face lies on the table when it points down within this."""
@@ -146,8 +142,6 @@ MIDDLE_SAMPLES = 3
 rotation."""
 MAX_SAMPLES_PER_AREA = 15
 """Samples kept of one area of the sphere; where more come, some between them are dropped."""
-MIN_FIELD_SAMPLES = 60
-"""Samples with which a fit is tried at all."""
 
 # Magnetometer: what can be told
 MAX_SHOWN_DOUBT = 0.3

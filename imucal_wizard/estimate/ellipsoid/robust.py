@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.surface import locate
 from imucal_wizard.estimate.methods.algebraic import algebraic
 

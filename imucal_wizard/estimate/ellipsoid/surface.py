@@ -11,9 +11,8 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.magnitude import TRIANGLE
 
-TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Places of the six matrix entries in the parameter vector, after the three biases."""
 ELLIPSOID_SIZE = 9
 """Parameters θ: three biases, then P's xx, xy, xz, yy, yz, zz."""
 ROWS = tuple(i for i, _ in TRIANGLE)

@@ -13,7 +13,6 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import rotation_vector
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.magnetometer.field_data import (
     FIELD_BASE,
@@ -21,6 +20,7 @@ from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
     with_surroundings,
 )
+from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.model.effect import MAGNETOMETER

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
-from imucal_wizard.core.robust import robust_deviation
+from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of

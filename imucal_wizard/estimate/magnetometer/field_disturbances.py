@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
-from imucal_wizard.core.robust import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 
 BLOCK_SECONDS = (0.4, 2.0)

@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
     COLUMNS,
@@ -28,9 +29,8 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.second_stage.alignment import Alignment
-from imucal_wizard.measurement.field_quality import check_field, no_shell
+from imucal_wizard.measurement.field_quality import check_field, missing_shell
 from imucal_wizard.model.rows.source import Calibration
 from imucal_wizard.model.terms import Terms
 
@@ -154,7 +154,7 @@ def fit_magnetometer(
             else:
                 found = published.run(FieldMagnitudes(start, MagnetometerExperiment(data)))
     except np.linalg.LinAlgError:
-        raise no_shell(series.values) or DataError(NO_ELLIPSOID) from None
+        raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
     if not np.isfinite([*found.matrix.flat, *found.bias, *found.residuals]).all():
         raise DataError(NO_ELLIPSOID)
     if not np.linalg.eigvalsh(found.matrix)[0] > 0.0:

@@ -13,7 +13,7 @@ import numpy as np
 
 from imucal_wizard.core.poses import CORNERS, FACES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray
-from imucal_wizard.core.robust import MEDIAN_CHI_SQUARE
+from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE
 
 MOST_GROUPS = 120
 """Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects

@@ -12,11 +12,11 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.estimate.ellipsoid.surface import (
     PLACES,
-    TRIANGLE,
     parameters,
     positive_root,
     symmetric_matrix,
 )
+from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import SensorFit

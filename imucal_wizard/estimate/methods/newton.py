@@ -24,8 +24,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
-from imucal_wizard.estimate.magnitude import SIZE, corrected, in_triangle, triangle
+from imucal_wizard.estimate.magnitude import SIZE, TRIANGLE, corrected, in_triangle, triangle
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.methods.six_position import from_faces

@@ -12,13 +12,12 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.core.robust import MEDIAN_CHI_SQUARE
+from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.result import Parameter, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.estimate.slow_noise import slow_rate
 from imucal_wizard.measurement.holds import Hold
 

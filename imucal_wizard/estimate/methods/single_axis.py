@@ -25,10 +25,10 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import Parameter, SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 
 MAX_CONDITION = 1e3
 """Condition of eq. 19 beyond which the rotations are all alike: an angle error of 0.1° then makes

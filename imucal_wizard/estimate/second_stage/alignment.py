@@ -21,8 +21,8 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import quarter_turns, rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import BoolArray, FloatArray
-from imucal_wizard.core.robust import robust_deviation
-from imucal_wizard.estimate.fisher import exceeded
+from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.estimate.distributions import exceeded
 
 LARGEST_ANGLE_ERROR = np.radians(5.0)
 """Standard error of an angle beyond which the positions do not carry the rotation."""

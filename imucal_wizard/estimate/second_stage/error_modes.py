@@ -11,8 +11,8 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, TRIANGLE, symmetric_matrix
-from imucal_wizard.estimate.magnitude import triangle
+from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, symmetric_matrix
+from imucal_wizard.estimate.magnitude import TRIANGLE, triangle
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.identifiability import ANGLES, TYPICAL_SIZE, basis_of, design
 

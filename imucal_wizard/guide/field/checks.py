@@ -13,13 +13,13 @@ from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
-from imucal_wizard.guide.state import EventKind
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.field_quality import (
     check_field,
     check_readings,
     check_saturation,
     check_scatter,
-    no_shell,
+    missing_shell,
     stuck_samples,
 )
 
@@ -104,7 +104,9 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
     if flat:
         check_readings(readings)
         if fit is None:
-            raise no_shell(readings) or DataError("the magnetometer's readings are of no field")
+            raise missing_shell(readings) or DataError(
+                "the magnetometer's readings are of no field"
+            )
     if fit is None or survey.worst > MAX_SHOWN_DOUBT:
         return
     distance = fit.look(readings)[0]

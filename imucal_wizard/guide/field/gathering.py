@@ -12,7 +12,7 @@ from imucal_wizard.core.limits.procedure import (
     STIR_SECONDS,
     STIR_SHARE,
 )
-from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between, nearest
+from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between, nearest_pose
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
@@ -54,7 +54,7 @@ class FaceWatch:
         now = self.face
         if now is not None and np.degrees(angle_between(-up, DIRECTIONS[now])) < FACE_STAYS_DEG:
             return now
-        return nearest(-up, FACES, FACE_NEAR_DEG)
+        return nearest_pose(-up, FACES, FACE_NEAR_DEG)
 
 
 class Gathering:

@@ -2,27 +2,28 @@
 
 from dataclasses import replace
 
+from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.limits.procedure import (
     FIELD_PATIENCE,
     FIELD_UPDATE_SECONDS,
     FULL_CIRCLE_DEG,
     LASTING_SECONDS,
     MAX_ACCEPTED_DOUBT,
-    MIN_FIELD_SAMPLES,
     PROGRESS_DEG,
     SILENT_SECONDS,
     SLIGHT_DEG,
     SLIGHT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
-from imucal_wizard.core.poses import DIRECTIONS, FACES, turn_towards
+from imucal_wizard.core.poses import DIRECTIONS, FACES, rotation_towards
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
 from imucal_wizard.guide.field.checks import Disturbance
 from imucal_wizard.guide.field.gathering import Gathering
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.measurements import KeptCircle, KeptHold
-from imucal_wizard.guide.state import GOOD, EventKind, FieldStatus, Offer, Status
+from imucal_wizard.guide.state import GOOD, FieldStatus, Offer, Status
 from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, how_to_turn, label, lay_down
 from imucal_wizard.measurement.stillness import Block
 
@@ -256,7 +257,7 @@ class FieldStage:
         )
         if up is None or pose is None:
             return status
-        off_by = turn_towards(up, DIRECTIONS[pose])[2]
+        off_by = rotation_towards(up, DIRECTIONS[pose])[2]
         return replace(status, guidance=how_to_turn(up, pose), off_by=off_by)
 
     def _field_status(self) -> FieldStatus:

@@ -18,16 +18,17 @@ from imucal_wizard.core.poses import (
     POSE_TOLERANCE_DEG,
     TIE_DEG,
     angle_between,
-    nearest,
-    spoken,
-    spoken_up,
-    turn_towards,
+    direction_in_words,
+    nearest_pose,
+    pose_in_words,
+    rotation_towards,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
-from imucal_wizard.guide.state import AxisStart, EventKind, Status, StepKind
+from imucal_wizard.guide.state import AxisStart, Status
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.wording import PUT_BACK, how_to_reach, label, lift_and_reach, turn_up
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -162,7 +163,7 @@ class DirectionsStage:
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
         """Tick the hold among the poses of the next step as well."""
         poses = self._context.procedure.step(StepKind.POSES).poses
-        pose = nearest(up, poses, POSE_TOLERANCE_DEG)
+        pose = nearest_pose(up, poses, POSE_TOLERANCE_DEG)
         if pose is not None:
             kept.ticks[StepKind.POSES] = pose
             kept.hold = replace(kept.hold, pose=pose)
@@ -182,7 +183,7 @@ class DirectionsStage:
             )
         else:
             target = min(self.targets, key=lambda one: one.away(up))
-            axis, sense, angle = turn_towards(up, target.up)
+            axis, sense, angle = rotation_towards(up, target.up)
             name = label(target.pose) if target.pose else "the pose"
             text = (
                 f"{angle:.0f}° off {name}: turn it about {axis}, to the {sense}. "
@@ -232,7 +233,7 @@ class DirectionsStage:
         )
         if wanted is None:
             return status
-        words = spoken(wanted.pose) if wanted.pose else spoken_up(wanted.up)
+        words = pose_in_words(wanted.pose) if wanted.pose else direction_in_words(wanted.up)
         unnamed = (float(wanted.up[0]), float(wanted.up[1]), float(wanted.up[2]))
         return replace(
             status,
@@ -322,7 +323,7 @@ class ValidationStage(DirectionsStage):
             where = "" if near is None else f"Only {near:.0f}° from a pose already taken. "
             context.emit(EventKind.WRONG_POSE, where + self._way(up))
             return
-        kept.hold = replace(kept.hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        kept.hold = replace(kept.hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         self._choose()
         done, wanted = self.tally
         text = f"New orientation taken, {done:.0f} of {wanted:.0f}."
@@ -337,7 +338,7 @@ class ValidationStage(DirectionsStage):
     def _way(self, up: FloatArray | None) -> str:
         if up is None or self.wanted is None:
             return "Tilt it farther."
-        axis, sense, angle = turn_towards(up, self.wanted.up)
+        axis, sense, angle = rotation_towards(up, self.wanted.up)
         return f"Tilt it about {axis}, to the {sense}, by about {angle:.0f}°."
 
     def _known(self, apart_from: KeptHold | None) -> list[FloatArray]:
@@ -359,7 +360,7 @@ class ValidationStage(DirectionsStage):
             status,
             instruction=status.instruction if self.wanted else "TILT IT ANEW",
             detail=f"{status.detail}; {anywhere}" if self.wanted else "",
-            recognised=None if up is None else nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG),
+            recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),
             done=(),
             missing=(),
             counts_here=up is not None and self._apart(up, self._known(None)) is None,

@@ -25,10 +25,11 @@ from imucal_wizard.core.poses import (
     DIRECTIONS,
     POSE_TOLERANCE_DEG,
     START_POSES,
-    turn_towards,
+    rotation_towards,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.live_checks import (
     axis_shares,
     contradicted,
@@ -40,11 +41,11 @@ from imucal_wizard.guide.live_checks import (
 )
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.guide.plan import Step
-from imucal_wizard.guide.state import EventKind, RotationStatus, Status
+from imucal_wizard.guide.state import RotationStatus, Status
 from imucal_wizard.guide.wording import how_to_turn, label, signed, turn_up
 from imucal_wizard.measurement.rotation_angle import (
     RotationAngle,
-    level,
+    axis_elevation,
     rotation_between,
     unwrapped,
 )
@@ -86,7 +87,7 @@ class RotationJudge:
 
     def poised(self, up: FloatArray | None, axis: str) -> bool:
         """Whether an axis lies level, so that gravity shows a turn about it."""
-        return up is not None and level(up, axis) <= MAX_AXIS_TILT_DEG
+        return up is not None and axis_elevation(up, axis) <= MAX_AXIS_TILT_DEG
 
     def scale(self, axis: str) -> float | None:
         """Radians per second for a reading of one; None while it is not known.
@@ -110,7 +111,7 @@ class RotationJudge:
         """
         before = self._context.direction(motion.before)
         after = self._context.direction(motion.after)
-        if before is None or after is None or level(before, axis) > MAX_AXIS_TILT_DEG:
+        if before is None or after is None or axis_elevation(before, axis) > MAX_AXIS_TILT_DEG:
             return ""
         if not np.isfinite(motion.rate).all():
             return motion.problem
@@ -187,8 +188,8 @@ class RotationJudge:
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
         """A motion about another axis; a mere change of place is no attempt."""
         start = DIRECTIONS[START_POSES[axis]]
-        moved = turn_towards(before, after)[2]
-        if moved < MIN_ATTEMPT_DEG or turn_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
+        moved = rotation_towards(before, after)[2]
+        if moved < MIN_ATTEMPT_DEG or rotation_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
             return ""
         other = AXES[int(np.argmax(share))]
         if other == axis:
@@ -330,7 +331,7 @@ class RotationsStage:
         start = START_POSES[axis]
         moving = self._turn is not None
         up = context.up
-        off_by = None if up is None else turn_towards(up, DIRECTIONS[start])[2]
+        off_by = None if up is None else rotation_towards(up, DIRECTIONS[start])[2]
         poised = moving or self._judge.poised(up, axis)
         return Status(
             instruction=f"ROTATE ABOUT {axis.upper()}" if poised else turn_up(start),

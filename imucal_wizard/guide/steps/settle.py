@@ -11,15 +11,16 @@ from imucal_wizard.core.limits.procedure import (
     JUMP_FACTOR,
     MAX_DRIFT_G,
     MAX_UNIT_FACTOR,
-    MIN_MAKESHIFT_WINDOWS,
+    MIN_PROVISIONAL_WINDOWS,
     MIN_SETTLE_WINDOWS,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
 from imucal_wizard.guide.scales import Scales
-from imucal_wizard.guide.state import EventKind, Status
+from imucal_wizard.guide.state import Status
 from imucal_wizard.guide.stillness_watch import coarse_limits, limits_of
 from imucal_wizard.measurement.rounding import Resolution
 from imucal_wizard.measurement.stillness import Block, Limits, Noise, Windows, measure_noise
@@ -139,7 +140,7 @@ class SettleStage:
 
     Attributes:
         noise: what the limits are made of, or None.
-        makeshift: the noise is that of a rest shorter than asked for.
+        provisional: the noise is that of a rest shorter than asked for.
         why: why the device is not at rest now, or "".
     """
 
@@ -149,7 +150,7 @@ class SettleStage:
         self._settling = Settling(context.units, context.resolution, keep=1)
         self.noise = known
         self.finished = known is not None
-        self.makeshift = False
+        self.provisional = False
         self.why = ""
 
     @property
@@ -216,7 +217,7 @@ class SettleStage:
     def completed(self, kept: KeptHold) -> None:
         """Ten seconds of rest are over: set the limits."""
         self.noise = self._settling.noise(any_window=kept.hold.hand_held)
-        self.makeshift = False
+        self.provisional = False
         if self.noise is None:
             return
         context = self._context
@@ -230,10 +231,10 @@ class SettleStage:
     def make_do(self) -> bool:
         """Settle for the longest rest so far, when the whole length never came."""
         windows = self._settling.longest
-        noise = window_noise(windows) if len(windows) >= MIN_MAKESHIFT_WINDOWS else None
+        noise = window_noise(windows) if len(windows) >= MIN_PROVISIONAL_WINDOWS else None
         if noise is None:
             return False
-        self.noise, self.makeshift = noise, True
+        self.noise, self.provisional = noise, True
         context = self._context
         context.watch.set_limits(self.fine(noise))
         self.finished = True

@@ -1,7 +1,8 @@
 """Steps in which nothing is measured: source, result, save."""
 
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.measurements import KeptHold
-from imucal_wizard.guide.state import Status, StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.stillness import Block
 
 WORDS: dict[StepKind, tuple[str, str]] = {

@@ -33,7 +33,11 @@ class HeadingRows(Rows):
         self.residual = self._combined(by_gravity.residual, by_field.residual)
         self.own = source.noise
         self.direction = np.full((len(source.noise), 3), np.nan)
-        self.lever = self._combined(by_gravity.lever, by_field.lever)
+
+    @property
+    def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
+        """See ``Rows``."""
+        return self._combined(self.by_gravity.lever, self.by_field.lever)
 
     def _combined(self, gravity: FloatArray, field: FloatArray) -> FloatArray:
         """Rows of ψ from rows of both closures, (2 m, …) each to (m, …)."""

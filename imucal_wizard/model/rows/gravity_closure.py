@@ -15,15 +15,23 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 
 import itertools
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.directions import unit_vectors
-from imucal_wizard.core.quaternions import cross, matrices, quaternions
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    Calibration,
+    RowLabels,
+    Rows,
+    RowSource,
+    rounding_names,
+)
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
 COARSE_STEP = 1.0 / 30.0
@@ -40,10 +48,8 @@ class ClosureRows(Rows):
 
     Attributes:
         rate: corrected rate of each sample, rad/s, shape (n, 3).
-        force: specific force at each sample, m/s², shape (n, 3).
         ends: rotation from the hold before to the hold after, shape (m, 3, 3).
         closure: closure of each rotation, rad, shape (m, 3).
-        weights: ``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3).
     """
 
     def __init__(
@@ -59,41 +65,56 @@ class ClosureRows(Rows):
         if len(terms):
             motion = source.motion if near is None else near.motion
             rate = rate - terms.columns(motion) @ calibration.sizes
-        before, after = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
-        turned = matrices(samples.at_samples(before, after))
-        up = np.einsum("ijn,ni->nj", turned, source.before[samples.rotation])
-        weights = samples.spread(averaged(before, after)).reshape(3, 3, -1)
+        self._steps = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
+        last = self._steps[1][:, samples.step_offsets[1:] - 1]
         self.rate = rate
-        self.force = source.gravity * up
-        self.ends = np.moveaxis(matrices(after[:, samples.step_offsets[1:] - 1]), -1, 0)
+        self.ends = np.moveaxis(matrices(last), -1, 0)
         self.closure = between(carry(self.ends, source.before), source.after)
-        self.weights = np.ascontiguousarray(np.moveaxis(weights, 1, 2))
         self.residual = source.rows_of(self.closure[:, :, None])[:, 0]
         self.own = np.repeat(source.noise, len(self.residual) // len(source.noise))
         self.direction = np.full((len(self.residual), 3), np.nan)
         self._coarse: _Moments | None = None
+
+    @cached_property
+    def force(self) -> FloatArray:
+        """Specific force at each sample, m/s², shape (n, 3)."""
+        samples = self._source.samples
+        turned = matrices(samples.at_samples(*self._steps))
+        up = np.einsum("ijn,ni->nj", turned, self._source.before[samples.rotation])
+        return np.asarray(self._source.gravity * up)
+
+    @cached_property
+    def weights(self) -> FloatArray:
+        """``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3)."""
+        weights = self._source.samples.spread(self._attitudes).reshape(3, 3, -1)
+        return np.ascontiguousarray(np.moveaxis(weights, 1, 2))
 
     @property
     def motion(self) -> Circumstances:
         """Circumstances of the samples at this point."""
         return replace(self._source.motion, rate=self.rate, force=self.force)
 
+    @cached_property
+    def _attitudes(self) -> FloatArray:
+        """``L dt`` of each step, s, shape (9, s)."""
+        return averaged(*self._steps) * self._source.samples.dt
+
     @property
     def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
         """See ``Rows``: the seconds that a rate error on each axis acts."""
-        turned = np.add.reduceat(self.weights, self._source.samples.offsets[:-1], axis=1)
-        return self._closed(np.moveaxis(turned, 1, 0))
+        first = self._source.samples.step_offsets[:-1]
+        return self._closed(np.add.reduceat(self._attitudes, first, axis=1).T.reshape(-1, 3, 3))
 
     def base_columns(self) -> FloatArray:
         """See ``Rows``: ``∂w/∂M_ij = e_i (y − b)_j`` and ``∂w/∂b = −M``."""
         samples = self._source.samples
-        offset = samples.reading - self._calibration.bias
+        middle = np.ones((len(samples.dt), 4))
+        middle[:, :3] = samples.at_middles(samples.reading - self._calibration.bias)
         turned = np.empty((len(self.closure), 3, ENTRIES))
-        for index, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
-            weights = self.weights[:, first:past]
-            product = np.swapaxes(weights, 1, 2) @ offset[first:past]
-            turned[index, :, :9] = product.reshape(3, 9)
-            turned[index, :, 9:] = -weights.sum(axis=1) @ self._calibration.matrix
+        for index, (first, past) in enumerate(itertools.pairwise(samples.step_offsets.tolist())):
+            product = (self._attitudes[:, first:past] @ middle[first:past]).reshape(3, 3, 4)
+            turned[index, :, :9] = product[:, :, :3].reshape(3, 9)
+            turned[index, :, 9:] = -product[:, :, 3] @ self._calibration.matrix
         return self._closed(turned)
 
     def term_columns(self, term: Term) -> FloatArray:
@@ -135,14 +156,24 @@ class ClosureRows(Rows):
         return self._closed(turned)
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: change with each error of the reference by one standard deviation."""
+        """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
+
+        By one standard deviation of each. Rounding shifts the samples as long as the device rests.
+        """
         source = self._source
         carried = carry(self.ends, source.before)
         moved = np.einsum("mji,mjk->mik", self.ends, source.before_doubt)
         # the error runs from the carried to the measured direction: it falls with the one, and
         # moves with the other as the other way round
         change = error_slope(carried, source.after, moved)
-        return source.rows_of(change - error_slope(source.after, carried, source.after_doubt))
+        change = change - error_slope(source.after, carried, source.after_doubt)
+        if source.resting is None:
+            return source.rows_of(change)
+        at_rest = self.weights * source.resting[:, None]
+        turned = np.add.reduceat(at_rest, source.samples.offsets[:-1], axis=1)
+        moved = -self._calibration.matrix * np.sqrt(source.rounding)
+        shifts = self._closed(np.einsum("imj,jk->mik", turned, moved[:, source.rounding > 0.0]))
+        return np.concatenate([source.rows_of(change), shifts], axis=1)
 
     def _closed(self, turned: FloatArray) -> FloatArray:
         """Derivative of the rows from ``Σ L ∫ ∂w dt``, shape (m, 3, p)."""
@@ -183,6 +214,8 @@ class GravityClosure(RowSource):
         motion: circumstances of the samples; force and rate are replaced by those of the fit.
         gravity: m/s².
         labels: see ``RowSource``.
+        rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
+        resting: which samples are still at rest, shape (n,); None where rounding is no matter.
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -195,6 +228,8 @@ class GravityClosure(RowSource):
     motion: Circumstances
     gravity: float
     labels: RowLabels
+    rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
+    resting: BoolArray | None = None
     basis: FloatArray = field(init=False)
     kind, moving = "rotation", True
     unit = "rad"
@@ -210,12 +245,13 @@ class GravityClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        return tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
+        doubts = tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
+        return (*doubts, *rounding_names(self.rounding))
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
-        return tuple(np.ones(self.before_doubt.shape[2]).tolist())
+        return tuple(np.ones(len(self.shared)).tolist())
 
     def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""
@@ -271,7 +307,8 @@ def averaged(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
-    return np.asarray((matrices(first) + matrices(middle) + matrices(last)).reshape(9, -1) / 6.0)
+    three = np.stack([first, middle, last], axis=1)
+    return np.asarray(matrices_of((products(three) / 6.0).sum(axis=1)).reshape(9, -1))
 
 
 def error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:

@@ -1,4 +1,8 @@
-"""The gyroscope's mean rate in a hold, which is zero: ``M (y − b) − ε``, three rows per hold."""
+"""The gyroscope's mean rate in a hold, which is zero: ``M (y − b) − ε``, three rows per hold.
+
+Rounding shifts the readings of all rests alike, as far as their noise does not carry them from one
+step to the next; in motion it averages out. The shift of each axis is a shared parameter.
+"""
 
 from dataclasses import dataclass
 
@@ -6,7 +10,14 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    Calibration,
+    RowLabels,
+    Rows,
+    RowSource,
+    rounding_names,
+)
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
 
@@ -45,6 +56,12 @@ class RestRows(Rows):
         columns = columns_of(term, GYROSCOPE, self._source.circumstances)
         return -columns.reshape(-1, columns.shape[2])
 
+    def shared_columns(self) -> FloatArray:
+        """See ``Rows``: change with a shift of each axis by one standard deviation."""
+        rounding = self._source.rounding
+        moved = -self._calibration.matrix * np.sqrt(rounding)
+        return np.tile(moved[:, rounding > 0.0], (len(self._source.reading), 1))
+
 
 @dataclass(frozen=True, eq=False)
 class RateAtRest(RowSource):
@@ -55,15 +72,28 @@ class RateAtRest(RowSource):
         noise: variance of each corrected mean by noise alone, (rad/s)², shape (h, 3).
         circumstances: of these holds.
         labels: see ``RowSource``; one variance component per axis.
+        rounding: variance by which rounding shifts the readings of all holds alike, reading
+            units², shape (3,).
     """
 
     reading: FloatArray
     noise: FloatArray
     circumstances: Circumstances
     labels: RowLabels
+    rounding: FloatArray
     kind = "still"
     unit = "rad/s"
     judged = False
+
+    @property
+    def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the rounding
+        """See ``RowSource``."""
+        return rounding_names(self.rounding)
+
+    @property
+    def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return tuple(np.ones(len(self.shared)).tolist())
 
     def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> RestRows:
         """See ``RowSource``."""

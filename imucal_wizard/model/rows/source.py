@@ -172,3 +172,8 @@ class RowSource(ABC):
 def joined(parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays of several sources one below the other."""
     return np.concatenate(list(parts)) if parts else np.zeros(0)
+
+
+def rounding_names(variance: FloatArray) -> tuple[str, ...]:
+    """Names of the shared parameters of rounding: the axes whose readings at rest it shifts."""
+    return tuple(f"rounding_{'xyz'[axis]}" for axis in np.flatnonzero(variance))

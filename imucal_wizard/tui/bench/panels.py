@@ -5,13 +5,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, number, plus_minus, readable, unit_sign, with_unit
+from imucal_wizard.core.quantities import (
+    number,
+    plus_minus,
+    readable,
+    size_with_unit,
+    unit_sign,
+    with_unit,
+)
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import NOTHING, Entry, noise_of_ladder
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.model.effect import Effect
+from imucal_wizard.report.bench_text import suspect_name, suspect_size
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 from imucal_wizard.tui.text import Line, Span, by_sign, clock, line, wrapped
@@ -102,7 +110,7 @@ def entry_row(
 ) -> Line:
     """One suspect."""
     mark: Span = ("▸ " if here else "  ", "accent")
-    name: Span = (f"{title_of(entry):<24}", "strong" if here else "")
+    name: Span = (f"{suspect_name(entry):<24}", "strong" if here else "")
     if hidden or entry.lacking:
         told = "" if hidden else f"  cannot be seen here: {entry.lacking}"
         return mark, name, (told[: max(0, width - 26)], "quiet")
@@ -115,19 +123,11 @@ def entry_row(
         (f"{_in_unit(entry.rms_held_out, unit):>9}", "good" if falls == "▼" else ""),
         (f" {falls} ", "good" if falls == "▼" else "warn"),
         (f"{p_text(entry):<7}", "strong" if entry.significant else "quiet"),
-        (f"{size_text(entry, room):<26}"[:room], ""),
+        (f"{suspect_size(entry, room):<26}"[:room], ""),
     ]
     if width >= WIDE_TABLE:
         spans.append((f"  {_seen_from(entry):<12}{', '.join(_like(entry))}"[: width - 79], "quiet"))
     return tuple(spans)
-
-
-def title_of(entry: Entry) -> str:
-    """The suspect's name, as it stands in the table."""
-    if entry.term == "disturbed" and entry.suspect is not None:
-        hold = entry.suspect.hold
-        return "a disturbed hold" if hold is None else f"disturbed (#{hold + 1})"
-    return entry.term
 
 
 def p_text(entry: Entry) -> str:
@@ -135,17 +135,6 @@ def p_text(entry: Entry) -> str:
     if entry.suspect is None:
         return "base"
     return "<0.003" if entry.suspect.p < 0.003 else f"{entry.suspect.p:.2g}"
-
-
-def size_text(entry: Entry, room: int = 99) -> str:
-    """Size ± standard error of the parameter that stands out most; its unit where there is room."""
-    suspect = entry.suspect
-    if suspect is None or suspect.trial is None or suspect.candidate is None:
-        return ""
-    k, trial = suspect.largest, suspect.trial
-    name, unit = suspect.candidate.names[k], suspect.candidate.unit
-    size = f"{name} {plus_minus(float(trial.size[k]), float(trial.standard_error[k]))}"
-    return with_unit(size, unit) if len(with_unit(size, unit)) <= room else size[:room]
 
 
 def about_rows(entry: Entry, width: int, *, hidden: bool = False) -> list[Line]:
@@ -187,7 +176,7 @@ def _seen_from(entry: Entry) -> str:
     size = entry.detectable or 0.0
     if not math.isfinite(size):
         return BLIND
-    return amount(size, entry.suspect.candidate.unit)
+    return size_with_unit(size, entry.suspect.candidate.unit)
 
 
 def _like(entry: Entry) -> tuple[str, ...]:

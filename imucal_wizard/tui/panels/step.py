@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from imucal_wizard.core.limits.procedure import FULL_ANGLE_DEG, SPEEDS_WANTED
 from imucal_wizard.core.quantities import decimals, fixed, number, true_minus, unit_sign
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import (
     AxisMotion,
     AxisStart,
     Event,
-    EventKind,
     Offer,
     RotationStatus,
     StillStatus,

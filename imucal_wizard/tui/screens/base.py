@@ -9,6 +9,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import Line, Span, clock, width_of, wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
@@ -25,21 +26,7 @@ HORIZONTAL = [(0, "-too-narrow"), (MIN_SIZE[0], "-normal"), (WIDE, "-wide")]
 VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 """Class of a screen for each size; the style sheet knows them."""
 
-STEPS = {
-    "source": "Source",
-    "settle": "Settle",
-    "up-down": "Up/down",
-    "poses": "18 poses",
-    "rotations": "Rotations",
-    "field": "Field",
-    "result": "Result",
-    "validate": "Validate",
-    "save": "Save",
-}
-"""Steps as the procedure names them, and as a person reads them, in their order."""
-MORE = {"more": "More poses"}
-"""Stands in the place of the result while more is measured for the bench."""
-_AFTER_RESULT = ("validate", "save")
+_AFTER_RESULT = (StepKind.VALIDATE, StepKind.SAVE)
 _TITLE = "imucal-wizard"
 _OVER = "✓–"
 
@@ -101,7 +88,7 @@ class LiveScreen(Screen[None]):
             tooltip="leaves; everything is written down and the session can be resumed",
         ),
     ]  # fmt: skip
-    step: str = "source"
+    step: str = StepKind.SOURCE
     """The step of the procedure this screen is about."""
 
     def __init__(self, state: WizardState) -> None:
@@ -125,7 +112,7 @@ class LiveScreen(Screen[None]):
         if self.state.snapshot is not None:
             self.take(self.state.snapshot)
         else:
-            self._head(0.0, (), ("field",), 18)
+            self._head(0.0, (), (StepKind.FIELD,), 18)
 
     def lines(self, name: str) -> Lines:
         """A part of this screen by its id."""
@@ -139,10 +126,10 @@ class LiveScreen(Screen[None]):
             return
         skipped = {str(step) for step, _ in status.skipped}
         if self.state.report is None and status.step in _AFTER_RESULT:
-            skipped.add("result")
-        absent = {"field"} if snapshot.stream.magnetometer is None else set()
+            skipped.add(StepKind.RESULT)
+        absent: set[str] = {StepKind.FIELD} if snapshot.stream.magnetometer is None else set()
         if status.steps:
-            absent |= {kind for kind in STEPS if kind not in status.steps}
+            absent |= {kind for kind in TITLES if kind not in status.steps}
         self._head(status.elapsed, sorted(skipped), sorted(absent), status.poses)
 
     def _head(
@@ -173,11 +160,12 @@ def step_spans(
         absent: steps that there are not for this stream or in this procedure.
         poses: how many poses the step of the poses asks for.
     """
-    named = STEPS | {"poses": f"{poses} poses"}
-    shown = [kind for kind in named if kind == step or kind not in absent]
-    if step in MORE:
-        named |= MORE
-        shown[shown.index("result")] = step
+    named = {**TITLES, StepKind.POSES: f"{poses} poses"}
+    aside = (
+        StepKind.RESULT if step == StepKind.MORE else StepKind.MORE
+    )  # one takes the other's place
+    absent = {*absent, aside} - {step}
+    shown = [kind for kind in named if kind not in absent]
     now = shown.index(step)
     spans: list[Span] = []
     for i, kind in enumerate(shown):

@@ -9,10 +9,11 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 
-from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.setup import AUTO, StreamSetup
-from imucal_wizard.core.quantities import fixed, unit_sign
-from imucal_wizard.core.units import ACCELERATION, COUNT, CURRENT, FIELD, RATE, THROTTLE, TIME
+from imucal_wizard.acquire.decode.vocabulary import quantity_of
+from imucal_wizard.acquire.setup import StreamSetup, chosen_setup
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.quantities import fixed
+from imucal_wizard.core.units import COUNT, FACTORS
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.text import line, wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
@@ -21,33 +22,18 @@ from imucal_wizard.tui.widgets.questions import Question, QuestionList
 
 SKIP = "not used"
 _LOOK = 0.2
-"""Seconds between two looks whether the stream has answered by itself."""
+"""Seconds between two looks at the stream."""
 CHANNELS = (
     "t", "ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz", "temp", "current", "throttle",
     "counter",
 )  # fmt: skip
-_ASKED = "agmt"
-"""First letters of the channels whose unit is asked for."""
-_UNITS: dict[str, tuple[str, ...]] = {
-    "a": (*ACCELERATION, COUNT),
-    "g": (*RATE, COUNT),
-    "m": (*FIELD, COUNT),
-    "t": tuple(TIME),
+_UNIT_QUESTIONS = {
+    "accelerometer": ("acceleration unit", "at rest 9.81 m/s², 1 g or 1000 mg"),
+    "gyroscope": ("rate unit", "see the sketch or data sheet"),
+    "magnetometer": ("field unit", "the Earth's is 22 to 67 µT"),
+    "time": ("time unit", ""),
 }
-_LABELS = {
-    "a": "acceleration unit",
-    "g": "rate unit",
-    "m": "field unit",
-    "t": "time unit",
-}
-_HINTS = {
-    "a": "at rest 9.81 m/s², 1 g or 1000 mg",
-    "g": "see the sketch or data sheet",
-    "m": "the Earth's is 22 to 67 µT",
-    "t": "",
-}
-_USUAL = {"current": next(iter(CURRENT)), "throttle": next(iter(THROTTLE))}
-"""Unit of a column that stands beside the sensors and does not say it."""
+"""Label and hint of the question about each unit."""
 _LARGE = 1000.0
 """Numbers from here on are shown without decimals."""
 
@@ -112,14 +98,18 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
 
     @on(QuestionList.Done)
     def _use(self) -> None:
-        choices = self.query_one(QuestionList).choices
-        wrong = complaint(self._stream, choices)
-        if wrong:
+        stream, choices = self._stream, self.query_one(QuestionList).choices
+        answers = [one.answer if one.answer in one.options else "" for one in choices]
+        count = len(stream.columns)
+        channels = ["" if answer == SKIP else answer for answer in answers[:count]]
+        chosen = dict(zip(_UNIT_QUESTIONS, answers[count:], strict=True))
+        try:
+            self.dismiss(chosen_setup(stream.format, stream.columns, channels, chosen))
+        except UsageError as error:
+            wrong = str(error)
             self.query_one("#wrong", Lines).draw(
                 lambda width, _: [line(""), *wrapped(f"▲ {wrong}", width, "bad")]
             )
-        else:
-            self.dismiss(setup_from(self._stream, choices))
 
 
 def questions(stream: StreamStatus) -> list[Question]:
@@ -129,63 +119,18 @@ def questions(stream: StreamStatus) -> list[Question]:
         label = column.name or f"column {i + 1}"
         answer = column.channel or SKIP
         choices.append(Question(label, (*CHANNELS, SKIP), answer, newest(stream, i)))
-    return choices + [_unit_question(stream, letter) for letter in _ASKED]
+    return choices + [_unit_question(stream, quantity) for quantity in _UNIT_QUESTIONS]
 
 
 def newest(stream: StreamStatus, place: int) -> str:
-    """What stands in a column of the newest line."""
+    """The number of a column in the newest line."""
     value = stream.values[place] if place < len(stream.values) else float("nan")
     return f"now {fixed(value, 3 if abs(value) < _LARGE else 0)}"
 
 
-def _unit_question(stream: StreamStatus, letter: str) -> Question:
-    found = [column.unit for column in stream.columns if _letter(column.channel) == letter]
-    answer = next((unit for unit in found if unit), "")
-    if letter == "t" and not answer:
-        answer = "s"
-    return Question(_LABELS[letter], _UNITS[letter], answer, unit_sign(_HINTS[letter]))
-
-
-def complaint(stream: StreamStatus, choices: list[Question]) -> str:
-    """What is still missing or given twice, in words; "" when all is well."""
-    channels = [choice.answer for choice in choices[: len(stream.columns)]]
-    used = [channel for channel in channels if channel in CHANNELS]
-    twice = sorted({channel for channel in used if used.count(channel) > 1})
-    if twice:
-        return f"{', '.join(twice)} is given twice; a channel has one column"
-    missing = [channel for channel in ("ax", "ay", "az") if channel not in used]
-    if missing:
-        return f"the accelerometer lacks {', '.join(missing)}: say which column that is"
-    for sensor, axes in (("gyroscope", ("gx", "gy", "gz")), ("magnetometer", ("mx", "my", "mz"))):
-        if 0 < sum(channel in used for channel in axes) < len(axes):
-            return f"the {sensor} needs all of {', '.join(axes)}, or none"
-    for letter, choice in zip(_ASKED, choices[len(stream.columns) :], strict=True):
-        needed = any(_letter(channel) == letter for channel in used)
-        if needed and choice.answer not in choice.options:
-            return f"choose the {choice.label}"
-    return ""
-
-
-def setup_from(stream: StreamStatus, choices: list[Question]) -> StreamSetup:
-    """The setup that says what was answered."""
-    n = len(stream.columns)
-    units = {letter: choice.answer for letter, choice in zip(_ASKED, choices[n:], strict=True)}
-    columns = []
-    for column, choice in zip(stream.columns, choices[:n], strict=True):
-        channel = choice.answer if choice.answer in CHANNELS else ""
-        kept = column.unit if channel == column.channel else ""
-        unit = units.get(_letter(channel), kept or _USUAL.get(channel, ""))
-        columns.append(Column(channel, unit if channel else "", column.name))
-    used = {_letter(column.channel) for column in columns}
-    return StreamSetup(
-        format=stream.format or AUTO,
-        columns=tuple(columns),
-        accelerometer_unit=units["a"] if "a" in used else "",
-        gyroscope_unit=units["g"] if "g" in used else "",
-        magnetometer_unit=units["m"] if "m" in used else "",
-    )
-
-
-def _letter(channel: str) -> str:
-    """Which question about a unit a channel is answered by; "" for none."""
-    return channel[:1] if channel == "t" or channel[1:] in ("x", "y", "z") else ""
+def _unit_question(stream: StreamStatus, quantity: str) -> Question:
+    label, hint = _UNIT_QUESTIONS[quantity]
+    known = tuple(FACTORS[quantity]) + ((COUNT,) if quantity != "time" else ())
+    found = (one.unit for one in stream.columns if quantity_of(one.channel) == quantity)
+    answer = next((unit for unit in found if unit), "s" if quantity == "time" else "")
+    return Question(label, known, answer, hint)

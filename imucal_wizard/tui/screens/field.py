@@ -8,7 +8,8 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
 from imucal_wizard.core.poses import DIRECTIONS
-from imucal_wizard.guide.state import FieldStatus, Status, StepKind
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import FieldStatus, Status
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.drawing import IDENTITY, Matrix, about, product, tilted
 from imucal_wizard.tui.panels.field import field_notice_rows, quality_rows, turned_rows

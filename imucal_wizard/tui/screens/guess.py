@@ -1,6 +1,5 @@
 """Predict, then look: the guess is committed to before the answer is shown."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -8,38 +7,27 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import ModalScreen
 
-from imucal_wizard.core.quantities import quantity
 from imucal_wizard.diagnose.bench import NOTHING, Entry
-from imucal_wizard.tui.bench.panels import size_text, title_of
+from imucal_wizard.teach.prediction import (
+    ANY,
+    FALLS,
+    STAYS,
+    Agreement,
+    Prediction,
+    judge_prediction,
+    likeliest,
+)
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.questions import Question, QuestionList
 
 _WHY = {
-    "✓": "That is what the data say.",
-    "≈": "Yours looks nearly the same in these data, so this counts as right.",
-    "✗": "Look at both lessons (l): where do their pictures differ?",
+    Agreement.RIGHT: "The data agree.",
+    Agreement.ALIKE: "These data cannot tell it from the likeliest effect: it counts as right.",
+    Agreement.WRONG: "Compare both lessons (l): where do their plots differ?",
 }
-FALLS, STAYS = "falls", "does not fall"
-ANY = "cannot say"
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """What somebody committed to.
-
-    Attributes:
-        term: which effect.
-        parameter: which of its parameters is the largest, or ``cannot say``.
-        sign: ``+`` or ``−``, or ``cannot say``.
-        held_out: whether the held-out error falls when it is added.
-    """
-
-    term: str
-    parameter: str = ANY
-    sign: str = ANY
-    held_out: str = FALLS
+_STYLES = {Agreement.RIGHT: "good", Agreement.ALIKE: "accent", Agreement.WRONG: "warn"}
 
 
 class GuessScreen(ModalScreen[str | None]):
@@ -100,7 +88,7 @@ class GuessScreen(ModalScreen[str | None]):
         )
         self.query_one("#guess", QuestionList).display = False
         rows = reveal_rows(self._snapshot, self._guess, 70)
-        best = best_of(self._snapshot)
+        best = likeliest(self._snapshot.diagnosis, self._snapshot.entries)
         keys = [("enter", f"adds {self._entry.term}")] if self._entry.addable else []
         if best.term != self._entry.term and best.addable:
             keys.append(("d", f"adds what the data say, {best.term}"))
@@ -113,7 +101,7 @@ class GuessScreen(ModalScreen[str | None]):
 
     def action_add(self, mine: bool) -> None:
         """Add the guess, or what the data say."""
-        entry = self._entry if mine else best_of(self._snapshot)
+        entry = self._entry if mine else likeliest(self._snapshot.diagnosis, self._snapshot.entries)
         if self._guess is not None and entry.addable:
             self.dismiss(entry.term)
 
@@ -129,61 +117,20 @@ def parameters_of(snapshot: BenchSnapshot, entry: Entry) -> tuple[str, ...]:
     return (*(one.name for one in entry.effect.parameters(snapshot.sensor)), ANY)
 
 
-def entry_of(snapshot: BenchSnapshot, term: str) -> Entry:
-    """The entry of a term; one that says nothing for what is no suspect."""
-    return next((entry for entry in snapshot.entries if entry.term == term), Entry(term))
-
-
-def reveal_rows(snapshot: BenchSnapshot, guess: Prediction, width: int) -> list[Line]:
-    """The guess beside what the data say, line by line with ✓ and ✗."""
-    guessed, best = entry_of(snapshot, guess.term), best_of(snapshot)
-    sign = _sign(snapshot, guessed, best)
-    rows = [
-        _judged(sign, f"you: {guess.term}", f"the data: {title_of(best)}"),
-        *wrapped(f"  {_WHY[sign]}", width, "quiet", indent="  "),
-    ]
-    trial = None if guessed.suspect is None else guessed.suspect.trial
-    candidate = None if guessed.suspect is None else guessed.suspect.candidate
-    if trial is not None and candidate is not None:
-        k = 0 if guessed.suspect is None else guessed.suspect.largest
-        name, pole = candidate.names[k], "+" if trial.size[k] > 0 else "−"
-        if guess.parameter != ANY:
-            rows.append(_judged(_mark(guess.parameter == name), f"you: {guess.parameter}",
-                                f"the data: {name} stands out"))  # fmt: skip
-        if guess.sign != ANY:
-            rows.append(_judged(_mark(guess.sign == pole), f"you: {guess.sign}",
-                                f"the data: {size_text(guessed)}"))  # fmt: skip
-    now, then = snapshot.fit.rms_held_out, guessed.rms_held_out
-    if now is not None and then is not None:
-        falls = STAYS if guessed.rises else FALLS
-        unit = snapshot.fit.unit
-        told = f"predicted: {quantity(now, unit)} → {quantity(then, unit)}"
-        rows.append(_judged(_mark(guess.held_out == falls), f"you: it {guess.held_out}", told))
+def reveal_rows(snapshot: BenchSnapshot, prediction: Prediction, width: int) -> list[Line]:
+    """The prediction beside the evidence, a row for each answer."""
+    judged = judge_prediction(snapshot.diagnosis, prediction, snapshot.entries)
+    rows: list[Line] = []
+    for one in judged:
+        predicted = f"you: {one.predicted}"
+        style = _STYLES[one.agreement]
+        rows.append(
+            ((f"{one.agreement} ", style), (f"{predicted:<28} ", "strong"), (one.found, ""))
+        )
+        if one is judged[0]:
+            rows += wrapped(f"  {_WHY[one.agreement]}", width, "quiet", indent="  ")
     rows.append(line(""))
-    if guessed.lacking:
-        rows += wrapped(f"{guess.term} cannot be seen here: {guessed.lacking}.", width, "warn")
+    lacking = next((one.lacking for one in snapshot.entries if one.term == prediction.term), "")
+    if lacking:
+        rows += wrapped(f"{prediction.term} cannot be seen here: {lacking}.", width, "warn")
     return rows
-
-
-def best_of(snapshot: BenchSnapshot) -> Entry:
-    """What the data say: the likeliest suspect, or that nothing is missing."""
-    complete = snapshot.diagnosis.settled
-    return Entry(NOTHING) if complete or not snapshot.entries else snapshot.entries[0]
-
-
-def _sign(snapshot: BenchSnapshot, guessed: Entry, best: Entry) -> str:
-    """``✓`` the likeliest, ``≈`` one that these data cannot tell from it, ``✗`` another."""
-    if guessed.term == best.term:
-        return "✓"
-    named = {term for members in snapshot.findings.opinion.terms for term in members}
-    like = () if best.suspect is None else best.suspect.like
-    return "≈" if guessed.term in {*named, *like} else "✗"
-
-
-def _judged(sign: str, yours: str, theirs: str) -> Line:
-    style = {"✓": "good", "≈": "accent"}.get(sign, "warn")
-    return ((f"{sign} ", style), (f"{yours:<28} ", "strong"), (theirs, ""))
-
-
-def _mark(right: bool) -> str:
-    return "✓" if right else "✗"

@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.estimate.fitting.methods import MethodRow
+from imucal_wizard.estimate.comparison import MethodRow
 from imucal_wizard.report.tables import BEST, method_table
 from imucal_wizard.tui.screens.base import LiveScreen
 from imucal_wizard.tui.state import WizardState

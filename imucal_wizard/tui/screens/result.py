@@ -15,6 +15,7 @@ from textual.widgets import Static
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.estimate.second_stage.heading import compass_of
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.screens.bench import BenchScreen
@@ -163,7 +164,7 @@ class ResultScreen(FitScreen):
         Binding("s", "leave_it", "leave it at that", tooltip="ends without a calibration"),
         Binding("u", "order('undo')", "undo", show=False),
     ]
-    step = "result"
+    step = StepKind.RESULT
 
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)
@@ -269,7 +270,7 @@ class SaveScreen(FitScreen):
         Binding("x", "export", "export", tooltip="writes the calibration for another program"),
         Binding("enter", "app.quit", "leave", show=False),
     ]
-    step = "save"
+    step = StepKind.SAVE
 
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)

@@ -16,6 +16,7 @@ from textual.widgets import Input, OptionList
 from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.panels.preview import preview_rows, welcome_rows
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
@@ -65,7 +66,7 @@ class SourceScreen(LiveScreen):
         ),
         Binding("escape", "other", "other source", tooltip="closes this source"),
     ]  # fmt: skip
-    step = "source"
+    step = StepKind.SOURCE
 
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)

@@ -11,9 +11,9 @@ from textual.containers import Horizontal, Vertical
 from imucal_wizard.core.poses import DIRECTIONS, NAMED
 from imucal_wizard.core.quantities import number
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import Status, StepKind
-from imucal_wizard.guide.wording import TITLES
+from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.drawing import (
     IDENTITY,

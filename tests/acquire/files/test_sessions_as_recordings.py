@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session import taken_back
+from imucal_wizard.acquire.files.session_file import corrections_note
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import RecordingError, SessionError
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 from imucal_wizard.sessions import Session
 from tests.acquire.files.lines import samples, write
 
@@ -44,7 +44,7 @@ def test_a_session_without_device_time_gives_what_was_decoded_live(tmp_path: Pat
     intake = Intake(StreamSetup())
     with Session.open(path) as session:
         parts = [intake.feed(data, arrival) for _, arrival, data in session.raw()]
-    live = join([part for part in (*parts, intake.flush()) if part is not None])
+    live = join_readings([part for part in (*parts, intake.flush()) if part is not None])
     again = read_files([path])
     np.testing.assert_array_equal(again.accelerometer.values, live.accelerometer.values)
     np.testing.assert_array_equal(again.accelerometer.time, live.accelerometer.time)
@@ -70,9 +70,9 @@ def test_what_was_taken_back_in_the_wizard_can_be_told(tmp_path: Path) -> None:
         session.write_command(100, "start")
         session.write_command(200, "undo")
         session.write_command(300, "repeat")
-    (told,) = taken_back(path)
+    (told,) = corrections_note(path)
     assert "taken back or repeated 2 times" in told
-    assert taken_back(text) == ()
+    assert corrections_note(text) == ()
 
 
 def test_a_session_in_which_nothing_came_says_so(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.decode.vocabulary import column
+from imucal_wizard.acquire.decode.vocabulary import column_of_name
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -104,7 +104,7 @@ def test_a_log_that_begins_in_mid_line_and_repeats_its_header_is_read(tmp_path: 
 )
 def test_a_unit_in_a_file_is_kept_as_it_was_written(name: str, channel: str, unit: str) -> None:
     """Also one that the sensor cannot have, so that it is refused by its name."""
-    found = column(name)
+    found = column_of_name(name)
     assert (found.channel, found.unit) == (channel, unit)
 
 

@@ -8,8 +8,8 @@ import pytest
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.fitting import fit_readings
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.rows.source import Calibration
 from imucal_wizard.model.terms import Term, Terms

@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.acquire.files import read_files
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.fitting import fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
 from imucal_wizard.simulate.recording import simulate_recording

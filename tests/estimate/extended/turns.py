@@ -7,10 +7,10 @@ import numpy as np
 
 from imucal_wizard.core.attitude import lay_samples
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE, fit_accelerometer
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, gyroscope_experiment
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rms import root_mean_square
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.source import Calibration, Rows

@@ -8,14 +8,15 @@ import numpy as np
 
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.plan import standard
-from imucal_wizard.guide.state import Event, EventKind, FieldStatus
+from imucal_wizard.guide.state import Event, FieldStatus
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.magnetometer import TrueField, VirtualMagnetometer
+from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.simulate.stream import VirtualStream
 
 RATE = 100.0
 SETTLED = 3.0

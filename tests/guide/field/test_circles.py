@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
 from imucal_wizard.simulate.magnetometer import TrueField

@@ -6,7 +6,7 @@ import pytest
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.simulate.actions import LieStill, PassSteel, Place, Rotate
 from tests.guide.field.compass import (

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate.actions import LieStill, Place

@@ -12,7 +12,7 @@ from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.measurement.field_quality import measured_once
+from imucal_wizard.measurement.field_quality import without_repeats
 
 AS_GOOD = 1.02
 """Errors whose ratio is less than this are the same."""
@@ -62,7 +62,7 @@ def method_rows(
         if gyroscope is not None:
             rows += _gyroscopes(report, _default_accelerometer(report, unit), gyroscope)
     if series is not None:
-        series = measured_once(series)
+        series = without_repeats(series)
         rows += [_magnetometer(report, series, field, name) for name in MethodNames("magnetometer")]
     return tuple(rows)
 

@@ -1,21 +1,21 @@
-"""The whole fit: holds and rotations in, a report out."""
+"""The whole fit: a recording, or what the wizard has collected, in, and a report out.
+
+What only a magnetometer needs is imported where there is one.
+"""
 
 from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.estimate.fitting.inertial import FitOptions, fit_holds
-from imucal_wizard.estimate.fitting.magnetometer import fit_during, with_magnetometer
-from imucal_wizard.estimate.fitting.second_stage import with_second_stage
-from imucal_wizard.estimate.gravity_and_field import segments, segments_of
 from imucal_wizard.estimate.hold_search import find_holds
-from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.inertial import FitOptions, fit_holds
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.data_quality import axes_without_noise
-from imucal_wizard.measurement.field_quality import measured_once, repeats_note
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
+
+__all__ = ["FitOptions", "fit_collected", "fit_readings"]
 
 
 def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
@@ -27,7 +27,13 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     options = options or FitOptions()
     if readings.magnetometer is None:
         return _inertial(readings, options)
-    series, gyroscope = measured_once(readings.magnetometer), readings.gyroscope
+    from imucal_wizard.estimate.gravity_and_field import segments
+    from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+    from imucal_wizard.estimate.magnetometer.report import with_magnetometer
+    from imucal_wizard.estimate.second_stage.report import with_second_stage
+    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
+
+    series, gyroscope = without_repeats(readings.magnetometer), readings.gyroscope
     report = with_magnetometer(
         lambda: _inertial(readings, options),
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method, readings),
@@ -86,7 +92,12 @@ def fit_collected(
     warnings = (*warnings, *_left_out(collected))
     if collected.magnetometer is None or not len(collected.magnetometer):
         return _held(collected, units, rate, options, warnings)
-    series = measured_once(collected.magnetometer)
+    from imucal_wizard.estimate.gravity_and_field import segments_of
+    from imucal_wizard.estimate.magnetometer.report import fit_during, with_magnetometer
+    from imucal_wizard.estimate.second_stage.report import with_second_stage
+    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
+
+    series = without_repeats(collected.magnetometer)
     warnings = (*warnings, *repeats_note(collected.magnetometer, series))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings),

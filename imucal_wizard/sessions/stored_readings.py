@@ -16,12 +16,12 @@ from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold
 
-SAME_MEAN = 1e-6
+MAX_MEAN_DIFFERENCE = 1e-6
 """Relative difference of a hold's mean up to which it was made of these readings."""
 
-BEHIND = 3.0
+MAX_WRITE_DELAY_SECONDS = 3.0
 """Seconds for which a file that is being written may lack the newest samples."""
-RETRY_PAUSE = 0.2
+RETRY_SECONDS = 0.2
 
 
 def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:
@@ -33,7 +33,7 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
     """
     if path is None or not path.is_file():
         return None
-    patience = time.monotonic() + BEHIND
+    patience = time.monotonic() + MAX_WRITE_DELAY_SECONDS
     while True:
         try:
             readings = read_files([path])
@@ -45,7 +45,7 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
         complete = len(readings) > 0 and readings.accelerometer.time[-1] > ends
         if complete or time.monotonic() > patience:
             return None
-        time.sleep(RETRY_PAUSE)  # who writes the file does so in batches
+        time.sleep(RETRY_SECONDS)  # who writes the file does so in batches
 
 
 def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
@@ -55,6 +55,6 @@ def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
         if not len(values):
             return False
         off = float(np.abs(values.mean(axis=0) - hold.accelerometer).max())
-        if not off <= SAME_MEAN * float(np.abs(hold.accelerometer).max()):
+        if not off <= MAX_MEAN_DIFFERENCE * float(np.abs(hold.accelerometer).max()):
             return False
     return bool(holds)

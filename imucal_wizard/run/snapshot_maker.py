@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import FloatArray, Readings, join
+from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.up_direction import guessed_offset
@@ -23,7 +23,7 @@ _MAX_RATE_PIECES = 200
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-class Attitude:
+class AttitudeFilter:
     """Turned by the gyroscope, held upright by the accelerometer (a complementary filter).
 
     Attributes:
@@ -90,7 +90,7 @@ def _up_from(readings: Readings) -> FloatArray | None:
     return mean / size if size > 0.0 else None
 
 
-SECONDS = 10.0
+TRACE_SECONDS = 10.0
 """What the traces span."""
 _POINTS = 500
 """About how many points a trace has: more than the widest terminal can show."""
@@ -137,8 +137,8 @@ class Traces:
 
     def __init__(self, rate: float, *, counts: bool = False) -> None:
         self._counts = counts
-        self._step = max(1, math.floor(rate * SECONDS / _POINTS))
-        self._thin = Ring(max(2, math.ceil(rate * SECONDS / self._step)), _CHANNELS)
+        self._step = max(1, math.floor(rate * TRACE_SECONDS / _POINTS))
+        self._thin = Ring(max(2, math.ceil(rate * TRACE_SECONDS / self._step)), _CHANNELS)
         self._second = Ring(max(1, round(rate)), 3)
         self._index = 0
         self.accelerometer: tuple[float, float, float] | None = None
@@ -201,7 +201,7 @@ class SnapshotMaker:
     def __init__(self, serial: int = 0) -> None:
         self.rate = 0.0
         self._traces: Traces | None = None
-        self._attitude = Attitude()
+        self._attitude = AttitudeFilter()
         self._unseen: list[Readings] = []
         self._units = ("m/s^2", "rad/s", "uT")
         self._dirty = True
@@ -267,7 +267,7 @@ class SnapshotMaker:
     def _draw(self, up: tuple[float, float, float] | None) -> None:
         unseen, self._unseen = self._unseen, []
         if unseen and self._traces is not None:
-            readings = join(unseen)
+            readings = join_readings(unseen)
             self._traces.feed(readings)
             self._attitude.feed(readings, up)
 

@@ -12,12 +12,11 @@ import re
 import zlib
 from pathlib import Path
 
-from imucal_wizard.acquire.decode.delimited import split
+from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.detect import binary_protocol
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.output import sanitise
 
-_SQLITE = b"SQLite format 3\0"
 _LOOKED_AT = 65_536
 _MAX_GARBAGE = 0.05
 _TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
@@ -67,15 +66,6 @@ _MAGIC: tuple[tuple[bytes, str, str], ...] = (
 )
 
 
-def is_database(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(_SQLITE)) == _SQLITE
-    except OSError:
-        return False
-
-
 def read_bytes(path: Path) -> bytes:
     """The content of a file.
 
@@ -109,7 +99,7 @@ class NotTextError(RecordingError):
     """The file holds no text; it may hold the frames of a binary protocol."""
 
 
-def unpacked(data: bytes) -> bytes:
+def decompress(data: bytes) -> bytes:
     """The bytes without the compression by gzip, where there is one.
 
     Raises:
@@ -130,14 +120,14 @@ def unpacked(data: bytes) -> bytes:
     return content
 
 
-def text_of(data: bytes) -> tuple[bytes, tuple[str, ...]]:
+def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     """The lines of a text file in UTF-8, and what was taken away.
 
     Raises:
         NotTextError: the bytes are not text.
     """
-    if says := foreign(data):
-        raise NotTextError(says)
+    if message := foreign_format_text(data):
+        raise NotTextError(message)
     if encoding := _utf16(data):
         data = data.decode(encoding, errors="replace").encode()
     data = data.removeprefix(codecs.BOM_UTF8).rstrip(b"\0")
@@ -160,8 +150,8 @@ def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     start = data[:_LOOKED_AT]
     if len(_STAMP.findall(start)) < _MONITORED * (start.count(b"\n") + 1):
         return data, ()
-    says = "the times that the serial monitor put in front of the lines were not used"
-    return _STAMP.sub(b"", data), (says,)
+    message = "the times that the serial monitor put in front of the lines were not used"
+    return _STAMP.sub(b"", data), (message,)
 
 
 def _one_object_per_line(data: bytes) -> bytes:
@@ -204,7 +194,7 @@ def _without_cut_line(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     lines = data.replace(b"\r", b"\n").rstrip(b" \t").rsplit(b"\n", 2)
     if len(lines) == 1 or not lines[-1].strip() or lines[-1].lstrip().startswith(b"#"):
         return data + b"\n", ()
-    last, above = split(lines[-1]), split(lines[-2])
+    last, above = split_fields(lines[-1]), split_fields(lines[-2])
     if last and len(last) == len(above) and len(last[-1]) >= len(above[-1]):
         return data + b"\n", ()
     body = data[: len(data) - len(lines[-1])]
@@ -236,7 +226,7 @@ def _no_text(start: bytes) -> str:
     )
 
 
-def foreign(data: bytes) -> str:
+def foreign_format_text(data: bytes) -> str:
     """What a file that is no text is, and what to do with it, in words; ``""`` when not known."""
     for magic, what, remedy in _MAGIC:
         if data.startswith(magic):

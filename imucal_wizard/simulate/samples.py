@@ -19,9 +19,9 @@ from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, SensorNoise, generator
 from imucal_wizard.simulate.sensor import DEGREE, SensorModel
 
-LARGEST_CURRENT = 12.0
+MAX_CURRENT = 12.0
 """Current of the motors at full throttle, A."""
-MOTORS_OFF = 0.3
+MOTORS_OFF_SHARE = 0.3
 """Share of the settings at which the motors stand still."""
 SETTING_SECONDS = (4.0, 12.0)
 """How long a setting lasts, s."""
@@ -75,7 +75,7 @@ class VirtualLoad:
         end += SETTING_SECONDS[0] + lasts * (SETTING_SECONDS[1] - SETTING_SECONDS[0])
         self._ends = np.append(self._ends, end)
         self._amperes = np.append(
-            self._amperes, 0.0 if off < MOTORS_OFF else LARGEST_CURRENT * amperes
+            self._amperes, 0.0 if off < MOTORS_OFF_SHARE else MAX_CURRENT * amperes
         )
 
 

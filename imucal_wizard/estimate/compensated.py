@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.estimate.ellipsoid.surface import TRIANGLE
+from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.identifiability import TYPICAL_SIZE
 

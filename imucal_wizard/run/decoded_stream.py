@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.readings import Readings
-from imucal_wizard.guide.state import EventKind, StepKind
+from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.snapshot import StreamStatus
 
-SILENCE_SECONDS = 3.0
+MAX_SILENCE_SECONDS = 3.0
 """Seconds without data after which the silence is a problem."""
 
 _SILENT = "is the device switched on and sending, and is the baud rate right?"
@@ -41,7 +41,7 @@ class LinkHealth:
         if self._last is None:
             self._last = arrival
         before, self._silent = self._silent, arrival - self._last
-        return self._silent >= SILENCE_SECONDS and int(self._silent) != int(before)
+        return self._silent >= MAX_SILENCE_SECONDS and int(self._silent) != int(before)
 
     def stalled(self, intake: Intake) -> str:
         """Why no samples come although the port is open, or ``""``."""
@@ -49,7 +49,7 @@ class LinkHealth:
             return ""
         return (
             f"No data comes any more: {_SILENT}"
-            if self._silent >= SILENCE_SECONDS
+            if self._silent >= MAX_SILENCE_SECONDS
             else intake.problem
         )
 
@@ -63,7 +63,7 @@ class LinkHealth:
         unwritten = f"the session is {journal}" if journal else ""
         if self._link or unwritten or intake.problem:
             return self._link or unwritten or intake.problem
-        if self._silent >= SILENCE_SECONDS:
+        if self._silent >= MAX_SILENCE_SECONDS:
             return f"no data for {int(self._silent)} s: {_SILENT}"
         if intake.needs:
             return f"the stream does not state its {', '.join(intake.needs)}: enter it"
@@ -133,12 +133,12 @@ class DecodedStream:
     Attributes:
         source: the same; a port tells more once it is open.
         intake: what reads the bytes; it has read none where a recording is played.
-        flow: whether anything comes.
+        link_health: whether anything comes.
     """
 
     def __init__(self, setup: StreamSetup, source: str) -> None:
         self.source = source
-        self.flow = LinkHealth()
+        self.link_health = LinkHealth()
         self._setup = setup
         self.restart()
 
@@ -149,12 +149,12 @@ class DecodedStream:
     def _begin(self, intake: Intake) -> None:
         self.intake = intake
         self._noted: tuple[str, ...] = ()
-        self._remarks = Notifications()
+        self._notifications = Notifications()
 
     def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
         """The samples in new bytes, each piece with its arrival; None when there are none."""
         for _, arrival in pieces:
-            self.flow.heard(arrival)
+            self.link_health.heard(arrival)
         return self.intake.feed_all(pieces)
 
     def reconfigure(self, setup: StreamSetup) -> Readings | None:
@@ -168,15 +168,15 @@ class DecodedStream:
         """Add warnings from elsewhere, each once."""
         self._noted = tuple(dict.fromkeys((*self._noted, *texts)))
 
-    def remarks(self, step: StepKind, unwritten: str) -> Iterator[Notification]:
+    def notifications(self, step: StepKind, unwritten: str) -> Iterator[Notification]:
         """The new notifications.
 
         Args:
             step: the step at work.
             unwritten: why nothing is written down at present, or "".
         """
-        stalled = self.flow.stalled(self.intake)
-        return self._remarks.new(step, self.intake.warnings, stalled, unwritten)
+        stalled = self.link_health.stalled(self.intake)
+        return self._notifications.new(step, self.intake.warnings, stalled, unwritten)
 
     def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
         """The stream as the screens show it.
@@ -190,8 +190,8 @@ class DecodedStream:
         return StreamStatus(
             source=self.source,
             format=intake.format,
-            connected=self.flow.connected,
-            problem=self.flow.problem(intake, unwritten),
+            connected=self.link_health.connected,
+            problem=self.link_health.problem(intake, unwritten),
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,
             samples=samples,

@@ -9,7 +9,8 @@ import pytest
 from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.sessions import Session, readings_again
+from imucal_wizard.sessions import Session, stored_readings
+from tests.waiting import PATIENCE
 
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
 
@@ -38,14 +39,14 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
         return readings
 
     def write_the_rest() -> None:
-        assert looked.wait(10.0)
+        assert looked.wait(PATIENCE)
         with Session.open(path) as session:
             session.write_raw(10.0, _lines(500, 1000))
 
-    monkeypatch.setattr(readings_again, "read_files", read_once)
+    monkeypatch.setattr(stored_readings, "read_files", read_once)
     writer = Thread(target=write_the_rest)
     writer.start()
-    readings = readings_again.session_readings(path, [_hold(1.0), _hold(7.0)])
+    readings = stored_readings.session_readings(path, [_hold(1.0), _hold(7.0)])
     writer.join()
     assert readings is not None
     assert len(readings) == 1000
@@ -56,4 +57,4 @@ def test_readings_of_other_holds_are_ignored(tmp_path: Path) -> None:
     with Session.create(path, {}) as session:
         session.write_raw(0.0, HEADER.encode() + _lines(0, 500))
     other = Hold(1.0, 3.0, np.array([0.0, 9.8, 0.0]), np.eye(3) * 1e-8, None, None, 200)
-    assert readings_again.session_readings(path, [other]) is None
+    assert stored_readings.session_readings(path, [other]) is None

@@ -12,24 +12,24 @@ import numpy as np
 
 from imucal_wizard.acquire.decode import format_names, formats
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
-from imucal_wizard.acquire.decode.delimited import split
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column
+from imucal_wizard.acquire.decode.delimited import split_fields
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files.options import RecordingOptions
-from imucal_wizard.acquire.files.text import (
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.file_bytes import (
     NotTextError,
-    is_database,
+    decode_text,
+    decompress,
     read_bytes,
-    text_of,
-    unpacked,
 )
+from imucal_wizard.acquire.files.session_file import is_session, read_setup_and_pieces
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
-from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.output import harmless, sanitise
-from imucal_wizard.core.readings import Readings, Series, join
+from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.output import sanitise, without_control_characters
+from imucal_wizard.core.readings import Readings, Series, join_readings
 from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
-from imucal_wizard.measurement.data_quality import findings, refuse
+from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
 IMU_TK = "imu_tk"
 """Text pairs of imu_tk: one file for each sensor, lines ``t x y z`` with the time in seconds."""
@@ -108,10 +108,10 @@ def read_files(
     readings = _readings(series, warnings)
     warnings += _apart(readings)
     try:
-        refuse(readings)
+        refuse_without_gravity(readings)
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
-    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *findings(readings)))))
+    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check_recording(readings)))))
 
 
 def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
@@ -127,21 +127,19 @@ def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
 
 def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     try:
-        if options.as_format is None and is_database(path):
-            from imucal_wizard.acquire.files.session import read_session
-
-            return read_session(path, options)
+        if options.as_format is None and is_session(path):
+            return _read_session(path, options)
         return _read(path, options, place)
     except RecordingError as error:
-        says = str(error)
-        if str(path) not in says:
-            raise RecordingError(f"{path}: {says}", settings=error.settings) from None
+        message = str(error)
+        if str(path) not in message:
+            raise RecordingError(f"{path}: {message}", settings=error.settings) from None
         raise
 
 
 def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     """The samples in a file of text or of binary frames."""
-    data = unpacked(read_bytes(path))
+    data = decompress(read_bytes(path))
     name = options.as_format or AUTO
     setup = with_options(StreamSetup(format=name if name != IMU_TK else "csv"), options)
     if options.as_format == IMU_TK:
@@ -152,7 +150,7 @@ def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     if name in formats() and formats()[name].binary:
         return _samples([(0.0, data)], setup)
     try:
-        text, notes = text_of(data)
+        text, notes = decode_text(data)
     except NotTextError:
         if found := _binary_format(data):
             return _samples([(0.0, data)], replace(setup, format=found))
@@ -185,13 +183,13 @@ def _samples(
         RecordingError: something is not known; the message says what to give.
     """
     intake = Intake(setup, recording=True)
-    samples = decoded(intake, pieces)
+    samples = decode_pieces(intake, pieces)
     names = [c.name for c in intake.columns]
-    by_file = tuple(column(name, file) for name in names)
+    by_file = tuple(column_of_name(name, file) for name in names)
     bare = {name.lower() for name in names} >= {"x", "y", "z"}
-    if bare and not setup.columns and by_file != tuple(map(column, names)):
+    if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
         intake = Intake(replace(setup, columns=by_file), recording=True)
-        samples = decoded(intake, pieces)
+        samples = decode_pieces(intake, pieces)
     if samples is None:
         raise _unreadable(intake, setup)
     misfits = _misfits(intake)
@@ -201,13 +199,13 @@ def _samples(
     return FileSamples(samples.series, (*samples.warnings, *misfits))
 
 
-def decoded(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
+def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
     """The samples in bytes with their arrival times, in order; None where there are none."""
     parts = [intake.feed(data, arrival) for arrival, data in pieces]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
-    readings = join(found)
+    readings = join_readings(found)
     series = {name: getattr(readings, name) for name in _SERIES}
     there = {name: one for name, one in series.items() if one is not None and len(one)}
     return FileSamples(there, intake.warnings)
@@ -220,27 +218,27 @@ def _misfits(intake: Intake) -> tuple[str, ...]:
         RecordingError: they are too many.
     """
     count, rows = intake.malformed, intake.malformed + intake.rows
-    misfit = intake.misfit
+    malformed = intake.first_malformed
     if not count:
         return ()
     many = "1 line does" if count == 1 else f"{count} of {rows} lines do"
-    says = f"{many} not fit the columns"
-    if misfit is not None:
-        says += f", first line {misfit.number}: '{sanitise(misfit.line, 48)}'"
+    message = f"{many} not fit the columns"
+    if malformed is not None:
+        message += f", first line {malformed.number}: '{sanitise(malformed.line, 48)}'"
     if count > max(2, _MAX_MISFITS * rows):
         raise RecordingError(
-            f"{says}; name the columns of this file, or mend it", settings=("columns",)
+            f"{message}; name the columns of this file, or mend it", settings=("columns",)
         )
     if count > _MANY_MISFITS * rows:
-        return (f"{says}; left out. Check the cable and the speed before the next recording",)
-    return (f"{says}; left out",)
+        return (f"{message}; left out. Check the cable and the speed before the next recording",)
+    return (f"{message}; left out",)
 
 
 def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     """Why no samples came out, and which settings would help."""
     notes, needs = intake.warnings, intake.needs
-    if intake.misfit is not None and (not needs or "columns" in needs):
-        return _other_width(intake.misfit)
+    if intake.first_malformed is not None and (not needs or "columns" in needs):
+        return _other_width(intake.first_malformed)
     if needs == ("sensor",):
         return RecordingError(f"no sensor is left. {' '.join(notes)}")
     if not needs:
@@ -266,20 +264,58 @@ def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     return RecordingError(" ".join(sentences), settings=tuple(settings))
 
 
-def _other_width(misfit: MalformedLine) -> RecordingError:
+def _other_width(malformed: MalformedLine) -> RecordingError:
     """What to say where no line has as many fields as columns are named."""
-    width = len(split(misfit.line))
-    says = f"{misfit.width} columns are named, but the first line of data has {width}"
-    if misfit.width < width <= 2 * misfit.width and b"." not in misfit.line:
+    width = len(split_fields(malformed.line))
+    message = f"{malformed.width} columns are named, but the first line of data has {width}"
+    if malformed.width < width <= 2 * malformed.width and b"." not in malformed.line:
         return RecordingError(
-            f"{says} fields and no decimal point: its numbers seem to be written with a decimal"
+            f"{message} fields and no decimal point: its numbers seem to be written with a decimal"
             " comma between commas; export it again with points, or with semicolons between the"
             " columns"
         )
     return RecordingError(
-        f"{says}: '{sanitise(misfit.line, 48)}'; name all {width} columns (- for one to leave out)",
+        f"{message}: '{sanitise(malformed.line, 48)}'; name all {width} columns (- skips a column)",
         settings=("columns",),
     )
+
+
+def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
+    """The samples of a session, from the bytes that were written down.
+
+    Raises:
+        SessionError: the file cannot be read.
+        RecordingError: its bytes do not give samples.
+    """
+    about, pieces = read_setup_and_pieces(path)
+    try:
+        setup = StreamSetup.from_json(about.get("setup", {}))
+    except (UsageError, AttributeError) as error:
+        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
+    if not pieces:
+        raise RecordingError("nothing was received in this session; resume it and measure")
+    intake = Intake(with_options(setup, options))
+    samples = decode_pieces(intake, pieces)
+    if samples is None:
+        raise RecordingError(
+            _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)
+        )
+    warnings = list(samples.warnings)
+    if intake.lost:
+        warnings.append(f"{intake.lost} samples are missing; rotations across a gap are not used")
+    if intake.malformed:
+        warnings.append(f"{intake.malformed} lines or frames could not be read; left out")
+    return FileSamples(samples.series, tuple(warnings))
+
+
+def _why_nothing(intake: Intake) -> str:
+    if intake.needs:
+        return f"the stream does not say its {', '.join(intake.needs)}"
+    if intake.problem:
+        return intake.problem
+    if intake.format:
+        return "its rate cannot be told from so few samples; give the samples per second"
+    return "no format known here was found in it; say which it is"
 
 
 def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
@@ -319,7 +355,7 @@ def _merged(
     source: dict[str, Path] = {}
     warnings: list[str] = []
     for path, one in zip(paths, samples, strict=True):
-        prefix = f"{harmless(path.name)}: " if len(paths) > 1 else ""
+        prefix = f"{without_control_characters(path.name)}: " if len(paths) > 1 else ""
         warnings += [prefix + text for text in one.warnings]
         for sensor, found in one.series.items():
             if sensor in _BESIDE and sensor in series:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.acquire.files import session_file
-from imucal_wizard.acquire.files.session_file import SUFFIX, understanding
+from imucal_wizard.acquire.files.session_file import SUFFIX, explain_damage
 from imucal_wizard.core.errors import SessionError
 
 
@@ -46,7 +46,7 @@ def default_directory() -> Path:
     return user_data_path("imucal-wizard", appauthor=False) / "sessions"
 
 
-def new_path(directory: Path, now: dt.datetime) -> Path:
+def new_session_path(directory: Path, now: dt.datetime) -> Path:
     """A name for a session begun now that no file in the folder has."""
     stem = f"{now:%Y-%m-%d_%H%M%S}"
     path, number = directory / f"{stem}{SUFFIX}", 2
@@ -75,7 +75,7 @@ def list_sessions(directory: Path) -> list[SessionInfo]:
 
 def _info(path: Path) -> SessionInfo:
     try:
-        with understanding(path), closing(session_file.connect(path)) as connection:
+        with explain_damage(path), closing(session_file.connect(path)) as connection:
             return _read(path, connection)
     except SessionError as error:
         return SessionInfo(path, created=_changed(path), problem=str(error))
@@ -92,7 +92,7 @@ def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
     connection.execute("PRAGMA busy_timeout = 0")
     connection.execute("BEGIN IMMEDIATE")  # refused where it is being written, here or elsewhere
     connection.execute("ROLLBACK")
-    about = session_file.meta(connection)
+    about = session_file.read_meta(connection)
     first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
     holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
     created = float(about.get("created", 0.0))

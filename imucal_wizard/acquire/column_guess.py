@@ -8,10 +8,10 @@ import numpy as np
 from imucal_wizard.core import units
 from imucal_wizard.core.gravity import (
     MIN_GRAVITY_COUNTS,
-    looks_like,
+    acceleration_unit,
+    are_whole_numbers,
+    median_magnitude,
     unit_of_gravity,
-    usual_size,
-    whole_numbers,
 )
 from imucal_wizard.core.readings import FloatArray
 
@@ -44,17 +44,17 @@ class UnitGuess:
     why: str
 
 
-def accelerometer_unit(values: FloatArray) -> UnitGuess:
+def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which gravity has the size that is seen.
 
     Args:
         values: readings, shape (n, 3), most of them at rest.
     """
-    size = usual_size(values)
+    size = median_magnitude(values)
     if _offset_binary(values):
         why = "The accelerometer is centred at 32768: raw counts with an offset (offset binary)."
         return UnitGuess(units.COUNT, why)
-    unit = looks_like(size, whole_numbers(values))
+    unit = acceleration_unit(size, are_whole_numbers(values))
     if unit is not None and unit != units.COUNT:
         return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
     for counts in _COUNTS_PER_G:
@@ -76,7 +76,7 @@ def accelerometer_unit(values: FloatArray) -> UnitGuess:
     return UnitGuess(units.COUNT, why)
 
 
-def magnetometer_unit(values: FloatArray) -> UnitGuess:
+def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which the Earth's field has the size that is seen."""
     size = float(np.median(np.linalg.norm(values, axis=1)))
     for low, high, unit in _FIELDS:
@@ -85,7 +85,7 @@ def magnetometer_unit(values: FloatArray) -> UnitGuess:
     return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
 
 
-def time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
+def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
     """The unit of a time column, by how fast it runs beside the host's clock.
 
     Args:
@@ -109,7 +109,7 @@ def time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
     return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
 
 
-def time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
+def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     """The unit of a time column that gives a plausible rate.
 
     Args:
@@ -144,7 +144,7 @@ def counts_samples(values: FloatArray) -> bool:
     return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
 
 
-def channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
+def guess_channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
     """Which channel each column of a stream without names probably is.
 
     Args:
@@ -215,13 +215,13 @@ def _order(triples: list[FloatArray]) -> tuple[str, bool]:
 def _is_gravity(three: FloatArray, size: float) -> bool:
     """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
     steady = float(np.std(np.linalg.norm(three, axis=1))) < _MAX_SIZE_VARIATION * size
-    fine = size > _WHOLE or not whole_numbers(three)
+    fine = size > _WHOLE or not are_whole_numbers(three)
     return steady and fine and unit_of_gravity(size, _PLAINLY) is not None
 
 
 def _is_counted_gravity(three: FloatArray, size: float) -> bool:
     """Whether these may be counts of an accelerometer."""
-    return whole_numbers(three) and any(
+    return are_whole_numbers(three) and any(
         abs(size / counts - 1) < _PLAINLY for counts in _COUNTS_PER_G
     )
 
@@ -230,4 +230,4 @@ def _offset_binary(values: FloatArray) -> bool:
     """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
     middle = np.median(values, axis=0)
     centred = bool(np.all(np.abs(middle - 32768) < 12000))
-    return whole_numbers(values) and centred and float(np.min(values)) >= 0
+    return are_whole_numbers(values) and centred and float(np.min(values)) >= 0
