@@ -28,8 +28,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session_file import corrections_note, is_session
+from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -81,7 +80,16 @@ class Recording:
 
             self._session = review_session(self.paths[0], self._options)
         else:
-            self._notes = tuple(text for path in self.paths for text in corrections_note(path))
+            self._notes = self._corrections()
+
+    def _corrections(self) -> tuple[str, ...]:
+        """Warnings about what the operator withdrew in the sessions among the files."""
+        sessions = [path for path in self.paths if is_session(path)]
+        if not sessions:
+            return ()
+        from imucal_wizard.acquire.files.session_file import corrections_note  # SQLite
+
+        return tuple(text for path in sessions for text in corrections_note(path))
 
     @cached_property
     def readings(self) -> Readings:
@@ -148,7 +156,7 @@ class Recording:
                 f"the holds that the wizard kept do not determine a calibration ({error}): all "
                 "samples of the session are used instead, as those of a recording"
             )
-            self._notes = (note, *corrections_note(self.paths[0]))
+            self._notes = (note, *self._corrections())
             return self.fit(options)
         if session.finished:
             return report

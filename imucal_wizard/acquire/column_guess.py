@@ -1,7 +1,6 @@
 """What numbers without names or units probably are. Gravity tells; a resting gyroscope does not."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from imucal_wizard.core.gravity import (
     unit_of_gravity,
 )
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 _PLAINLY = 0.15
 """Gravity is so near its size where nobody is asked whether it is an accelerometer at all."""

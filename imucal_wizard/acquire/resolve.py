@@ -1,7 +1,7 @@
 """From what is known of a stream to what every column is, or to what must be asked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""

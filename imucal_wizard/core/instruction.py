@@ -1,6 +1,6 @@
 """What the procedure asks of whoever moves the device, published after each block of samples."""
 
-from dataclasses import dataclass
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

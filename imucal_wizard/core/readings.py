@@ -1,19 +1,35 @@
 """Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+A = TypeVar("A", FloatArray, IntArray)
 
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
 """A larger number is no reading: its square would overflow."""
+
+
+def distinct(values: A) -> A:
+    """The different numbers in an array, from the smallest on.
+
+    ``np.unique`` gives the same, but imports NumPy's masked arrays, at the cost of reading a file.
+    """
+    ordered = np.sort(values, axis=None)
+    new = np.ones(len(ordered), bool)
+    np.less(ordered[:-1], ordered[1:], out=new[1:])
+    new[1:] |= ~np.isnan(ordered[:-1]) & np.isnan(ordered[1:])  # of several NaN, the first
+    return ordered[new]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,10 @@ part of the session for an effect of time.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import hypothesis_set

@@ -12,11 +12,11 @@ without it, and what the floor is made of where the repeats are worse than the n
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
@@ -188,5 +188,5 @@ def rounding_while_turning(series: Series, matrix: FloatArray) -> Rounding:
 
 def _step(values: FloatArray) -> float:
     """The smallest step between readings; 0 for a constant."""
-    steps = np.diff(np.unique(values))
+    steps = np.diff(distinct(values))
     return float(steps.min(initial=np.inf)) if len(steps) else 0.0

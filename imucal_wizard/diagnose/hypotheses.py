@@ -17,14 +17,14 @@ z²)]`` over it, so that no matrix has to be decomposed.
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.poses import DIRECTIONS
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 
@@ -135,7 +135,7 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    axes = [seen & (misfit.axis == axis) for axis in np.unique(misfit.axis[seen])]
+    axes = [seen & (misfit.axis == axis) for axis in distinct(misfit.axis[seen])]
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []

@@ -9,12 +9,13 @@ A fit takes the noise of different holds to be independent. With ``ω² K`` the 
 random walk adds, the estimate ``C Aᵀ r`` has the variance ``C + ω² C Aᵀ K A C``.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.slow_noise import complement

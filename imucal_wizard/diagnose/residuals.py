@@ -6,7 +6,6 @@ component of a rotation's closure, or a mean magnitude of the magnetometer.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from imucal_wizard.core.poses import DIRECTIONS, nearest_pose
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.model.rows.table import ResidualTable

@@ -6,13 +6,13 @@ over the force along x, ``model-x-force-x`` the reading of the x axis beside the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import number, readable, true_minus, with_unit
-from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals, place_of
@@ -351,7 +351,7 @@ def suspect_view(misfit: WhitenedResiduals, suspect: Suspect) -> ResidualView | 
     slope = float(pattern @ residual) / strength
     # of several kinds of rows, the one in which the pattern shows most
     kind = max(
-        (RowKind(int(kind)) for kind in np.unique(misfit.kind)),
+        (RowKind(int(kind)) for kind in distinct(misfit.kind)),
         key=lambda kind: float((pattern[misfit.kind == kind] ** 2).sum()),
     )
     rows = np.flatnonzero(misfit.kind == kind)

@@ -1,12 +1,12 @@
 """Every method of every sensor on one recording, side by side: both papers' and our own."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer

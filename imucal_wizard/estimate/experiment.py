@@ -2,13 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowSource
 

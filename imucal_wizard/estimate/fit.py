@@ -7,13 +7,13 @@ errors that noise alone would leave, outliers, the residual table.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
@@ -462,7 +462,7 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
     fitted = noise - system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
     left = (noise / sigma[:, None]) - white @ (lever.T @ (noise / sigma[:, None]))
     expected = fitted.copy()
-    for group in np.unique(groups[groups >= 0]):
+    for group in distinct(groups[groups >= 0]):
         rows = np.flatnonzero(groups == group)
         gate = np.eye(len(rows)) - base_lever[rows] @ white[rows][:, base].T
         inner = np.eye(len(rows)) - lever[rows] @ white[rows].T
@@ -538,7 +538,7 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     early = time < float(np.quantile(found.experiment.circumstances.time, EARLY))
     items = _items(found)
     late = ~early[items.rows]
-    count = len(np.unique(items.item[late]))
+    count = len(distinct(items.item[late]))
     moving = np.ones(len(found.system.precision), bool)
     moving[: len(found.directions)] = found.directions.slow
     refit = _refitted(found, early, moving) if count >= MIN_LATER else None
@@ -600,7 +600,7 @@ def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
         alone = np.linalg.pinv(inner, rcond=1e-6, hermitian=True)
         drops[item] = residual[rows] @ alone @ residual[rows]
     own = residual[items.rows]
-    judged = np.unique(system.kinds[items.rows])
+    judged = distinct(system.kinds[items.rows])
     freedom = float(found.balance.freedom[judged].sum())
     size = len(own) // max(len(drops), 1)
     return outlier(drops, float(own @ own), size, freedom)

@@ -4,7 +4,7 @@ Rotations about the vertical, which the fit by gravity leaves out, count here.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.fit import fit, minimum

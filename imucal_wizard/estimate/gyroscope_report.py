@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.attitude import advancing
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData

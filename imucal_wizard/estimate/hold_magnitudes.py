@@ -1,7 +1,7 @@
 """Mean readings of holds, by which a published method of the accelerometer is made and judged."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import FACES, POSE_TOLERANCE_DEG
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import (
     ENTRY_OF,

@@ -4,12 +4,11 @@ The nine numbers are kept in a form free of units and offsets, ``z = (y − cent
 raw counts around 32768 and m/s² are solved with the same accuracy.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Places of the six entries of a triangular or symmetric matrix, in the order of the parameters."""

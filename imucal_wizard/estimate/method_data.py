@@ -6,10 +6,11 @@ the same error held out and the same parameters, and can be compared.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Protocol
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.methods.single_axis import AxisTurn

@@ -1,11 +1,11 @@
 """The noise of a hold's average, for weights and for the floor that no model can go below."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.measurement.holds import Hold
 
 BATCH_FREEDOM = 4

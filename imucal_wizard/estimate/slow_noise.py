@@ -14,11 +14,11 @@ scatter of the holds (restricted likelihood) says what to think of it here.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.measurement.holds import Hold
 

@@ -5,7 +5,7 @@ the same bits whether they come one at a time or ten million at once.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from imucal_wizard.core.readings import (
     Series,
     join_readings,
 )
+from imucal_wizard.core.records import dataclass
 
 _SAMPLES_AT_ONCE = 8192
 """Samples whose sums are formed at once, so that they stay in the processor's cache."""

@@ -51,7 +51,7 @@ from imucal_wizard.core.limits.data_quality import (
     SILENT_VARIANCE_SHARE,
 )
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -114,7 +114,7 @@ def dead_axes(sensor: str, series: Series) -> str:
     """Axes that never change while another axis does, or that are copies of one another."""
     values = series.values
     spans = np.ptp(values, axis=0)
-    lively = max(len(np.unique(values[:, axis])) for axis in range(3)) > 5
+    lively = max(len(distinct(values[:, axis])) for axis in range(3)) > 5
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0] if lively else []
     if dead:
         return (
@@ -177,7 +177,7 @@ def smallest_step(values: FloatArray) -> float:
     """Smallest difference between distinct values of the axis that resolves best; 0 without one."""
     steps = []
     for axis in values.T:
-        differences = np.diff(np.unique(axis))
+        differences = np.diff(distinct(axis))
         differences = differences[differences > 1e-9 * max(1.0, float(np.abs(axis).max()))]
         if len(differences):
             steps.append(float(differences.min()))

@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series, distinct
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 
 MAX_PLANE_FLATNESS = 0.1
@@ -207,7 +207,7 @@ def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
             if count < max(MIN_STUCK_SAMPLES, MIN_STUCK_SHARE * len(values)):
                 continue
             near = np.abs(values - extreme) <= 0.1 * (high - low)
-            levels = max(len(np.unique(values[near])) - 1, 1)
+            levels = max(len(distinct(values[near])) - 1, 1)
             if count > MIN_STUCK_RATIO * (near.sum() - count) / levels:
                 out[sign + axis] = there
     return out

@@ -1,7 +1,6 @@
 """Holds and rotations: what was measured, summed up so that the samples are not needed again."""
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.rounding import rounding_variance

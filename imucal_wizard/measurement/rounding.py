@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 
 STEP_SLICES = 20
 SAMPLES_PER_SLICE = 20_000
@@ -29,7 +29,7 @@ def resolution_of(values: FloatArray) -> FloatArray:
     Args:
         values: readings in order of time, shape (n, axes).
     """
-    starts = np.unique(
+    starts = distinct(
         np.linspace(0, max(len(values) - SAMPLES_PER_SLICE, 0), STEP_SLICES).astype(int)
     )
     stop = np.append(

@@ -7,12 +7,13 @@ counts as well as a tremor.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise

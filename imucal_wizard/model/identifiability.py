@@ -15,12 +15,12 @@ be less than what the sensor errs without any calibration.
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 BIAS, SCALE, NON_ORTHOGONALITY = (0, 1, 2), (3, 6, 8), (4, 5, 7)
 """Places of the nine parameters: biases, then M's xx, xy, xz, yy, yz, zz."""

@@ -10,13 +10,14 @@ assumed, so that they add up linearly.
 """
 
 import inspect
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,

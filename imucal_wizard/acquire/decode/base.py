@@ -1,10 +1,10 @@
 """What every wire format provides: a detector that recognises it, a decoder that gives rows."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from how many areas it holds (Archimedes: the area of a zone is its height), so 
 equal and about as wide as high, 20°.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 RINGS = (4, 11, 16, 19, 19, 16, 11, 4)
 """Areas in each ring from the bottom (−z) to the top; in proportion to the ring's circumference."""

@@ -5,12 +5,11 @@ algebraic fit is repeated on them until they stay the same; the start with the l
 wins. Disturbances last for a while, so that one of the starts is free of any single one.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.surface import locate
 from imucal_wizard.estimate.methods.algebraic import algebraic

@@ -1,11 +1,12 @@
 """What was measured of a magnetometer: groups of samples by time and direction."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut

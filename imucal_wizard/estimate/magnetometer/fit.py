@@ -1,12 +1,13 @@
 """The magnetometer's calibration: the one fit of its rows, or a published method judged by them."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity, unit_sign
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
@@ -256,7 +257,7 @@ class FieldMagnitudes:
         whole, found = calibration(np.arange(len(points)))
         residual, out = errors(whole), np.empty(len(label))
         moved = []
-        for group in np.unique(label):
+        for group in distinct(label):
             other = calibration(np.flatnonzero(of_sample != group))[0]
             out[label == group] = errors(other)[label == group]
             moved.append(_entries(other) - _entries(whole))

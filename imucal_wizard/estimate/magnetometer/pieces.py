@@ -7,12 +7,12 @@ form a group, which is a row of the fit.
 """
 
 import heapq
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.poses import CORNERS, FACES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE
 
 MOST_GROUPS = 120

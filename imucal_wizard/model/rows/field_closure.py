@@ -10,11 +10,12 @@ It is one row per rotation, a linear combination of the rows of the two closures
 derivatives.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
 from imucal_wizard.model.rows.source import Calibration, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms

@@ -1,10 +1,11 @@
 """The mean magnitude of the field in a group of samples, ``|x| − B``, ``x = M (y − b) − ε(x)``."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected

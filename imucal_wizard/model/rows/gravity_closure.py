@@ -14,7 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,

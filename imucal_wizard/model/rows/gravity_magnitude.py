@@ -4,11 +4,10 @@
 adds two to three digits.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of

@@ -4,11 +4,10 @@ Rounding shifts the readings of all rests alike, as far as their noise does not 
 step to the next; in motion it averages out. The shift of each axis is a shared parameter.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,

@@ -8,11 +8,12 @@ parameters that are neither: the dip of the place, errors of the reference.
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.terms import Term, Terms
 
 ENTRIES = 12

@@ -6,12 +6,12 @@ sizes of a new effect, the residual becomes ``residual + columns·d + design_col
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.source import Rows, RowSource
 from imucal_wizard.model.terms import Term

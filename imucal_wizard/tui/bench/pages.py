@@ -1,12 +1,11 @@
 """The pages above the bench as rows: lesson, next poses, raw trace."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.poses import direction_in_words, pose_in_words
 from imucal_wizard.core.quantities import number, size_with_unit, true_minus, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
