@@ -41,7 +41,7 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances, Effect
 from imucal_wizard.model.identifiability import design, identifiable
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term, Terms
 
@@ -623,7 +623,7 @@ def rotation_patterns(
         np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
     )
     rows = _imagined(table, fit, gravity, axis).at(
-        Calibration(fit.matrix, fit.bias), Terms(fit.sensor, ())
+        Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ())
     )
     assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
     columns = [

@@ -11,7 +11,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowSource
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
@@ -83,11 +83,11 @@ class Experiment(ABC):
         """What of these base terms is fitted: what the rows determine."""
 
     @abstractmethod
-    def begin(self, base: Sequence[str]) -> Calibration:
+    def begin(self, base: Sequence[str]) -> Parameters:
         """Where a fit of these base terms begins; what is not free has its nominal value."""
 
     @abstractmethod
-    def before(self) -> Calibration:
+    def before(self) -> Parameters:
         """The nominal conversion; of counts, the simplest that gives the right size."""
 
     @abstractmethod
@@ -98,7 +98,7 @@ class Experiment(ABC):
     def unit_of(self, name: str) -> str:
         """Unit of one of these."""
 
-    def constrained(self, calibration: Calibration, base: Sequence[str]) -> Calibration:
+    def constrained(self, calibration: Parameters, base: Sequence[str]) -> Parameters:
         """A calibration with entries that follow from others brought up to date."""
         del base  # for experiments that have such entries
         return calibration

@@ -38,7 +38,7 @@ from imucal_wizard.estimate.surroundings import circumstances_of, first_time
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.rows.field_closure import FieldClosure
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.terms import Terms
 
 MIN_SEGMENTS = 6
@@ -328,7 +328,7 @@ def _heading_rows(
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
     """What the headings add, each rotation left out."""
     none = Terms("gyroscope", ())
-    at_first = source.at(Calibration(fit.matrix, fit.bias), none)
+    at_first = source.at(Parameters(fit.matrix, fit.bias), none)
     tilt = fit.rms_held_out if fit.unit == "rad" else None  # an offset's error is a rate
     ratio = None
     if fit.covariance is not None and better.covariance is not None:

@@ -9,7 +9,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.field_closure import FieldClosure, HeadingRows
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.terms import Terms
 
 NO_EFFECTS = Terms("gyroscope", ())
@@ -44,9 +44,9 @@ def headings(by_gravity: GravityClosure, by_field: GravityClosure) -> FieldClosu
 
 def closed(source: GravityClosure, matrix: FloatArray, bias: FloatArray) -> ClosureRows:
     """The closures at one calibration."""
-    return source.at(Calibration(matrix, bias), NO_EFFECTS)
+    return source.at(Parameters(matrix, bias), NO_EFFECTS)
 
 
 def turned(source: FieldClosure, matrix: FloatArray, bias: FloatArray) -> HeadingRows:
     """The headings at one calibration."""
-    return source.at(Calibration(matrix, bias), NO_EFFECTS)
+    return source.at(Parameters(matrix, bias), NO_EFFECTS)

@@ -14,7 +14,7 @@ from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
@@ -129,12 +129,12 @@ class MagnetometerExperiment(Experiment):
             names.append("scale")
         return np.array(columns).T, names
 
-    def begin(self, base: Sequence[str]) -> Calibration:
+    def begin(self, base: Sequence[str]) -> Parameters:
         """See ``Experiment``."""
         matrix, bias = self.data.begin(base)
-        return Calibration(matrix, bias)
+        return Parameters(matrix, bias)
 
-    def before(self) -> Calibration:
+    def before(self) -> Parameters:
         """See ``Experiment``."""
         data = self.data
         bias = np.zeros(3) if self.unit != COUNT else data.start[1]
@@ -144,7 +144,7 @@ class MagnetometerExperiment(Experiment):
             gain = data.field / float(sizes.mean())
         elif self.unit == data.error_unit:
             gain = 1.0
-        return Calibration(gain * np.eye(3), bias)
+        return Parameters(gain * np.eye(3), bias)
 
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
         """See ``Experiment``; of an unknown field its size follows from ``det M = 1``."""

@@ -36,7 +36,7 @@ from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.second_stage.found import SecondStage
 from imucal_wizard.measurement.field_quality import check_field, missing_shell, without_repeats
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
 
 OFF_CENTRE = 0.3
@@ -262,12 +262,12 @@ class FieldMagnitudes:
         label = source.labels.group
         of_sample = np.where(data.group_of < 0, -1, label[data.group_of])
 
-        def calibration(rows: IntArray) -> tuple[Calibration, MethodEstimate]:
+        def calibration(rows: IntArray) -> tuple[Parameters, MethodEstimate]:
             one = estimate(points, rows)
             matrix = symmetric(one.matrix)[1] * (data.field / cloud.span)
-            return Calibration(matrix, cloud.centre + cloud.span * one.bias), one
+            return Parameters(matrix, cloud.centre + cloud.span * one.bias), one
 
-        def errors(one: Calibration) -> FloatArray:
+        def errors(one: Parameters) -> FloatArray:
             return source.at(one, Terms(experiment.sensor, ())).residual / _size(data, one.matrix)
 
         whole, found = calibration(np.arange(len(points)))
@@ -308,7 +308,7 @@ class FieldMagnitudes:
         )
 
 
-def _entries(one: Calibration) -> FloatArray:
+def _entries(one: Parameters) -> FloatArray:
     """B and M's six entries, shape (9,)."""
     return np.concatenate([one.bias, one.matrix[ROWS, COLUMNS]])
 

@@ -13,7 +13,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
 from imucal_wizard.model.rows.field_magnitude import SHORTEST
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
 
@@ -24,7 +24,7 @@ class DipRows(Rows):
         field: corrected mean field of each pose, µT, shape (h, 3).
     """
 
-    def __init__(self, source: "Dip", calibration: Calibration, terms: Terms) -> None:
+    def __init__(self, source: "Dip", calibration: Parameters, terms: Terms) -> None:
         self._source, self._calibration = source, calibration
         self.field = corrected(
             (calibration.matrix, calibration.bias),
@@ -99,7 +99,7 @@ class Dip(RowSource):
         """See ``RowSource``."""
         return (0.0, *(1.0,) * self.doubt.shape[2])
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> DipRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> DipRows:
         """See ``RowSource``."""
         del near  # these rows need no other ones
         return DipRows(self, calibration, terms)

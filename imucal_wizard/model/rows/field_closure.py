@@ -15,7 +15,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import Parameters, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms
 
 MIN_SINE_SQUARE = 1e-6
@@ -92,10 +92,10 @@ class FieldClosure(RowSource):
             np.asarray(np.einsum("mai,mi->ma", self.by_field.basis, across)),
         )
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> HeadingRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> HeadingRows:
         """See ``RowSource``."""
         close = near if isinstance(near, HeadingRows) else None
-        alone = Calibration(calibration.matrix, calibration.bias, calibration.sizes)
+        alone = Parameters(calibration.matrix, calibration.bias, calibration.sizes)
         gravity = self.by_gravity.at(alone, terms, None if close is None else close.by_gravity)
         field = self.by_field.at(alone, terms, None if close is None else close.by_field)
         return HeadingRows(self, gravity, field)

@@ -28,7 +28,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
-    Calibration,
+    Parameters,
     RowLabels,
     Rows,
     RowSource,
@@ -57,7 +57,7 @@ class ClosureRows(Rows):
     def __init__(
         self,
         source: "GravityClosure",
-        calibration: Calibration,
+        calibration: Parameters,
         terms: Terms,
         near: "ClosureRows | None",
     ) -> None:
@@ -99,7 +99,7 @@ class ClosureRows(Rows):
     @cached_property
     def _attitudes(self) -> FloatArray:
         """``L dt`` of each step, s, shape (9, s)."""
-        return averaged(*self._steps) * self._source.samples.dt
+        return attitude_means(*self._steps) * self._source.samples.dt
 
     @property
     def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
@@ -255,7 +255,7 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> ClosureRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""
         return ClosureRows(
             self, calibration, terms, near if isinstance(near, ClosureRows) else None
@@ -305,7 +305,7 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(normal * ratio[:, None])
 
 
-def averaged(first: FloatArray, last: FloatArray) -> FloatArray:
+def attitude_means(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))

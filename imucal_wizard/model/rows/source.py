@@ -23,7 +23,7 @@ BIAS = slice(9, 12)
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Parameters:
     """One point in the space of parameters.
 
     Attributes:
@@ -43,9 +43,9 @@ class Calibration:
         """M by rows and b, shape (12,)."""
         return np.concatenate([self.matrix.ravel(), self.bias])
 
-    def moved(self, entries: FloatArray, sizes: FloatArray, shared: FloatArray) -> "Calibration":
+    def moved(self, entries: FloatArray, sizes: FloatArray, shared: FloatArray) -> "Parameters":
         """The calibration with these changes added."""
-        return Calibration(
+        return Parameters(
             self.matrix + entries[MATRIX].reshape(3, 3),
             self.bias + entries[BIAS],
             self.sizes + sizes,
@@ -138,7 +138,7 @@ class RowSource(ABC):
     shared_precision: tuple[float, ...] = ()
 
     @abstractmethod
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> Rows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> Rows:
         """The rows at a calibration.
 
         Args:
@@ -150,10 +150,6 @@ class RowSource(ABC):
     def place(self, row: int) -> str:
         """What a row is, in words."""
         return f"{self.kind} {self.labels.index[row] + 1}"
-
-    def plotted(self) -> dict[str, FloatArray]:
-        """What the residuals may be drawn against besides time, shape (n,) each, by label."""
-        return {}
 
 
 def joined(parts: Sequence[FloatArray]) -> FloatArray:
