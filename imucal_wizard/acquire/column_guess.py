@@ -14,6 +14,7 @@ from imucal_wizard.core.gravity import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 _PLAINLY = 0.15
 """Gravity is so near its size where nobody is asked whether it is an accelerometer at all."""
@@ -78,7 +79,7 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which the Earth's field has the size that is seen."""
-    size = float(np.median(np.linalg.norm(values, axis=1)))
+    size = median(np.linalg.norm(values, axis=1))
     for low, high, unit in _FIELDS:
         if low <= size <= high:
             return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
@@ -103,7 +104,7 @@ def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
             why = f"The time column runs {device / host:.4g} per second, so it is in {unit}."
             return UnitGuess(unit, why)
         return UnitGuess("", f"The time column runs {device / host:.4g} per second: no unit fits.")
-    step = float(np.median(steps[steps > 0]))
+    step = median(steps[steps > 0])
     whole = bool(np.all(ticks == np.round(ticks)))
     unit = "s" if step < 1 and not whole else "ms" if step < 200 else "us"
     return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
@@ -117,7 +118,7 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
         rate: samples per second where it was said.
     """
     steps = np.diff(ticks)
-    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
     low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME[unit])
@@ -195,12 +196,12 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
 def _is_temperature(column: FloatArray) -> bool:
     """Whether a column can be °C: else an unknown column in front has moved all others by one."""
     low, high = _DEGREES
-    return low < float(np.median(column)) < high and float(np.ptp(column)) < _WARMS
+    return low < median(column) < high and float(np.ptp(column)) < _WARMS
 
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:
     """Which sensor each three columns are, and whether gravity says it plainly."""
-    sizes = [float(np.median(np.linalg.norm(three, axis=1))) for three in triples]
+    sizes = [median(np.linalg.norm(three, axis=1)) for three in triples]
     plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
     order = "gam" if plain == [1] else "agm"
     if len(plain) != 1:
@@ -228,6 +229,6 @@ def _is_counted_gravity(three: FloatArray, size: float) -> bool:
 
 def _offset_binary(values: FloatArray) -> bool:
     """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
-    middle = np.median(values, axis=0)
+    middle = np.array([median(column) for column in values.T])
     centred = bool(np.all(np.abs(middle - 32768) < 12000))
     return are_whole_numbers(values) and centred and float(np.min(values)) >= 0

@@ -6,6 +6,7 @@ An accelerometer measures one gravity most of the time. A gyroscope at rest show
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import ACCELERATION, COUNT, STANDARD_GRAVITY
 
 MAX_UNIT_ERROR = 0.3
@@ -18,7 +19,8 @@ UNITS_BY_SIZE = ("m/s^2", "g", "mg")
 
 def median_magnitude(values: FloatArray) -> float:
     """Median magnitude of readings, shape (n, 3); NaN rows do not count."""
-    return float(np.nanmedian(np.sqrt(np.einsum("ij,ij->i", values, values))))
+    lengths = np.sqrt(np.einsum("ij,ij->i", values, values))
+    return median(lengths[~np.isnan(lengths)])
 
 
 def are_whole_numbers(values: FloatArray) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,7 +64,7 @@ class Series:
         """Samples per second from the median interval; 0 when fewer than two samples."""
         if len(self.time) < 2:
             return 0.0
-        step = float(np.median(np.diff(self.time)))
+        step = median(np.diff(self.time))
         return 1.0 / step if step > 0 else 0.0
 
 

@@ -30,6 +30,7 @@ from imucal_wizard.core.poses import (
 )
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.residuals import hold_of
@@ -478,7 +479,7 @@ def separating_poses(
         The poses; the size of the first explanation (in shares of its estimate) needed to tell it
         from the second with the data there are, and with these poses.
     """
-    typical = np.array([float(np.median(sigma))])
+    typical = np.array([median(sigma)])
 
     def offers(place: int) -> list[Measurable]:
         return [
@@ -668,7 +669,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         after=after,
         before_doubt=_doubt(closure, before),
         after_doubt=_doubt(closure, after),
-        noise=np.full(len(rates), float(np.median(table.variance[table.kind == "rotation"]))),
+        noise=np.full(len(rates), median(table.variance[table.kind == "rotation"])),
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
     )

@@ -15,7 +15,7 @@ from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import (
@@ -114,7 +114,7 @@ def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
 
 def segments(holds: Sequence[Hold], gyroscope: Series) -> list[Segment]:
     """The gyroscope between each hold and the next, where it is whole."""
-    interval = float(np.median(np.diff(gyroscope.time))) if len(gyroscope) > 1 else 0.0
+    interval = median(np.diff(gyroscope.time)) if len(gyroscope) > 1 else 0.0
     found = (
         _segment(
             index,
@@ -138,7 +138,7 @@ def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Se
         before, after = places.get(id(rotation.before)), places.get(id(rotation.after))
         if rotation.problem is not None or before is None or after is None:
             continue
-        interval = float(np.median(np.diff(rotation.time)))
+        interval = median(np.diff(rotation.time))
         one = _segment(before, after, Series(rotation.time, rotation.rate, ""), interval)
         out += [] if one is None else [one]
     return out

@@ -16,6 +16,7 @@ from imucal_wizard.core.attitude import Samples, advancing, lay_samples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
@@ -407,7 +408,7 @@ class GyroscopeExperiment(Experiment):
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
         noise = self.closure.noise
-        return int((noise > UNSTEADY * np.median(noise)).sum())
+        return int((noise > UNSTEADY * median(noise)).sum())
 
 
 def gyroscope_experiment(

@@ -10,6 +10,7 @@ from imucal_wizard.core.attitude import advancing
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
@@ -157,7 +158,7 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
         return ()
     steps = np.concatenate([np.diff(one.time[advancing(one.time)]) for one in usable])
     spread = np.concatenate([one.rate for one in usable]).std(axis=0)
-    noise = np.sqrt(density / float(np.median(steps)))
+    noise = np.sqrt(density / median(steps))
     still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())
     return tuple(
         f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, or "

@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, Series
-from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of
 from imucal_wizard.estimate.magnetometer.field_disturbances import (
     FEWEST_IN_BLOCK,
@@ -159,7 +159,7 @@ def classify_unfitted(found: MagnetometerFit, series: Series, fitted: BoolArray)
     if others.sum() > FEWEST_IN_BLOCK:
         corrected = (series.values[others] - found.fit.bias) @ found.fit.matrix.T
         length = np.linalg.norm(corrected, axis=1)
-        usual = float(np.median(length))
+        usual = median(length)
         distance = length / usual - 1.0
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(robust_deviation(distance), EXACT_SHARE)

@@ -24,6 +24,7 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
@@ -131,7 +132,7 @@ class ClosureRows(Rows):
 
     def _moments(self) -> "_Moments":
         samples = self._source.samples
-        every = max(int(np.round(COARSE_STEP / max(float(np.median(samples.dt)), 1e-9))), 1)
+        every = max(int(np.round(COARSE_STEP / max(median(samples.dt), 1e-9))), 1)
         nodes, offsets = [], [0]
         for first, past in itertools.pairwise(samples.offsets.tolist()):
             own = np.append(np.arange(first, past - 1, every), past - 1)
