@@ -102,7 +102,7 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     """
     table = extended.rows
     assert table is not None  # noqa: S101 (narrows the type)
-    rest = (table.kind != "rotation") & (table.group >= 0)
+    rest = ~table.moving & (table.group >= 0)
     axis = np.maximum(table.axis, 0)[rest]
     noise = table.floor[rest]
     residual = table.residual[rest] / noise

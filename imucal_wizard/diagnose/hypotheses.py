@@ -136,9 +136,7 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    dips = misfit.kind == RowKind.DIP
-    apart = np.where(dips, 3, misfit.axis)
-    axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
+    axes = [seen & (misfit.axis == axis) for axis in distinct(misfit.axis[seen])]
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []

@@ -28,7 +28,7 @@ from imucal_wizard.estimate.variance_components import (
     inverted,
     solved,
 )
-from imucal_wizard.model.rows.source import Calibration, Rows, RowSource
+from imucal_wizard.model.rows.source import Parameters, Rows, RowSource
 from imucal_wizard.model.rows.table import ResidualTable, groups_of, numbered
 from imucal_wizard.model.terms import Term, Terms
 
@@ -80,7 +80,7 @@ class Minimum(Generic[E_co]):
     base: tuple[str, ...]
     directions: Directions
     terms: Terms
-    calibration: Calibration
+    calibration: Parameters
     rows: tuple[Rows, ...]
     system: System
     balance: Balance
@@ -184,7 +184,7 @@ def minimum(
     together = Terms(experiment.sensor, terms)
     shared = list(dict.fromkeys(name for one in experiment.sources for name in one.shared))
     start = experiment.begin(chosen)
-    calibration = Calibration(
+    calibration = Parameters(
         start.matrix, start.bias, np.zeros(len(together)), np.zeros(len(shared))
     )
     problem = _Problem(experiment, chosen, free, together, shared)
@@ -222,7 +222,7 @@ class _Problem:
     terms: Terms
     shared: list[str]
 
-    def rows_at(self, calibration: Calibration, near: tuple[Rows, ...] | None) -> tuple[Rows, ...]:
+    def rows_at(self, calibration: Parameters, near: tuple[Rows, ...] | None) -> tuple[Rows, ...]:
         sources = self.experiment.sources
         close = [None] * len(sources) if near is None else near
         return tuple(
@@ -236,7 +236,10 @@ class _Problem:
         return np.concatenate([one.residual for one in rows]) + doubts @ shared
 
     def system(
-        self, calibration: Calibration, rows: tuple[Rows, ...], columns: FloatArray | None = None
+        self,
+        calibration: Parameters,
+        rows: tuple[Rows, ...],
+        columns: FloatArray | None = None,
     ) -> System:
         """The rows made linear, at columns known already where they are given."""
         sources, first = self.experiment.sources, len(self.directions)
@@ -288,8 +291,8 @@ class _Problem:
         return np.concatenate([base, *effects, shared], axis=1)
 
     def downhill(
-        self, calibration: Calibration, rows: tuple[Rows, ...], system: System, balance: Balance
-    ) -> tuple[Calibration, tuple[Rows, ...]]:
+        self, calibration: Parameters, rows: tuple[Rows, ...], system: System, balance: Balance
+    ) -> tuple[Parameters, tuple[Rows, ...]]:
         """The parameters a step further, or a half, a quarter … of it where the cost would rise."""
         first, last = len(self.directions), len(self.directions) + len(self.terms)
         doubts = system.columns[:, last:]
@@ -363,6 +366,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
                 found.directions.dropped,
                 by_repeats,
             ),
+            *experiment.settled,
             *_size_parameters(terms, calibration.sizes, size_errors),
         ),
         unit=experiment.error_unit,
@@ -373,7 +377,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         floor_fitted=_floor_fitted(found) if floors is None else floors[0],
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
-        covariance=None if of_entries is None else of_entries[np.ix_(kept, kept)],
+        covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
         repeat_rms=_repeat_rms(found, repeats),
@@ -435,7 +439,7 @@ def _before(found: Minimum[Experiment]) -> FloatArray:
     experiment = found.experiment
     nominal = experiment.before()
     count = len(found.calibration.shared)
-    nominal = Calibration(nominal.matrix, nominal.bias, np.zeros(0), np.zeros(count))
+    nominal = Parameters(nominal.matrix, nominal.bias, np.zeros(0), np.zeros(count))
     none = Terms(experiment.sensor, ())
     rows = [source.at(nominal, none) for source in experiment.sources]
     return np.concatenate([one.residual for one in rows])

@@ -1,6 +1,7 @@
 """The gyroscope of a recording: the fit by gravity, and Q's single-axis approaches beside it."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +92,10 @@ def fit_gyroscope(
         rounding = rate_shift(holds, turned) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
         offset = method_of("gyroscope", method).run(data)
+        with suppress(DataError):
+            args = holds, rotations, accelerometer, unit, readings
+            experiment = gyroscope_minimum(*args).experiment
+            offset = replace(offset, experiment=experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
     silent: tuple[str, ...] = ()
     try:
@@ -113,7 +118,7 @@ def fit_gyroscope(
     single = single_axis(named, experiment, found)
     result = found
     if method != DEFAULTS["gyroscope"]:
-        result = method_of("gyroscope", method).run(
+        published = method_of("gyroscope", method).run(
             GyroscopeData(
                 holds=tuple(holds),
                 labels=reference.labels,
@@ -125,6 +130,7 @@ def fit_gyroscope(
                 closure=experiment.closure.closures,
             )
         )
+        result = replace(published, experiment=experiment)
     table = comparison(single, experiment, found)
     warnings = (*silent, *result.warnings)
     return GyroscopeReport(result, named, angles, table, warnings, found.outlier)

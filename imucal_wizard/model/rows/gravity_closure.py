@@ -35,7 +35,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
-    Calibration,
+    Parameters,
     RowLabels,
     Rows,
     RowSource,
@@ -64,7 +64,7 @@ class ClosureRows(Rows):
     def __init__(
         self,
         source: "GravityClosure",
-        calibration: Calibration,
+        calibration: Parameters,
         terms: Terms,
         near: "ClosureRows | None",
     ) -> None:
@@ -106,7 +106,7 @@ class ClosureRows(Rows):
     @cached_property
     def _attitudes(self) -> FloatArray:
         """``L dt`` of each step, s, shape (9, s)."""
-        return averaged(*self._steps) * self._source.samples.dt
+        return attitude_means(*self._steps) * self._source.samples.dt
 
     @property
     def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
@@ -240,7 +240,7 @@ class GravityClosure(RowSource):
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
     basis: FloatArray = field(init=False)
-    kind = "rotation"
+    kind, moving = "rotation", True
     unit = "rad"
     group_word = "rotation"
 
@@ -262,7 +262,7 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> ClosureRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""
         return ClosureRows(
             self, calibration, terms, near if isinstance(near, ClosureRows) else None
@@ -312,7 +312,7 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(normal * ratio[:, None])
 
 
-def averaged(first: FloatArray, last: FloatArray) -> FloatArray:
+def attitude_means(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
