@@ -6,7 +6,6 @@ resumed asks for the same.
 
 from collections.abc import Sequence
 
-import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
@@ -58,7 +57,9 @@ class MeasurementRequest:
 
 def requests_to_text(asked: Sequence[MeasurementRequest]) -> str:
     """What ``requests_from_text`` reads."""
-    return msgspec.json.encode(list(asked)).decode()
+    from msgspec import json  # imported only where requests travel
+
+    return json.encode(list(asked)).decode()
 
 
 def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
@@ -67,6 +68,8 @@ def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
     Raises:
         UsageError: it is no such text, or asks for what cannot be.
     """
+    import msgspec
+
     try:
         asked = tuple(msgspec.json.decode(text, type=list[MeasurementRequest]))
     except msgspec.MsgspecError as error:
