@@ -254,7 +254,7 @@ def test_circles_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None
     assert readings is not None
     assert readings.magnetometer is not None
     series = readings.magnetometer
-    found = fit_magnetometer(series.between(float(series.time[-1]) - 40.0, float(series.time[-1])))
+    found = fit_magnetometer(series.between(float(series.time[-1]) - 34.0, float(series.time[-1])))
     assert found.fit.not_determined
     report = FitReport(
         9.8, {"magnetometer": 80.0}, (), (), {"magnetometer": found.fit}, magnetic=found
