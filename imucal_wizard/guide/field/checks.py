@@ -15,6 +15,7 @@ from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.field_quality import (
+    CONSTANT_FIELD,
     check_field,
     check_readings,
     check_saturation,
@@ -56,12 +57,7 @@ def silence(seconds: float) -> str:
 
 def constant(seconds: float) -> str:
     """Message about a sensor that has sent one value for so long while it was turned."""
-    if seconds < SILENT_SECONDS:
-        return ""
-    return (
-        "the magnetometer sends one and the same value: it is not there, or asleep. Look at its "
-        "wiring, address and sketch"
-    )
+    return CONSTANT_FIELD if seconds >= SILENT_SECONDS else ""
 
 
 def resting(seconds: float) -> str:
