@@ -132,4 +132,4 @@ def test_exchanged_columns_are_named_as_such() -> None:
     def exchange(values: FloatArray) -> None:
         values[:, 1:7] = values[:, [4, 5, 6, 1, 2, 3]]
 
-    assert "their columns are exchanged" in warned(spoilt(exchange))
+    assert "they are exchanged" in warned(spoilt(exchange))
