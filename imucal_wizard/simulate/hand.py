@@ -204,7 +204,7 @@ class VirtualHand:
             return self._horizon is not None and self._step in UNATTENDED_STEPS
 
     def advance(self, n: int) -> Motion:
-        """The next ``n`` samples of true motion; the division into calls does not matter."""
+        """The next ``n`` samples; the true motion does not depend on the division into calls."""
         parts = []
         with self._lock:
             while n > 0:
