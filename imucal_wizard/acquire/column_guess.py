@@ -1,7 +1,6 @@
 """Guesses of channels and units for numbers without names: gravity identifies the accelerometer."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from imucal_wizard.core.gravity import (
     unit_of_gravity,
 )
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 _PLAINLY = 0.15
 """Relative deviation of gravity up to which a column is an accelerometer without asking."""
@@ -79,7 +80,7 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which the Earth's field has the observed magnitude."""
-    size = float(np.median(np.linalg.norm(values, axis=1)))
+    size = median(np.linalg.norm(values, axis=1))
     for low, high, unit in _FIELDS:
         if low <= size <= high:
             return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
@@ -105,7 +106,7 @@ def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
             return UnitGuess(unit, why)
         why = f"The time column advances by {device / host:.4g} per second: no unit fits."
         return UnitGuess("", why)
-    step = float(np.median(steps[steps > 0]))
+    step = median(steps[steps > 0])
     whole = bool(np.all(ticks == np.round(ticks)))
     unit = "s" if step < 1 and not whole else "ms" if step < 200 else "us"
     return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
@@ -119,7 +120,7 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
         rate: samples per second, if stated.
     """
     steps = np.diff(ticks)
-    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
     low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME[unit])
@@ -197,12 +198,12 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
 def _is_temperature(column: FloatArray) -> bool:
     """Whether a column can be °C; if not, an unknown column may have shifted all others."""
     low, high = _DEGREES
-    return low < float(np.median(column)) < high and float(np.ptp(column)) < _WARMS
+    return low < median(column) < high and float(np.ptp(column)) < _WARMS
 
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:
     """The sensor of each triple of columns, and whether gravity identifies it clearly."""
-    sizes = [float(np.median(np.linalg.norm(three, axis=1))) for three in triples]
+    sizes = [median(np.linalg.norm(three, axis=1)) for three in triples]
     plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
     order = "gam" if plain == [1] else "agm"
     if len(plain) != 1:
@@ -230,6 +231,6 @@ def _is_counted_gravity(three: FloatArray, size: float) -> bool:
 
 def _offset_binary(values: FloatArray) -> bool:
     """Whether the readings are unsigned counts: whole numbers, every axis near 32768."""
-    middle = np.median(values, axis=0)
+    middle = np.array([median(column) for column in values.T])
     centred = bool(np.all(np.abs(middle - 32768) < 12000))
     return are_whole_numbers(values) and centred and float(np.min(values)) >= 0

@@ -4,6 +4,7 @@ import numpy as np
 
 from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 
 WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is accurate enough to start."""
@@ -27,7 +28,7 @@ def sampling_period(times: FloatArray) -> float:
     forward = steps[steps > 0]
     if not len(forward):
         return 0.0
-    middle = float(np.median(forward))
+    middle = median(forward)
     low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
     return float(np.mean(steps[(steps >= low) & (steps <= high)]))
 

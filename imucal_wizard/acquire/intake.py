@@ -1,7 +1,7 @@
 """From bytes to Readings: format, columns, units, clock."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
+from imucal_wizard.core.records import dataclass
 
 LINK_BREAK = b""
 """An empty piece of bytes, which no protocol can send: the link was interrupted here."""

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 from imucal_wizard.acquire.decode import formats
 from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
@@ -11,6 +10,7 @@ from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
+from imucal_wizard.core.records import dataclass
 
 _LISTEN = 1.2
 _TRIES = 3

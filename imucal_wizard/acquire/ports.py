@@ -2,9 +2,9 @@
 
 import contextlib
 import os
-from dataclasses import dataclass
 
 from imucal_wizard.core.output import sanitise
+from imucal_wizard.core.records import dataclass
 
 _HINTS: dict[str, str] = {
     "2341": "Arduino",

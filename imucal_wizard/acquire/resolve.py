@@ -1,7 +1,7 @@
 """Resolves the columns of a stream, or determines the questions for the user."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
@@ -350,7 +352,7 @@ def _doubtful(ticks: FloatArray, unit: str) -> str:
     if not unit:
         return ""
     steps = np.diff(ticks)
-    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.unit_factor("time", unit))
+    rate = 1.0 / (median(steps[steps > 0]) * units.unit_factor("time", unit))
     if _RATES[0] <= rate <= _RATES[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "

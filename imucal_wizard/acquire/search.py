@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
 from imucal_wizard.acquire.resolve import FIRST_ROWS, first_rows, resolve_columns
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 _PROBE_LINES = 16384
 MAX_BACKLOG = 1 << 24

@@ -1,13 +1,14 @@
 """The setup of a stream, stated by the user or found in the stream; stored in the session."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name, quantity_of
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 
 AUTO = "auto"
 

@@ -11,12 +11,12 @@ that each component lies in one piece.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.quaternions import cross, multiply
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 
 PIECE = 32
 """Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""

@@ -6,6 +6,7 @@ An accelerometer at rest measures one gravity; a gyroscope at rest says nothing 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import ACCELERATION, COUNT, STANDARD_GRAVITY
 
 MAX_UNIT_ERROR = 0.3
@@ -19,7 +20,8 @@ UNITS_BY_SIZE = ("m/s^2", "g", "mg")
 
 def median_magnitude(values: FloatArray) -> float:
     """Median magnitude of readings, shape (n, 3); rows with NaN are ignored."""
-    return float(np.nanmedian(np.sqrt(np.einsum("ij,ij->i", values, values))))
+    lengths = np.sqrt(np.einsum("ij,ij->i", values, values))
+    return median(lengths[~np.isnan(lengths)])
 
 
 def are_whole_numbers(values: FloatArray) -> bool:

@@ -1,6 +1,6 @@
 """The procedure's current request to whoever moves the device, published after each block."""
 
-from dataclasses import dataclass
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

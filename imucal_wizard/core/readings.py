@@ -1,19 +1,36 @@
 """Readings: the samples of a recording or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+A = TypeVar("A", FloatArray, IntArray)
 
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
 """Larger numbers are not readings: their square would overflow."""
+
+
+def distinct(values: A) -> A:
+    """The different numbers in an array, from the smallest on.
+
+    ``np.unique`` gives the same, but imports NumPy's masked arrays, at the cost of reading a file.
+    """
+    ordered = np.sort(values, axis=None)
+    new = np.ones(len(ordered), bool)
+    np.less(ordered[:-1], ordered[1:], out=new[1:])
+    new[1:] |= ~np.isnan(ordered[:-1]) & np.isnan(ordered[1:])  # of several NaN, the first
+    return ordered[new]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +64,7 @@ class Series:
         """Samples per second from the median interval; 0 when fewer than two samples."""
         if len(self.time) < 2:
             return 0.0
-        step = float(np.median(np.diff(self.time)))
+        step = median(np.diff(self.time))
         return 1.0 / step if step > 0 else 0.0
 
 

@@ -5,13 +5,14 @@ The second half says what a finished fit shows of the recording: wrong unit or r
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import times_in_words
 from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer

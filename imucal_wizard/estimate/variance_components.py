@@ -11,11 +11,10 @@ likelihood (the Helmert–Förstner estimate of variance components); no kind dr
 of a kind count alike in it, since the noise known of each is an estimate itself.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.terms import WIDE, widened
 
 MAX_ROUNDS = 50

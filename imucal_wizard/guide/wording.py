@@ -5,11 +5,11 @@ from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray
 
 PUT_BACK = "lift it and put it back the same way"
-"""What to do where the very pose is wanted that the device is in, and staying does not count."""
+"""Guidance if the wanted pose is the present one, whose hold no longer counts."""
 
 
-TURN_ROUND, TURN_ABOUT = "TURN IT ROUND", "TURN IT ABOUT"
-"""Instructions: a circle on the face that is down; any motion. They are read from two metres."""
+TURN_ROUND, TUMBLE = "TURN IT ROUND", "TUMBLE IT"
+"""Instructions: a circle on the face that is down; any motion."""
 
 
 def label(pose: str) -> str:
@@ -31,18 +31,18 @@ def lay_down(face: str) -> str:
 
 
 def how_to_turn(up: FloatArray, pose: str) -> str:
-    """The way from here to a pose: "23° away: turn it about z, to the left"."""
+    """The way to a pose: "23° away: turn it about z, to the left"."""
     return how_to_reach(up, NAMED[pose])
 
 
 def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same to a direction that has no name."""
+    """The same for a direction without a name."""
     axis, sense, angle = rotation_towards(up, wanted)
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
 
 
 def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same where staying does not count: "lift it, then turn it about z, to the left"."""
+    """The same for a spent placement: "lift it, then turn it about z, to the left"."""
     axis, sense, _ = rotation_towards(up, wanted)
     return f"lift it, then turn it about {axis}, to the {sense}"
 

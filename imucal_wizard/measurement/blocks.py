@@ -5,7 +5,7 @@ the same bits whether they arrive one at a time or all at once.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from imucal_wizard.core.readings import (
     Series,
     join_readings,
 )
+from imucal_wizard.core.records import dataclass
 
 _SAMPLES_AT_ONCE = 8192
 """Samples summed at once, so that they stay in the processor's cache."""
@@ -30,10 +31,8 @@ class Blocks:
     Attributes:
         start: time of the first sample of each block, s, shape (m,).
         end: time one interval after the last sample, s, shape (m,).
-        mean_a: mean accelerometer reading, shape (m, 3).
-        var_a: variance about that mean, shape (m, 3).
-        mean_g: mean gyroscope reading, shape (m, 3), or None.
-        var_g: variance about that mean, or None.
+        mean: mean reading of the accelerometer and, if any, the gyroscope, shape (m, 3) or (m, 6).
+        variance: variance about that mean, of the same shape.
         temperature: mean temperature, °C, NaN where unknown, shape (m,).
         gap: samples are missing in the block, or between it and the previous one, shape (m,).
         size: samples in each block.
@@ -41,10 +40,8 @@ class Blocks:
 
     start: FloatArray
     end: FloatArray
-    mean_a: FloatArray
-    var_a: FloatArray
-    mean_g: FloatArray | None
-    var_g: FloatArray | None
+    mean: FloatArray
+    variance: FloatArray
     temperature: FloatArray
     gap: BoolArray
     size: int
@@ -52,15 +49,23 @@ class Blocks:
     def __len__(self) -> int:
         return len(self.start)
 
+    @property
+    def mean_a(self) -> FloatArray:
+        """Mean accelerometer reading, shape (m, 3)."""
+        return self.mean[:, :3]
+
+    @property
+    def turning(self) -> bool:
+        """Whether there is a gyroscope."""
+        return int(self.mean.shape[1]) > 3
+
     def select(self, rows: slice) -> "Blocks":
         """A slice of the blocks."""
         return Blocks(
             start=self.start[rows],
             end=self.end[rows],
-            mean_a=self.mean_a[rows],
-            var_a=self.var_a[rows],
-            mean_g=None if self.mean_g is None else self.mean_g[rows],
-            var_g=None if self.var_g is None else self.var_g[rows],
+            mean=self.mean[rows],
+            variance=self.variance[rows],
             temperature=self.temperature[rows],
             gap=self.gap[rows],
             size=self.size,
@@ -73,14 +78,11 @@ def join_blocks(parts: Sequence[Blocks]) -> Blocks:
     def joined(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part in parts])
 
-    gyroscope = parts[0].mean_g is not None
     return Blocks(
         start=joined("start"),
         end=joined("end"),
-        mean_a=joined("mean_a"),
-        var_a=joined("var_a"),
-        mean_g=joined("mean_g") if gyroscope else None,
-        var_g=joined("var_g") if gyroscope else None,
+        mean=joined("mean"),
+        variance=joined("variance"),
         temperature=joined("temperature"),
         gap=np.concatenate([part.gap for part in parts]),
         size=parts[0].size,
@@ -154,17 +156,16 @@ class BlockCutter:
     def _blocks(self, whole: Readings, count: int) -> Blocks:
         used = count * self.size
         time = whole.accelerometer.time[:used].reshape(count, self.size)
-        mean_a, var_a = block_moments(_pieces(whole.accelerometer, count, self.size))
-        mean_g = var_g = None
+        mean, variance = block_moments(_pieces(whole.accelerometer, count, self.size))
         if whole.gyroscope is not None:
-            mean_g, var_g = block_moments(_pieces(whole.gyroscope, count, self.size))
+            of_gyroscope = block_moments(_pieces(whole.gyroscope, count, self.size))
+            mean = np.hstack((mean, of_gyroscope[0]))
+            variance = np.hstack((variance, of_gyroscope[1]))
         return Blocks(
             start=time[:, 0].copy(),
             end=time[:, -1] + self._interval,
-            mean_a=mean_a,
-            var_a=var_a,
-            mean_g=mean_g,
-            var_g=var_g,
+            mean=mean,
+            variance=variance,
             temperature=self._temperature(time),
             gap=self._gaps(time),
             size=self.size,

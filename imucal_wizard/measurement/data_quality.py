@@ -51,7 +51,8 @@ from imucal_wizard.core.limits.data_quality import (
     SILENT_VARIANCE_SHARE,
 )
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
+from imucal_wizard.core.statistics import median, sample_quantile
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -114,7 +115,7 @@ def dead_axes(sensor: str, series: Series) -> str:
     """Warning about axes that never change while another one does, or that are identical."""
     values = series.values
     spans = np.ptp(values, axis=0)
-    lively = max(len(np.unique(values[:, axis])) for axis in range(3)) > 5
+    lively = max(len(distinct(values[:, axis])) for axis in range(3)) > 5
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0] if lively else []
     if dead:
         return (
@@ -177,7 +178,7 @@ def smallest_step(values: FloatArray) -> float:
     """Smallest step between distinct values of the axis with the finest resolution; 0 if none."""
     steps = []
     for axis in values.T:
-        differences = np.diff(np.unique(axis))
+        differences = np.diff(distinct(axis))
         differences = differences[differences > 1e-9 * max(1.0, float(np.abs(axis).max()))]
         if len(differences):
             steps.append(float(differences.min()))
@@ -227,7 +228,7 @@ def _gravity_at_rest(series: Series) -> float | None:
     blocks = sizes[: count * length].reshape(count, length)
     means = blocks.mean(axis=1)
     still = (blocks.std(axis=1) <= MAX_REST_VARIATION * means) | (means < MIN_GRAVITY)
-    return float(np.median(means[still])) if still.any() else None
+    return median(means[still]) if still.any() else None
 
 
 def _feels_gravity(series: Series | None) -> bool:
@@ -235,7 +236,7 @@ def _feels_gravity(series: Series | None) -> bool:
     if series is None or series.unit == COUNT or not len(series):
         return False
     sizes = np.linalg.norm(series.values, axis=1)
-    size = float(np.median(sizes))
+    size = median(sizes)
     near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE.values())
     return near and float(np.std(sizes)) < 0.05 * size
 
@@ -285,7 +286,7 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     lengths = np.diff(np.append(starts, len(column)))
     here = column[starts] == end
     # a high quantile of the runs elsewhere, so that one stuck reading does not hide an end
-    elsewhere = float(np.quantile(lengths[~here], 0.999)) if not here.all() else 0.0
+    elsewhere = sample_quantile(lengths[~here], 0.999) if not here.all() else 0.0
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
@@ -342,10 +343,10 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
         return []
     means = np.array([hold.accelerometer for hold in holds])
     variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
-    samples = float(np.median([hold.samples for hold in holds]))
+    samples = median([hold.samples for hold in holds])
     notes = []
     for axis in range(3):
-        usual = float(np.median(variances[:, axis]))
+        usual = median(variances[:, axis])
         if not usual * samples > step[axis] ** 2:
             continue
         silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
@@ -382,15 +383,15 @@ def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
 def missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
-    usual = float(np.median(steps)) if len(steps) else 0.0
+    usual = median(steps) if len(steps) else 0.0
     # the loss at a restart is unknown
     restarts = np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
     gaps = np.flatnonzero((usual > 0.0) & (steps > MAX_STEP_RATIO * usual) & ~restarts)
     if not len(gaps):
         return ""
     ratios = steps[gaps] / usual
-    uneven = float(np.median(np.abs(ratios - np.round(ratios)))) > MAX_UNEVEN_PART
-    bursts = float(np.median(ratios)) > MAX_BURST_RATIO
+    uneven = median(np.abs(ratios - np.round(ratios))) > MAX_UNEVEN_PART
+    bursts = median(ratios) > MAX_BURST_RATIO
     if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
         return (
             "the times jitter as if they were taken on arrival; let the device"
@@ -451,7 +452,7 @@ def _feels(series: Series) -> float:
     means, noise = _rests(series)
     if len(means) < MIN_RESTS or not noise.any():
         return 0.0
-    return float(np.sqrt(means.var(axis=0).sum()) / np.median(noise[noise > 0.0]))
+    return float(np.sqrt(means.var(axis=0).sum()) / median(noise[noise > 0.0]))
 
 
 def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
@@ -462,5 +463,5 @@ def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
         return np.zeros((0, 3)), np.zeros(0)
     blocks = series.values[: count * size].reshape(count, size, 3)
     noise = np.sqrt(blocks.var(axis=1).sum(axis=1))
-    quiet = noise <= MAX_QUIET_RATIO * np.quantile(noise, 0.1)
+    quiet = noise <= MAX_QUIET_RATIO * sample_quantile(noise, 0.1)
     return blocks.mean(axis=1)[quiet], noise[quiet]

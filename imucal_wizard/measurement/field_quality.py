@@ -11,8 +11,13 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series, distinct
+from imucal_wizard.core.statistics import (
+    SIGMA_PER_MEDIAN,
+    median,
+    robust_deviation,
+    sample_quantile,
+)
 
 MAX_PLANE_FLATNESS = 0.1
 """Ratio of the spread across a plane to that in it, up to which readings are a single circle."""
@@ -124,7 +129,7 @@ def _without_spikes(readings: FloatArray) -> FloatArray:
     off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
     apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
     # a fast rotation deviates as well, but its neighbours differ
-    wild = (off > MIN_SPIKE_RATIO * np.quantile(off, SPIKE_QUANTILE)) & (apart < 0.5 * off)
+    wild = (off > MIN_SPIKE_RATIO * sample_quantile(off, SPIKE_QUANTILE)) & (apart < 0.5 * off)
     return np.asarray(readings[4:-4][~wild])
 
 
@@ -204,7 +209,7 @@ def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
             if count < max(MIN_STUCK_SAMPLES, MIN_STUCK_SHARE * len(values)):
                 continue
             near = np.abs(values - extreme) <= 0.1 * (high - low)
-            levels = max(len(np.unique(values[near])) - 1, 1)
+            levels = max(len(distinct(values[near])) - 1, 1)
             if count > MIN_STUCK_RATIO * (near.sum() - count) / levels:
                 out[sign + axis] = there
     return out
@@ -230,7 +235,7 @@ def check_clipping(readings: FloatArray) -> None:
         beside = slice(1, 1 + STUCK_NEIGHBOURS)
         if len(levels) < 2 + STUCK_NEIGHBOURS or counts[0] < MIN_STUCK_RATIO * counts[beside].max():
             continue
-        step = float(np.median(np.diff(levels[: 2 + STUCK_NEIGHBOURS])))
+        step = median(np.diff(levels[: 2 + STUCK_NEIGHBOURS]))
         if _noise(values, there) > MIN_NOISE_STEPS * step:
             raise saturation_error(name, there)
 
@@ -241,7 +246,7 @@ def _noise(values: FloatArray, there: BoolArray) -> float:
     for order in DIFFERENCE_ORDERS:
         free = ~np.lib.stride_tricks.sliding_window_view(there, order + 1).any(axis=1)
         rough = np.abs(np.diff(values, order))[free]
-        size = float(np.median(rough)) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
+        size = median(rough) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
         found.append(SIGMA_PER_MEDIAN * size / sqrt(comb(2 * order, order)))
     return min(found)
 
@@ -259,7 +264,7 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     others = ~np.any(list(stuck.values()), axis=0)
     sigma = robust_deviation(distance[others])
     for name, there in stuck.items():
-        if float(np.median(distance[there])) < -MIN_STUCK_DEPTH * sigma:
+        if median(distance[there]) < -MIN_STUCK_DEPTH * sigma:
             raise saturation_error(name, there)
 
 
@@ -292,7 +297,7 @@ def without_repeats(series: Series) -> Series:
     whole = lengths[1:-1]
     if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
         return series
-    shortest = float(np.quantile(whole, SHORTEST_RUN_QUANTILE))
+    shortest = sample_quantile(whole, SHORTEST_RUN_QUANTILE)
     period = float(whole[whole <= MAX_SINGLE_RUN_RATIO * shortest].mean())
     if period < 1.5:
         return series

@@ -1,7 +1,6 @@
 """Holds and rotations, summarised so that their samples are not needed again."""
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.rounding import rounding_variance
@@ -108,18 +108,15 @@ class Collected:
 
 def hold_from(blocks: Blocks) -> Hold:
     """A hold from consecutive blocks at rest, guards already removed."""
-    mean_g = covariance_g = None
-    if blocks.mean_g is not None:
-        mean_g, covariance_g = _average(blocks.mean_g)
-    mean_a, covariance_a = _average(blocks.mean_a)
+    mean, covariance = _average(blocks.mean)
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
-        accelerometer=mean_a,
-        accelerometer_covariance=covariance_a,
-        gyroscope=mean_g,
-        gyroscope_covariance=covariance_g,
+        accelerometer=mean[:3],
+        accelerometer_covariance=covariance[:3, :3],
+        gyroscope=mean[3:] if blocks.turning else None,
+        gyroscope_covariance=covariance[3:, 3:] if blocks.turning else None,
         samples=len(blocks) * blocks.size,
         temperature=float(known.mean()) if len(known) else None,
     )
@@ -143,17 +140,18 @@ def trim_ends(
     count = len(blocks)
     if count < MIN_BLOCKS_TO_TRIM:
         return blocks
-    means, variances, step = blocks.mean_a, blocks.var_a, np.broadcast_to(step_a, 3)
-    if blocks.mean_g is not None and blocks.var_g is not None:
-        means, variances = np.hstack((means, blocks.mean_g)), np.hstack((variances, blocks.var_g))
-        step = np.concatenate((step, np.broadcast_to(0.0 if step_g is None else step_g, 3)))
+    step = np.zeros(blocks.mean.shape[1])
+    step[:3] = step_a
+    if blocks.turning:
+        step[3:] = 0.0 if step_g is None else step_g
     middle = slice(count // 4, count - count // 4)
-    centre = median_of_rows(means[middle])
-    scatter = SIGMA_PER_MEDIAN * median_of_rows(np.abs(means[middle] - centre))
-    variance = median_of_rows(variances[middle])
+    centre = median_of_rows(blocks.mean[middle])
+    away = np.abs(blocks.mean - centre)
+    scatter = SIGMA_PER_MEDIAN * median_of_rows(away[middle])
+    variance = median_of_rows(blocks.variance[middle])
     rounded = rounding_variance(variance, step)
     spread = np.maximum(np.maximum(scatter, np.sqrt(variance / blocks.size)), np.sqrt(rounded))
-    off = np.asarray((np.abs(means - centre) > MAX_SETTLING_SIGMA * spread).any(axis=1))
+    off = np.asarray((away > MAX_SETTLING_SIGMA * spread).any(axis=1))
     most = min(MAX_TRIMMED_BLOCKS, count // 4)
     first, past = _quiet_from(off, most), count - _quiet_from(off[::-1], most)
     return blocks.select(slice(first, past))
@@ -178,9 +176,10 @@ def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
     length = max(len(means) // COVARIANCE_BATCHES, 1)
     count = len(means) // length
     if count < 2:
-        return origin + average, np.full((3, 3), np.nan)
-    batches = centred[: count * length].reshape(count, length, 3).mean(axis=1)
-    scatter = batches - batches.mean(axis=0)
+        return origin + average, np.full((len(average), len(average)), np.nan)
+    pieces = centred[: count * length].reshape(count, length, -1)
+    batches = np.add.reduce(pieces, axis=1) / length
+    scatter = batches - np.add.reduce(batches, axis=0) / count
     return origin + average, scatter.T @ scatter / (count * (count - 1))
 
 

@@ -5,7 +5,6 @@ makes the same requests.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import msgspec
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import AXES, DIRECTIONS, direction_in_words, pose_in_words
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 MAX_REQUESTS = 100
 """More than anybody would measure in one session."""

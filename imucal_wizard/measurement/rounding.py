@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 
 STEP_SLICES = 20
 SAMPLES_PER_SLICE = 20_000
@@ -16,6 +16,8 @@ STEP_RANGE = 1e-150, 1e150
 """Steps whose squares are finite and not zero; no sensor has others."""
 FINE_RATIO = 1e6
 """σ²/q² above which steps do not matter."""
+NO_ROUNDING = 1.0
+"""σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
 FOURIER_TERMS = np.arange(1, 200)
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
@@ -30,7 +32,7 @@ def resolution_of(values: FloatArray) -> FloatArray:
     Args:
         values: readings in order of time, shape (n, axes).
     """
-    starts = np.unique(
+    starts = distinct(
         np.linspace(0, max(len(values) - SAMPLES_PER_SLICE, 0), STEP_SLICES).astype(int)
     )
     stop = np.append(
@@ -70,7 +72,10 @@ def rounding_variance(before: FloatArray, step: FloatArray) -> FloatArray:
         before: σ² of single readings before rounding.
         step: q, of the same shape; 0 for none.
     """
-    return np.asarray(np.where(step > 0.0, _share(_in_steps(before, step)) * step**2, 0.0))
+    square = step**2
+    if (before > NO_ROUNDING * square).all():
+        return np.zeros(np.shape(before))
+    return np.asarray(np.where(step > 0.0, _share(_in_steps(before, step)) * square, 0.0))
 
 
 def _in_steps(variance: FloatArray, step: FloatArray) -> FloatArray:

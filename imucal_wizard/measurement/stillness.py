@@ -7,12 +7,14 @@ well as a tremor.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median, median_of_rows
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
@@ -132,11 +134,10 @@ class WindowMaker:
         if count >= length:
             gaps = np.lib.stride_tricks.sliding_window_view(blocks.gap, length)
             full[length - 1 :] = ~gaps.any(axis=1)
-        std_a, _ = _spread(blocks.mean_a, blocks.var_a, length)
-        std_g = mean_g = None
-        if blocks.mean_g is not None and blocks.var_g is not None:
-            std_g, mean_g = _spread(blocks.mean_g, blocks.var_g, length)
-        return Windows(std_a, std_g, mean_g, full)
+        std, mean = _spread(blocks.mean, blocks.variance, length)
+        if not blocks.turning:
+            return Windows(std, None, None, full)
+        return Windows(std[:, :3], std[:, 3:], mean[:, 3:], full)
 
 
 def _spread(means: FloatArray, variances: FloatArray, length: int) -> tuple[FloatArray, FloatArray]:
@@ -195,9 +196,9 @@ def measure_noise(windows: Windows) -> Noise | None:
     rows = windows.full
     std_g, mean_g = windows.std_g, windows.mean_g
     return Noise(
-        np.median(windows.std_a[rows], axis=0),
-        None if std_g is None else np.median(std_g[rows], axis=0),
-        None if mean_g is None else np.median(mean_g[rows], axis=0),
+        median_of_rows(windows.std_a[rows]),
+        None if std_g is None else median_of_rows(std_g[rows]),
+        None if mean_g is None else median_of_rows(mean_g[rows]),
     )
 
 
@@ -386,5 +387,5 @@ def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray
     """Variance over all axes relative to its own low values, so that two sensors can be added."""
     variance = (std**2).sum(axis=1)
     quiet = np.sort(variance[full])[:50]
-    least = max(float(np.median(quiet)), float(floor @ floor), 1e-300)
+    least = max(median(quiet), float(floor @ floor), 1e-300)
     return np.asarray(variance / least)

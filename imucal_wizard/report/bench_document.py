@@ -88,6 +88,7 @@ def _rung(one: Rung) -> dict[str, Any]:
         "rms_held_out": finite_or_none(one.rms_held_out),
         "rms_late": finite_or_none(one.rms_late),
         "floor": finite_or_none(one.floor),
+        "floor_fitted": finite_or_none(one.floor_fitted),
     }
 
 
@@ -103,7 +104,6 @@ def _noise(one: Rung) -> dict[str, Any]:
         "degrees_of_freedom": floors.freedom,
         "p_repeatable": finite_or_none(floors.p),
         "repeatable": floors.repeatable,
-        "floor": finite_or_none(floors.floor),
     }
 
 

@@ -12,7 +12,7 @@ from imucal_wizard.core.quantities import (
     true_minus,
     with_unit,
 )
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
@@ -66,7 +66,7 @@ def _comparison(said: Diagnosis) -> list[str]:
     error, number = table.residual, table.index[rows]
     lines = [f"COMPARE  measurement − model, {what} by {what} (× noise)"]
     size = float(np.abs(error[rows] / table.floor[rows]).max(initial=1.0))
-    for index in np.unique(number):
+    for index in distinct(number):
         own = np.flatnonzero(rows)[number == index]
         value = _signed(error[own])
         ratio = _signed(error[own] / table.floor[own]) / np.sqrt(len(own))

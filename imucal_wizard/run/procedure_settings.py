@@ -1,12 +1,13 @@
 """The settings of a procedure; they are stored in the session, so that it can be resumed."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import msgspec
 
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import SI_UNIT, STANDARD_GRAVITY
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.state_machine import Listener, StateMachine

@@ -1,10 +1,10 @@
 """A session replayed from its file, without withdrawn measurements."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import with_options
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import AFTERWARDS, StepKind

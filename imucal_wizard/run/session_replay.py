@@ -4,7 +4,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import msgspec
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.journal import SETUP_COMMAND, Journal

@@ -1,13 +1,14 @@
 """The frozen snapshot that the reader thread hands to the screen."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.limits.procedure import MAX_PREVIEW_GRAVITY_ERROR, MIN_PRINTED_DECIMALS
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.guide.state import Event, Status
 

@@ -3,12 +3,12 @@
 import datetime as dt
 import sqlite3
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import SUFFIX, explain_damage
 from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

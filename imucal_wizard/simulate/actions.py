@@ -1,11 +1,10 @@
 """The actions of the virtual hand, and the names of poses."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 AXES = "xyz"
 TILT_SEPARATOR = "~"

@@ -6,11 +6,12 @@ of the model equations in IEEE 1293 (accelerometer) and IEEE 1431 (gyroscope).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate import attitude
 
 REFERENCE_TEMPERATURE = 25.0

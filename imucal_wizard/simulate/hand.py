@@ -198,8 +198,7 @@ class VirtualHand:
 
     @property
     def unattended(self) -> bool:
-        """Whether the procedure requests nothing now: the device stands still after ``ahead``
-        samples."""
+        """Whether the procedure requests nothing: the device stops after ``ahead`` samples."""
         with self._lock:
             return self._horizon is not None and self._step in UNATTENDED_STEPS
 

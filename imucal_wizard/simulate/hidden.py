@@ -33,12 +33,12 @@ then both factors (``xyz``). For these, one letter means ``xx`` and ``xxy`` (``y
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import forward
 from imucal_wizard.simulate.sensor import MILLI_G

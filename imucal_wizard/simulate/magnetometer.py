@@ -4,11 +4,10 @@
 slightly rotated against the accelerometer's. A sample appears in the line of the next IMU sample.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, generator

@@ -5,11 +5,10 @@ tremor ``δ`` of a hand. Both are closed forms, so rate and specific force at th
 exact derivatives and not differences of samples.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import attitude
 

@@ -5,11 +5,11 @@ a time or when.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate.forward import STEP_TIME, TrueCircumstances
 from imucal_wizard.simulate.hand import VirtualHand

@@ -5,11 +5,10 @@ The body frame is the accelerometer's: its x axis is the x axis of the body and 
 triangular, so a triangular calibration should find the true ``M = S⁻¹``.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.noise import RandomStream, generator

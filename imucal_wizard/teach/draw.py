@@ -2,11 +2,12 @@
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import builtin_effects
 from imucal_wizard.model.effect import MAGNETOMETER, Effect, EffectParameter
 from imucal_wizard.simulate.hidden import TERMS, Hidden

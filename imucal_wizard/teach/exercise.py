@@ -2,11 +2,11 @@
 
 import json
 import secrets
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor

@@ -1,9 +1,9 @@
 """An exercise in the wizard: the effect is hidden in the virtual IMU that the wizard opens."""
 
 import secrets
-from dataclasses import dataclass
 from pathlib import Path
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor

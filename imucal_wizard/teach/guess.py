@@ -1,9 +1,9 @@
 """Judging a student's guess: right, right family, or wrong."""
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 

@@ -9,9 +9,9 @@ unchanged. A program that tries a dictionary can find the key; the seal is suffi
 import hashlib
 import hmac
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.records import dataclass
 
 PBKDF2_ROUNDS = 200_000
 PADDED_BYTES = 256

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.tui.options import WizardOptions
 
@@ -239,7 +240,7 @@ class SourceOpener:
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
         """A recording with today's procedure, or a session with its operator's commands."""
-        from imucal_wizard.acquire.files.session_file import is_session
+        from imucal_wizard.acquire.files import is_session
 
         for path in paths:
             if not path.is_file():

@@ -174,7 +174,7 @@ def test_poses_that_need_a_warm_device_come_last() -> None:
 def test_before_a_result_nothing_more_is_asked_for() -> None:
     machine = machine_at(StepKind.POSES, Device())
     events = machine.command("measure", requests_to_text([pose_asked("+x")]))
-    assert "result first" in texts(events, EventKind.WARNING)[0]
+    assert "only after the result" in texts(events, EventKind.WARNING)[0]
     assert machine.status().step is StepKind.POSES
 
 

@@ -1,10 +1,10 @@
 """The interface of a wire format: a detector that recognises it and a decoder that gives rows."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

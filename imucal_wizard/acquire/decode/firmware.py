@@ -5,11 +5,11 @@ Sources: the print statements of the named firmware and its documentation.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from imucal_wizard.acquire.decode.base import Column, Format, Line
 from imucal_wizard.acquire.decode.labelled import LabelledDecoder, LineKind
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

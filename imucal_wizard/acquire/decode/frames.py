@@ -6,11 +6,11 @@ Checksums of 16 bits with the polynomial 0x1021 (CRC-CCITT) are in the standard 
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ import math
 import re
 from collections import Counter, deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from imucal_wizard.acquire.decode.base import Column, Format, Line
 from imucal_wizard.acquire.decode.delimited import are_numbers, split_fields
@@ -17,6 +16,7 @@ from imucal_wizard.acquire.decode.vocabulary import (
     unit_belongs,
 )
 from imucal_wizard.core import units
+from imucal_wizard.core.records import dataclass
 
 MIN_LABELLED_LINES = 24
 """Lines with numbers from which the kinds of line of an unknown device are learned."""

@@ -1,12 +1,15 @@
 """Recordings from files: text, binary captures, sessions."""
 
-from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.acquire.files.recording_files import read_files
 
-__all__ = ["RecordingOptions", "read_files"]
+__all__ = ["RecordingOptions", "is_session", "read_files"]
+_SQLITE = b"SQLite format 3\0"
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,15 @@ class RecordingOptions:
             "gyroscope": self.gyroscope_unit,
             "magnetometer": self.magnetometer_unit,
         }.get(sensor)
+
+
+def is_session(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
 
 
 def __getattr__(name: str) -> object:

@@ -5,7 +5,7 @@ no arrival times, its first line is complete, and no questions can be asked.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +15,19 @@ from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     NotTextError,
     decode_text,
     decompress,
     read_bytes,
 )
-from imucal_wizard.acquire.files.session_file import is_session, read_setup_and_pieces
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
 from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
@@ -288,6 +288,8 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         SessionError: the file cannot be read.
         RecordingError: its bytes do not give samples.
     """
+    from imucal_wizard.acquire.files.session_file import read_setup_and_pieces  # SQLite
+
     about, pieces = read_setup_and_pieces(path)
     try:
         setup = StreamSetup.from_json(about.get("setup", {}))

@@ -12,13 +12,14 @@ import shlex
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from imucal_wizard.acquire.files import is_session
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.core.output import without_control_characters
 from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.core.records import dataclass
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
@@ -27,7 +28,6 @@ VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
 """How long opening a session waits for another program that is writing it."""
-_SQLITE = b"SQLite format 3\0"
 
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -58,15 +58,6 @@ class Command:
     sample_index: int
     name: str
     argument: str
-
-
-def is_session(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(_SQLITE)) == _SQLITE
-    except OSError:
-        return False
 
 
 def connect(path: Path) -> sqlite3.Connection:

@@ -6,12 +6,11 @@ of the middle of the readings). What no reading has seen keeps the prior's doubt
 from a new direction is not taken for a disturbance.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of, centres
 from imucal_wizard.estimate.ellipsoid.surface import (

@@ -5,14 +5,13 @@ sample, which samples are disturbed, and which parameters the directions determi
 here, and what this chapter refuses is refused for every method.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of
 from imucal_wizard.estimate.ellipsoid.robust import robust_start

@@ -6,7 +6,6 @@ the calibration, so that a wrong direction shows at once.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -16,6 +15,7 @@ import numpy as np
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.report.calibration_file import Calibration
 
 Correction = Callable[[FloatArray], FloatArray]

@@ -1,7 +1,6 @@
 """The panels of the bench as rows: picture, suspects, model, ladder."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from imucal_wizard.core.quantities import (
     with_unit,
 )
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING, Entry, noise_of_ladder
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
