@@ -49,6 +49,9 @@ BLIND_TO_GROUP = 1e-9
 MIN_SHARE = 0.05
 """Of the measured noise that a kind of row may seem to have by its residual: by chance with three
 degrees of freedom once in three hundred."""
+NOT_SHOWN = 1e-6
+"""Share of a group's own error, of the largest share of any combination in it, below which the
+other rows do not show that combination."""
 EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
@@ -527,6 +530,20 @@ def unexplained(lever: FloatArray, white: FloatArray, rows: IntArray) -> FloatAr
     return np.asarray(np.eye(rows.shape[1]) - lever[rows] @ np.swapaxes(white[rows], 1, 2))
 
 
+def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
+    """Errors of groups of rows under the fit of all others, ``(1 − H)⁻¹ r`` over what that shows.
+
+    Args:
+        unexplained: 1 − H of each group, shape (groups, size, size).
+        errors: under the fit of all, shape (groups, size).
+    """
+    values, vectors = np.linalg.eigh(unexplained)
+    seen = values > NOT_SHOWN * values[:, -1:]
+    inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+    turned = np.swapaxes(vectors, 1, 2) @ errors[:, :, None]
+    return np.asarray((vectors @ (inverse[:, :, None] * turned))[:, :, 0])
+
+
 def _noise_root(found: Minimum[Experiment]) -> FloatArray:
     """A root of the covariance of the rows by measured noise and by errors of the reference."""
     doubts = ~found.reported
@@ -646,9 +663,8 @@ def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
     drops = np.zeros(items.item.max(initial=-1) + 1)
     for places in groups_by_size(items.item):
         rows = items.rows[places]
-        alone = np.linalg.pinv(unexplained(lever, white, rows), rcond=1e-6, hermitian=True)
-        own = residual[rows][:, :, None]
-        drops[items.item[places[:, 0]]] = (own * (alone @ own)).sum(axis=(1, 2))
+        alone = left_out(unexplained(lever, white, rows), residual[rows])
+        drops[items.item[places[:, 0]]] = (residual[rows] * alone).sum(axis=1)
     own = residual[items.rows]
     judged = distinct(system.kinds[items.rows])
     freedom = float(found.balance.freedom[judged].sum())

@@ -9,7 +9,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
-from imucal_wizard.estimate.fit import Minimum, groups_by_size, outlier_of, unexplained
+from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import loose_candidates, rest_numbers, usual_candidates
@@ -89,8 +89,7 @@ def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) 
     lever = white @ found.balance.covariance / found.balance.variance[0] / shares[0]
     squares = 0.0
     for rows in groups_by_size(groups):
-        inner = np.linalg.pinv(unexplained(lever, white, rows), rcond=1e-6, hermitian=True)
-        squares += float(((inner @ errors[rows][:, :, None]) ** 2).sum())
+        squares += float((left_out(unexplained(lever, white, rows), errors[rows]) ** 2).sum())
     noise = float(np.sqrt(squares / shares.sum())) / gravity
     return expected_error(up, experiment.identified.basis, noise) * gravity
 

@@ -21,7 +21,14 @@ import numpy as np
 
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.directions import unit_vectors
-from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
+from imucal_wizard.core.quaternions import (
+    carried_back,
+    cross,
+    matrices,
+    matrices_of,
+    products,
+    quaternions,
+)
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
@@ -81,8 +88,8 @@ class ClosureRows(Rows):
     def force(self) -> FloatArray:
         """Specific force at each sample, m/s², shape (n, 3)."""
         samples = self._source.samples
-        turned = matrices(samples.at_samples(*self._steps))
-        up = np.einsum("ijn,ni->nj", turned, self._source.before[samples.rotation])
+        attitude = samples.at_samples(*self._steps)
+        up = carried_back(attitude, self._source.before[samples.rotation].T).T
         return np.asarray(self._source.gravity * up)
 
     @cached_property
@@ -309,8 +316,11 @@ def attitude_means(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
-    three = np.stack([first, middle, last], axis=1)
-    return np.asarray(matrices_of((products(three) / 6.0).sum(axis=1)).reshape(9, -1))
+    total = products(first)
+    total += products(middle)
+    total += products(last)
+    total /= 6.0
+    return matrices_of(total).reshape(9, -1)
 
 
 def error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:
