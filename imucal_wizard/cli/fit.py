@@ -71,7 +71,7 @@ def run(argv: Sequence[str]) -> int:
 
         say(summary(fit.report, says))
     else:
-        for warning in fit.report.warnings:
+        for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")
     if arguments.save:
         tell(f"saved: {arguments.save}")

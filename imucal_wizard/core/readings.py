@@ -1,4 +1,4 @@
-"""Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
+"""Readings: the samples of a recording or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
 from dataclasses import field
@@ -18,7 +18,7 @@ A = TypeVar("A", FloatArray, IntArray)
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
-"""A larger number is no reading: its square would overflow."""
+"""Larger numbers are not readings: their square would overflow."""
 
 
 def distinct(values: A) -> A:
@@ -77,7 +77,7 @@ class Readings:
         gyroscope: readings of angular rate, or None when there is no gyroscope.
         magnetometer: readings of flux density, or None.
         temperature: degrees Celsius, or None.
-        warnings: what the user should know about the data.
+        warnings: messages to the user about the data.
         current: current of the board's motors, A, or their throttle, %; or None.
     """
 

@@ -1,7 +1,7 @@
-"""Equal pieces of the stream, a tenth of a second each: all that stillness and holds look at.
+"""Blocks of a tenth of a second, on which stillness and holds are decided.
 
 The sums of a block are formed in an order that depends only on its size, so the same samples give
-the same bits whether they come one at a time or ten million at once.
+the same bits whether they arrive one at a time or all at once.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,20 @@ from imucal_wizard.core.readings import (
 from imucal_wizard.core.records import dataclass
 
 _SAMPLES_AT_ONCE = 8192
-"""Samples whose sums are formed at once, so that they stay in the processor's cache."""
+"""Samples summed at once, so that they stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Consecutive pieces of a stream, m of them.
+    """m consecutive blocks of a stream.
 
     Attributes:
-        start: time of the first sample of each, s, shape (m,).
+        start: time of the first sample of each block, s, shape (m,).
         end: time one interval after the last sample, s, shape (m,).
-        mean: mean reading of the accelerometer and, where there is one, of the gyroscope, shape
-            (m, 3) or (m, 6).
-        variance: mean square about that mean, of the same shape.
+        mean: mean reading of the accelerometer and, if any, the gyroscope, shape (m, 3) or (m, 6).
+        variance: variance about that mean, of the same shape.
         temperature: mean temperature, °C, NaN where unknown, shape (m,).
-        gap: samples are missing inside, or between it and the block before, shape (m,).
+        gap: samples are missing in the block, or between it and the previous one, shape (m,).
         size: samples in each block.
     """
 
@@ -61,7 +60,7 @@ class Blocks:
         return int(self.mean.shape[1]) > 3
 
     def select(self, rows: slice) -> "Blocks":
-        """Some consecutive blocks."""
+        """A slice of the blocks."""
         return Blocks(
             start=self.start[rows],
             end=self.end[rows],
@@ -74,7 +73,7 @@ class Blocks:
 
 
 def join_blocks(parts: Sequence[Blocks]) -> Blocks:
-    """Pieces of one stream of blocks, in order, as one."""
+    """Join consecutive pieces of one stream of blocks."""
 
     def joined(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part in parts])
@@ -96,10 +95,10 @@ def block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
 
 
 def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean and mean square about it of each piece.
+    """Mean and variance of each piece.
 
-    Each piece is re-centred on its first sample: raw counts around 32768 would lose their variance
-    in a plain sum of squares.
+    Each piece is re-centred on its first sample; a plain sum of squares would lose the variance of
+    raw counts around 32768.
 
     Args:
         pieces: shape (m, size, channels).
@@ -116,10 +115,10 @@ def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same for so few pieces that they stay in the processor's cache.
+    """The same for a number of pieces that stays in the processor's cache.
 
-    Every channel of a piece is brought into a row of its own, so that its sum is formed in an
-    order that depends on nothing but ``size``.
+    Every channel of a piece is copied into a row of its own, so that its sum is formed in an order
+    that depends only on ``size``.
     """
     offset = np.array(pieces.swapaxes(1, 2), order="C")
     origin = offset[:, :, 0].copy()
@@ -130,7 +129,7 @@ def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class BlockCutter:
-    """Cuts a stream into blocks; keeps what does not fill one yet."""
+    """Cuts a stream into blocks and keeps the samples of an unfinished one."""
 
     def __init__(self, rate: float, seconds: float = BLOCK_SECONDS) -> None:
         self.size = block_size(rate, seconds)
@@ -142,7 +141,7 @@ class BlockCutter:
     def feed(self, readings: Readings) -> Blocks:
         """The blocks that these readings complete.
 
-        The gyroscope, where there is one, has the accelerometer's sample times.
+        The gyroscope, if any, must have the accelerometer's sample times.
         """
         whole = readings if self._rest is None else join_readings([self._rest, readings])
         self._keep_temperatures(readings.temperature)
@@ -195,7 +194,7 @@ class BlockCutter:
             )
 
     def _temperature(self, time: FloatArray) -> FloatArray:
-        """The newest temperature at the end of each block; a slow sensor's value is held."""
+        """The newest temperature at the end of each block; the value of a slow sensor is held."""
         series = self._temperatures
         if series is None or not len(time):
             return np.full(len(time), np.nan)
@@ -220,7 +219,7 @@ def _rows(readings: Readings, first: int, last: int) -> Readings:
 
 
 def resample_gyroscope(readings: Readings) -> Readings:
-    """The gyroscope interpolated to the accelerometer's times, where it has times of its own."""
+    """Interpolate the gyroscope to the accelerometer's times if it has its own."""
     own, gyroscope = readings.accelerometer, readings.gyroscope
     if gyroscope is None or np.array_equal(own.time, gyroscope.time):
         return readings
