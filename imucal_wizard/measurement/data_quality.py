@@ -294,21 +294,27 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def clipped_axis(rate: FloatArray, rest: FloatArray, full_scale: float | None) -> str | None:
+def clipped_axis(
+    rate: FloatArray, rest: FloatArray, full_scale: float | None, unit: str
+) -> str | None:
     """The axis that was clipped during a rotation, or None.
 
     Args:
         rate: readings, shape (n, 3).
         rest: the reading at rest, shape (3,).
         full_scale: full scale of the gyroscope in the reading's unit, or None.
+        unit: unit of the readings; a plateau within the smallest common range is not clipping.
     """
-    for index, axis in enumerate(AXES):
-        largest = np.abs(rate[:, index]).max(initial=0.0)
-        if full_scale is not None and largest >= MIN_FULL_SCALE_SHARE * full_scale:
+    for index, axis in enumerate(AXES if len(rate) else ""):
+        column = rate[:, index]
+        if full_scale is not None and np.abs(column).max() >= MIN_FULL_SCALE_SHARE * full_scale:
             return axis
-        turned = rate[:, index] - rest[index]
-        for signed in (turned, -turned):
-            if len(signed) and float(signed.max()) > 0.0 and _flat_top(signed):
+        if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
+            continue
+        turned = column - rest[index]
+        for signed, end in ((turned, column.max()), (-turned, column.min())):
+            within = unit != COUNT and abs(end) < MIN_RATE_RANGE
+            if not within and float(signed.max()) > 0.0 and _flat_top(signed):
                 return axis
     return None
 
