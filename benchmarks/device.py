@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.measure import PYTHON
 from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
-from imucal_wizard.simulate.imu import HEADER_EVERY, LinePrinter
+from imucal_wizard.simulate.imu import HEADER_PERIOD_SECONDS, LinePrinter
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import FACES
 from imucal_wizard.simulate.sensor import SensorModel
@@ -74,7 +74,7 @@ def prepared(rate: float, seconds: float, script: str) -> list[bytes]:
         lines += [(_LINE % tuple(row)).encode() for row in table.tolist()]
     lines = lines[: round(rate * seconds)]
     header = LinePrinter(sensor).header
-    for index in range(0, len(lines), round(HEADER_EVERY * rate)):
+    for index in range(0, len(lines), round(HEADER_PERIOD_SECONDS * rate)):
         lines[index] = header + lines[index]
     return lines
 

@@ -18,7 +18,7 @@ from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
 
 RATES = (1666.0, 8000.0)
@@ -54,7 +54,7 @@ def run(rate: float, way: str) -> Outcome:
     with tempfile.TemporaryDirectory() as folder, Device(rate, SECONDS) as device:
         engine = Engine(StreamSetup())
         if way != WAYS[0]:
-            engine = begin(Path(folder) / "stream.imucal")
+            engine = begin_session(Path(folder) / "stream.imucal")
         reader = Reader(Pump(Transport(device.port)), engine)
         reader.start()
         reader.command("start")

@@ -20,7 +20,6 @@ True
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from functools import cached_property
@@ -29,8 +28,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session_file import corrections_note, is_session
+from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -43,7 +41,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
-    from imucal_wizard.run.review import Reviewed
+    from imucal_wizard.run.review import ReviewedSession
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -75,14 +73,23 @@ class Recording:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
-        self._session: Reviewed | None = None
+        self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
-            from imucal_wizard.run.review import review
+            from imucal_wizard.run.review import review_session
 
-            self._session = review(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options)
         else:
-            self._notes = tuple(text for path in self.paths for text in corrections_note(path))
+            self._notes = self._corrections()
+
+    def _corrections(self) -> tuple[str, ...]:
+        """Warnings about what the operator withdrew in the sessions among the files."""
+        sessions = [path for path in self.paths if is_session(path)]
+        if not sessions:
+            return ()
+        from imucal_wizard.acquire.files.session_file import corrections_note  # SQLite
+
+        return tuple(text for path in sessions for text in corrections_note(path))
 
     @cached_property
     def readings(self) -> Readings:
@@ -127,37 +134,30 @@ class Recording:
         """Local gravity that a session was carried out with, else standard gravity, m/s²."""
         return STANDARD_GRAVITY if self._session is None else self._session.gravity
 
-    def fit(self, options: FitOptions, *, inertial: bool = False) -> FitReport:
+    def fit(self, options: FitOptions) -> FitReport:
         """The fit without effects.
 
         Args:
             options: gravity and methods.
-            inertial: leave the magnetometer out.
 
         Raises:
             DataError: the data do not determine a calibration.
         """
         session = self._session
         if session is None:
-            readings = self.readings
-            return fit_readings(
-                replace(readings, magnetometer=None) if inertial else readings, options
-            )
+            return fit_readings(self.readings, options)
         from imucal_wizard.run.review import fit_stream
 
-        kept = session.collected
         try:
-            report = fit_stream(
-                replace(kept, magnetometer=None) if inertial else kept, session.stream, options
-            )
+            report = fit_stream(session.collected, session.stream, options)
         except DataError as error:
             self._session = None
             note = (
                 f"the holds that the wizard kept do not determine a calibration ({error}): all "
                 "samples of the session are used instead, as those of a recording"
             )
-            self._notes = (note, *corrections_note(self.paths[0]))
-            return self.fit(options, inertial=inertial)
+            self._notes = (note, *self._corrections())
+            return self.fit(options)
         if session.finished:
             return report
         note = (
@@ -216,8 +216,7 @@ class Fit:
         """
         from imucal_wizard.diagnose.benches import Benches
 
-        report = self._for_benches()
-        return Benches(report, self.recording.behind(report), self._base, self._own)
+        return Benches(self.report, self.recording.behind(self.report), self._base, self._own)
 
     def add(self, terms: Mapping[str, Sequence[str]]) -> None:
         """Add effects to the models.
@@ -235,24 +234,6 @@ class Fit:
                 raise UsageError(f"there is no {sensor} in this recording to add a term to")
             for name in names:
                 bench.add(name)
-
-    def _for_benches(self) -> FitReport:
-        """The fit that the bench begins with: without the second stage, which uses two sensors."""
-        recording, options = self.recording, self.options
-        if recording.field is None:
-            return self.report
-        from imucal_wizard.estimate.magnetometer.report import with_field
-
-        try:
-            report = recording.fit(options, inertial=True)
-        except DataError as error:
-            # a device that only tumbles gives no accelerometer calibration
-            notes = (*recording.warnings, f"the accelerometer is not calibrated: {error}")
-            report = FitReport(options.gravity, {}, (), (), {}, warnings=notes)
-        report = with_field(report, recording.field, options)
-        with suppress(DataError):  # clocks and axes of the sensors against one another
-            report = replace(report, second_stage=self.report.second_stage)
-        return report
 
     @property
     def calibration(self) -> "Calibration":

@@ -9,11 +9,11 @@ import pytest
 from assets.drawing.figures import pose_attitude, readings, view_of
 from assets.drawing.poses import FOLDER, drawings
 from assets.drawing.solid import faces
-from imucal_wizard.core.poses import CORNERS, DIRECTIONS, EDGES, EIGHT, FACES, NAMED
+from imucal_wizard.core.poses import CORNERS, DIRECTIONS, EDGES, EIGHT_TILTS, FACES, NAMED
 from imucal_wizard.guide.wording import label
 
 
-@pytest.mark.parametrize("pose", [*DIRECTIONS, *EIGHT])
+@pytest.mark.parametrize("pose", [*DIRECTIONS, *EIGHT_TILTS])
 def test_a_pose_is_drawn_with_what_is_named_on_top_and_in_sight(pose: str) -> None:
     """The attitude is a rotation with the pose's direction up, and its faces look at the eye."""
     attitude = np.array(pose_attitude(pose))

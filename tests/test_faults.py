@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.cli import fit
-from imucal_wizard.core.output import harmless
+from imucal_wizard.core.output import without_control_characters
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.app import WizardApp
@@ -20,7 +20,9 @@ from tests.tui import fakes
 
 
 def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
-    code = "from imucal_wizard.run.faults import watch; watch(); {}['never there']"
+    code = (
+        "from imucal_wizard.run.faults import hide_tracebacks; hide_tracebacks(); {}['never there']"
+    )
     home = {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -84,7 +86,7 @@ def test_a_fault_in_an_app_is_printed_once_without_a_traceback(
     ],
 )
 def test_nothing_that_is_printed_steers_the_terminal(text: str, shown: str) -> None:
-    assert harmless(text) == shown
+    assert without_control_characters(text) == shown
 
 
 def test_a_name_that_is_no_text_is_fitted_and_saved(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from imucal_wizard.core.errors import SessionError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
-from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_path
+from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_session_path
 
 
 class Clock:
@@ -155,7 +155,7 @@ def test_a_name_that_no_file_can_have_is_refused_with_the_reason(tmp_path: Path)
         Session.open(path)
     folder = tmp_path / ("a" * 300)
     assert list_sessions(folder) == []
-    assert new_path(folder, dt.datetime.now(dt.UTC)).parent == folder
+    assert new_session_path(folder, dt.datetime.now(dt.UTC)).parent == folder
 
 
 def test_a_session_that_is_being_written_cannot_be_opened_twice(tmp_path: Path) -> None:
@@ -169,7 +169,7 @@ def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
     with Session.create(path, {"source": "x"}) as session:
         session.write_raw(0.0, b"one")
         session.commit()
-        about, pieces = session_file.read_raw(path)
+        about, pieces = session_file.read_setup_and_pieces(path)
         with KeptSession.look(path) as kept:
             assert (kept.last_raw, kept.commands()) == (1, [])
             assert list(kept.raw()) == [(1, 0.0, b"one")]
@@ -178,7 +178,7 @@ def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
 
 def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:
     now = dt.datetime(2031, 5, 6, 7, 8, 9, tzinfo=dt.UTC)
-    first = new_path(tmp_path, now)
+    first = new_session_path(tmp_path, now)
     Session.create(first, {}).close()
     assert first.name == "2031-05-06_070809.imucal"
-    assert new_path(tmp_path, now).name == "2031-05-06_070809-2.imucal"
+    assert new_session_path(tmp_path, now).name == "2031-05-06_070809-2.imucal"

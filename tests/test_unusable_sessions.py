@@ -8,7 +8,7 @@ import pytest
 
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.run.session_replay import begin, resume
+from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session, list_sessions
 from tests.estimate.truth import hold
 
@@ -102,7 +102,7 @@ def test_a_session_that_is_being_written_cannot_be_taken_up(tmp_path: Path) -> N
 )
 def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path, sql: str) -> None:
     path = tmp_path / "a.imucal"
-    begin(path).close()
+    begin_session(path).close()
     with Session.open(path) as session:
         session.write_raw(0.5, b"1,2,3\n")
         session.write_raw(1.0, b"1,2,3\n")
@@ -114,7 +114,7 @@ def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path
 
 
 def _taken_up(path: Path) -> None:
-    again = resume(path)
+    again = resume_session(path)
     again.prepare(again.engine)
 
 

@@ -13,7 +13,7 @@ from imucal_wizard.core.poses import (
     AXES,
     CORNERS,
     EDGES,
-    EIGHT,
+    EIGHT_TILTS,
     FACES,
     POSE_TOLERANCE_DEG,
     START_POSES,
@@ -41,7 +41,7 @@ def drawings() -> dict[str, str]:
     return {
         "sheet.svg": document(WIDTH, HEIGHT, sheet()),
         "eighteen.svg": document(WIDTH, 3 * ROW + 6.0, rows([*FACES, *EDGES], 5.0)),
-        "eight.svg": document(WIDTH, 2 * ROW + 6.0, rows(list(EIGHT), 5.0, columns=4)),
+        "eight.svg": document(WIDTH, 2 * ROW + 6.0, rows(list(EIGHT_TILTS), 5.0, columns=4)),
         "rotations.svg": document(WIDTH, 52.0, turns(4.0)),
     }
 

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.hidden.designs import BATCHES, Schedule
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate.noise import RATIO, TIMES
+from imucal_wizard.simulate.noise import CORRELATION_TIME_RATIO, CORRELATION_TIMES
 
 TREMOR_FREQUENCY = 8.0
 """Of a hand and of what a desk passes on, Hz."""
@@ -64,8 +64,8 @@ def _covariance(colour: Colour, start: FloatArray, length: FloatArray) -> FloatA
         start[:, None] < start, length[:, None], length[None, :]
     )
     total = np.diag(colour.density**2 / (2.0 * length))
-    variance = colour.floor**2 * np.log(RATIO) / (2.0 * np.log(2.0))
-    for tau in TIMES if colour.floor else ():
+    variance = colour.floor**2 * np.log(CORRELATION_TIME_RATIO) / (2.0 * np.log(2.0))
+    for tau in CORRELATION_TIMES if colour.floor else ():
         mean = tau / length * -np.expm1(-length / tau)
         apart = variance * np.outer(mean, mean) * np.exp(-np.maximum(gap, 0.0) / tau)
         share = length / tau

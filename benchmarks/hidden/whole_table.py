@@ -20,7 +20,7 @@ from benchmarks.hidden.whole import (
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Opinion
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
-from imucal_wizard.teach.draw import NOISE
+from imucal_wizard.teach.draw import GRADE_NOISE
 
 TIMES = 2.0
 """Hidden at so many times what the program calls detectable in the same session without it."""
@@ -61,7 +61,7 @@ def nothing_hidden(pool: Executor, recordings: int, seed: int) -> Iterator[str]:
     kind = f"raw recordings with nothing hidden, {POSES} and rotations, bench --auto"
     yield f"\n{kind}; {recordings} each"
     yield f"{'sensor':<40}{'complete':>10}{'any claim':>11}{'a name':>8}   verdicts"
-    for grade in NOISE:
+    for grade in GRADE_NOISE:
         both = list(pool.map(partial(_plain, grade, seed), range(recordings)))
         for place, sensor in enumerate((ACCELEROMETER, GYROSCOPE)):
             own = [one[place] for one in both]
@@ -99,7 +99,7 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
 def _plain(grade: str, seed: int, number: int) -> tuple[Opinion, Opinion]:
     benches = benches_of(seed + number, grade, ())
     accelerometer = judged(benches, ACCELEROMETER, ())
-    gyroscope = benches.gyroscope
+    gyroscope = benches.bench("gyroscope")
     if gyroscope is None:
         raise ValueError("the recording has no gyroscope")
     found = add_by_itself(gyroscope) if benches.passed else gyroscope.look()

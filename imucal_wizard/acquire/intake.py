@@ -1,34 +1,37 @@
-"""The whole way from bytes to Readings: format, columns, units, clock."""
+"""From bytes to Readings: format, columns, units, clock."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.acquire.assemble import Assembler
 from imucal_wizard.acquire.decode import decoder_for, formats
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
-from imucal_wizard.acquire.detect import Garbage
-from imucal_wizard.acquire.health import Health
-from imucal_wizard.acquire.search import Backlog, Found, Search
+from imucal_wizard.acquire.detect import GarbageDetector
+from imucal_wizard.acquire.health import StreamHealth
+from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.output import sanitise
-from imucal_wizard.core.readings import FloatArray, Readings, join
+from imucal_wizard.core.readings import FloatArray, Readings, join_readings
+from imucal_wizard.core.records import dataclass
 
 LINK_BREAK = b""
-"""An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
+"""An empty piece of bytes, which no protocol can send: the link was interrupted here."""
 
+_SHOWN_BYTES = 24
+"""Newest bytes of a binary stream that the preview shows, as hexadecimal numbers."""
 _MAX_UNREAD_LINES = 50
-"""Unreadable lines in a row after which it is said that nothing is read any more."""
+"""Consecutive unreadable lines after which the stream is reported as unreadable."""
 
 
 @dataclass(frozen=True)
 class Preview:
-    """The newest line as it came, and what was read from it.
+    """The newest line as received, and the numbers read from it.
 
     Attributes:
-        line: the text, safe to show.
-        values: one number per column, as printed; empty while no row was read.
+        line: printable text; the newest bytes in hexadecimal if the stream is binary.
+        values: one number per column, as printed; empty before the first row.
     """
 
     line: str = ""
@@ -36,18 +39,18 @@ class Preview:
 
 
 class Intake:
-    """Bytes in, Readings out.
+    """Converts bytes to Readings.
 
-    Until format, columns, units and rate are known the bytes are kept; then everything from the
-    first byte on comes out. The same chunks with the same arrivals give the same Readings to the
-    last bit; where the stream carries its own time, neither the arrivals nor the cuts matter.
+    Until format, columns, units and rate are known the bytes are kept; then all Readings from the
+    first byte on are returned. The same chunks with the same arrivals give bit-identical Readings;
+    if the stream carries its own time, neither the arrivals nor the cuts matter.
 
     Args:
-        setup: what is known of the stream.
-        compare_arrivals: warn when the device's time and the host's disagree; False where the
-            arrivals are not those of the device (a recording played at another speed).
-        recording: the bytes are a whole recording: the first line is whole, there are no arrivals,
-            the device's own origin of time is kept, and sensors may be missing.
+        setup: known properties of the stream.
+        compare_arrivals: warn if the device's time and the host's disagree; False if the arrivals
+            are not those of the device (a recording played at another speed).
+        recording: whether the bytes are a whole recording: the first line is whole, there are no
+            arrivals, the device's own origin of time is kept, and sensors may be missing.
     """
 
     def __init__(
@@ -60,13 +63,13 @@ class Intake:
         self._asked = setup or StreamSetup()
         self._compare_arrivals = compare_arrivals and not recording
         self._recording = recording
-        self._search = Search(self._asked, recording=recording)
+        self._search = StreamSearch(self._asked, recording=recording)
         self._held = Backlog()
-        self._found: Found | None = None
+        self._found: ResolvedStream | None = None
         self._decoder: Decoder | None = None
         self._assembler: Assembler | None = None
-        self._health: Health | None = None
-        self._garbage = Garbage()
+        self._health: StreamHealth | None = None
+        self._garbage = GarbageDetector()
         self._unread = 0
         self._malformed = 0
         self._decimals: tuple[int, ...] = ()
@@ -76,17 +79,17 @@ class Intake:
 
     @property
     def ready(self) -> bool:
-        """Whether format, columns, units and rate are known, so that Readings come out."""
+        """Whether format, columns, units and rate are known, so that Readings are returned."""
         return self._rate > 0
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
+        """The unknown properties: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
         return () if self._found else self._search.needs
 
     @property
     def problem(self) -> str:
-        """Why nothing can be read and what to do, where that is so; else ``""``."""
+        """The reason why nothing can be read and what to do, or ``""``."""
         if self._found is None:
             return self._search.problem
         if self._garbage.problem:
@@ -96,8 +99,8 @@ class Intake:
         if self._unread < _MAX_UNREAD_LINES:
             return ""
         return (
-            f"The last {self._unread} lines could not be read: the device prints something else "
-            f"now. Restart it, or choose the source again."
+            f"The last {self._unread} lines could not be read: the device's output has changed. "
+            f"Restart it, or choose the source again."
         )
 
     @property
@@ -111,23 +114,23 @@ class Intake:
         return known is not None and known.binary
 
     @property
-    def misfit(self) -> MalformedLine | None:
+    def first_malformed(self) -> MalformedLine | None:
         """The first malformed line."""
-        return self._decoder.misfit if self._decoder else self._search.misfit
+        return self._decoder.first_malformed if self._decoder else self._search.first_malformed
 
     @property
     def named(self) -> bool:
-        """Whether the stream itself says what its columns are."""
+        """Whether the stream itself names its columns."""
         return self._search.named
 
     @property
     def rows(self) -> int:
-        """How many rows were read, with or without a number in each needed column."""
+        """Number of rows read, with or without a number in each needed column."""
         return self.samples + (self._assembler.missing.count if self._assembler else 0)
 
     @property
     def without_number(self) -> str:
-        """How many rows lack a number and for what; ``""`` where none does."""
+        """Number of rows without a number and the columns, in words; ``""`` if there are none."""
         if self._assembler is None or not self._assembler.missing.count:
             return ""
         missing = self._assembler.missing
@@ -135,43 +138,43 @@ class Intake:
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The columns as far as they are known, with a proposal where they must be asked."""
+        """The columns as far as they are known, with a proposal if they must be asked for."""
         return self._found.columns if self._found else self._search.columns
 
     @property
     def setup(self) -> StreamSetup:
-        """The setup as far as it is resolved; an Intake made with it reads the same bytes alike."""
+        """The setup as far as it is known; an Intake made with it reads the same bytes alike."""
         return replace(self._asked, format=self.format or AUTO, columns=self.columns)
 
     @property
     def rate(self) -> float:
-        """Samples per second, as known when the first Readings came out; 0 before."""
+        """Samples per second, as estimated with the first Readings; 0 before."""
         return self._rate
 
     @property
     def measured_rate(self) -> float:
-        """Samples per second as known now; 0 before it is known."""
+        """Current estimate of the samples per second; 0 while unknown."""
         period = self._assembler.period if self._assembler else 0.0
         return 1.0 / period if period else 0.0
 
     @property
     def samples(self) -> int:
-        """How many samples have come out."""
+        """Number of samples returned."""
         return self._assembler.samples if self._assembler else 0
 
     @property
     def lost(self) -> int:
-        """How many samples are missing by the device's time or count, or by the host's clock."""
+        """Number of lost samples by the device's time or counter, or by the host's clock."""
         return self._assembler.lost if self._assembler else 0
 
     @property
     def malformed(self) -> int:
-        """How many lines or frames were thrown away."""
+        """Number of lines or frames dropped."""
         return self._malformed + (self._assembler.split if self._assembler else 0)
 
     @property
     def digits(self) -> int | None:
-        """Printed decimals of the accelerometer columns; None where the stream is not text."""
+        """Printed decimals of the accelerometer columns; None if the stream is not text."""
         printed = self._decimals or self._search.decimals
         places = [i for i, c in enumerate(self.columns) if c.channel in ("ax", "ay", "az")]
         there = [printed[i] for i in places if i < len(printed)]
@@ -180,28 +183,32 @@ class Intake:
     @property
     def preview(self) -> Preview:
         """The newest line and its values."""
-        lines = [line for line in self._line.splitlines() if line.strip()]
+        if self._binary:
+            line = self._line[-_SHOWN_BYTES:].hex(" ")
+        else:
+            lines = [line for line in self._line.splitlines() if line.strip()]
+            line = sanitise(lines[-1]) if lines else ""
         latest = self._latest if self._found else self._search.latest
         row = tuple(float(v) for v in latest[-1]) if len(latest) else ()
-        return Preview(sanitise(lines[-1]) if lines else "", row)
+        return Preview(line, row)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was noticed, each once, newest last; every one says what to do."""
+        """The warnings, each once, newest last."""
         known = formats().get(self.format)
         note = known.note if known else ""
         seen = self._health.notes if self._health else ()
         return (*self._search.notes, *((note,) if note else ()), *seen)
 
     def feed(self, data: bytes, arrival: float) -> Readings | None:
-        """Take what has come.
+        """Add received bytes.
 
         Args:
-            data: bytes, cut anywhere; ``LINK_BREAK`` where the link was lost.
-            arrival: when they came, s, on a clock that only goes forward.
+            data: bytes, divided anywhere; ``LINK_BREAK`` after an interruption of the link.
+            arrival: arrival, s, on a monotonic clock.
 
         Returns:
-            The samples that these bytes complete; None when there are none, or not yet.
+            The samples that these bytes complete; None if there are none yet.
         """
         if not data:
             self._broken(arrival)
@@ -218,7 +225,7 @@ class Intake:
         return None
 
     def _broken(self, arrival: float) -> None:
-        """The link was lost: nothing before is joined to what comes after."""
+        """The link was interrupted: join nothing across the interruption."""
         if self._decoder is not None:
             self._decoder.broken()
         else:
@@ -226,7 +233,7 @@ class Intake:
             self._search.broken()
 
     def feed_all(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
-        """Take several pieces, each with its arrival: the same samples as one by one, sooner."""
+        """Add several pieces, each with its arrival: the same samples as one by one, but faster."""
         together = self._assembler is not None and self._assembler.device is not None
         if together and all(data for data, _ in pieces):
             return self.feed(b"".join(data for data, _ in pieces), pieces[-1][1])
@@ -241,21 +248,22 @@ class Intake:
         return _joined(parts)
 
     def reconfigured(self, setup: StreamSetup) -> "tuple[Intake, Readings | None]":
-        """An Intake with another setup that has already been fed what this one still keeps.
+        """An Intake with another setup, fed with the bytes that this one still keeps.
 
-        Once Readings have come out nothing is kept: the new one goes on with the next bytes.
+        Once Readings have been returned, no bytes are kept: the new one continues with the next
+        bytes.
         """
         other = Intake(setup, compare_arrivals=self._compare_arrivals, recording=self._recording)
         return other, _joined(other.feed(*chunk) for chunk in self._held)
 
-    def _start(self, found: Found) -> Readings | None:
-        """Everything is known: decode from the first byte."""
+    def _start(self, found: ResolvedStream) -> Readings | None:
+        """Decode from the first byte, now that everything is known."""
         self._found = found
         decoder = self._decoder = decoder_for(found.format, found.columns, whole=self._recording)
         assembler = self._assembler = Assembler(
             found.columns, found.first, self._asked.rate, recording=self._recording
         )
-        self._health = Health(assembler, self._compare_arrivals, values=not self._recording)
+        self._health = StreamHealth(assembler, self._compare_arrivals, values=not self._recording)
         return _joined(self._run(decoder, assembler, *chunk) for chunk in self._held.taken())
 
     def _run(
@@ -270,7 +278,7 @@ class Intake:
         if len(rows.values):
             self._latest = rows.values
             self._unread = 0
-            self._garbage = Garbage() if self._garbage.problem else self._garbage
+            self._garbage = GarbageDetector() if self._garbage.problem else self._garbage
         else:
             self._unread += rows.malformed
             if not self._binary:
@@ -287,4 +295,4 @@ class Intake:
 
 def _joined(parts: Iterable[Readings | None]) -> Readings | None:
     there = [part for part in parts if part is not None]
-    return join(there) if len(there) > 1 else next(iter(there), None)
+    return join_readings(there) if len(there) > 1 else next(iter(there), None)

@@ -1,4 +1,4 @@
-"""What went wrong with a port, in plain words that say what to do."""
+"""Messages about ports that cannot be opened or read."""
 
 import errno
 import os
@@ -10,13 +10,13 @@ _DENIED = (errno.EACCES, errno.EPERM)
 _BUSY = (errno.EAGAIN, errno.EBUSY)
 
 
-def cannot_open(port: str, error: BaseException, known: list[str]) -> str:
-    """One sentence for a port that does not open.
+def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
+    """Message about a port that cannot be opened.
 
     Args:
         port: the path or URL.
-        error: what opening raised.
-        known: the ports that exist now, for the advice.
+        error: the exception.
+        known: the existing ports, for the advice.
     """
     if "://" in port:
         return _cannot_open_url(port, error)
@@ -41,12 +41,12 @@ def cannot_open(port: str, error: BaseException, known: list[str]) -> str:
     return f"{port} cannot be opened: {error}. Check the cable and the name of the port."
 
 
-def link_lost(port: str, error: BaseException | None) -> str:
-    """One sentence for a port that went away while it was read."""
+def link_lost_text(port: str, error: BaseException | None) -> str:
+    """Message about a port that was lost while it was read."""
     why = f" ({error})" if error is not None and "://" in port else ""
     return (
         f"{port} is gone{why}: the device was unplugged or switched off. Plug it in again; "
-        f"what was measured is kept and reading goes on by itself."
+        f"all measurements are kept and reading continues automatically."
     )
 
 
@@ -58,7 +58,7 @@ def _cannot_open_url(url: str, error: BaseException) -> str:
             f"rfc2217://HOST:PORT."
         )
     if "refused" in text:
-        return f"Nobody answers at {url} (refused). Start the server there, then try again."
+        return f"The connection to {url} was refused. Start the server there, then try again."
     if "timed out" in text or "unreachable" in text or "Name or service" in text:
         return f"{url} cannot be reached. Check the host, the port and the network ({text})."
     return f"{url} cannot be opened: {text}. Use socket://HOST:PORT or rfc2217://HOST:PORT."
@@ -67,23 +67,23 @@ def _cannot_open_url(url: str, error: BaseException) -> str:
 def _denied(port: str) -> str:
     if sys.platform == "win32":
         return f"{port} is in use by another program. Close that program and try again."
-    return forbidden(port, *_group_of(port))
+    return permission_error_text(port, *_group_of(port))
 
 
-def forbidden(port: str, group: str, may: bool) -> str:
-    """One sentence for a port that this user may not open.
+def permission_error_text(port: str, group: str, may: bool) -> str:
+    """Message about a port that this user may not open.
 
     Args:
         port: the device node.
         group: the group that owns it.
         may: whether that group may read and write it.
     """
-    says = f"No permission to open {port}: it belongs to the group {group}"
+    message = f"No permission to open {port}: it belongs to the group {group}"
     if may and group != "root":  # nobody should join that one for a serial port
         join = f"'sudo usermod -a -G {group} {_me()}'"
-        return f"{says}. Run {join}, log in again, and try again."
+        return f"{message}. Run {join}, log in again, and try again."
     return (
-        f"{says}, which is of no use to join. Run 'sudo chmod a+rw {port}' and try again; that "
+        f"{message}, which does not grant access. Run 'sudo chmod a+rw {port}' and try again; that "
         f"lasts until it is unplugged."
     )
 
@@ -104,7 +104,7 @@ def _me() -> str:
 
 
 def _user_of(port: str) -> str:
-    """The program that has the port open, where the system tells; else "another program"."""
+    """The program that has the port open, if the system shows it; otherwise "another program"."""
     real = os.path.realpath(port)
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -119,7 +119,7 @@ def _user_of(port: str) -> str:
 
 
 def _code(error: BaseException) -> int | None:
-    """The system's error number, also where pyserial has wrapped it."""
+    """The system's error number, also if pyserial has wrapped it."""
     inner = error.__cause__ or error.__context__
     candidates = [getattr(error, "errno", None), getattr(inner, "errno", None)]
     candidates += list(inner.args[:1]) if inner is not None else []  # termios.error has no errno

@@ -1,15 +1,16 @@
-"""What is plugged in and what speaks there: every port is listened to for a moment."""
+"""Listening to every port for a moment to find devices and their formats."""
 
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
-from imucal_wizard.acquire.detect import BAUDS, unreadable, wrong_speed
+from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
+from imucal_wizard.core.records import dataclass
 
 _LISTEN = 1.2
 _TRIES = 3
@@ -17,17 +18,17 @@ _USUAL = BAUDS[0]
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What was heard on one port.
+class PortReport:
+    """The result of listening to one port.
 
     Attributes:
         port: the port.
-        baud: the speed at which this was heard.
+        baud: the speed of reception.
         format: name of the format, or ``""``.
-        rate: samples per second, 0 where it could not be told.
+        rate: samples per second, 0 if unknown.
         line: the newest line, safe to show.
-        says: one sentence for the user.
-        garbled: what came was no text.
+        message: one sentence for the user.
+        garbled: whether the received bytes were not text.
     """
 
     port: PortInfo
@@ -35,12 +36,12 @@ class Heard:
     format: str = ""
     rate: float = 0.0
     line: str = ""
-    says: str = ""
+    message: str = ""
     garbled: bool = False
 
 
-def hear(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> Heard:
-    """Listen to one port without sending anything, at other speeds too where it speaks garbage."""
+def listen_to_port(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> PortReport:
+    """Listen to one port without sending anything; if it sends garbage, try other speeds."""
     heard = _hear_at(port, baud, seconds)
     if not heard.garbled or not port.vid_pid:
         return heard
@@ -49,18 +50,18 @@ def hear(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> Heard:
     return next((other for other in found if other.format), heard)
 
 
-def survey_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[Heard]:
-    """Listen to every port, all at the same time."""
+def listen_to_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[PortReport]:
+    """Listen to all ports at the same time."""
     ports = find()
     if not ports:
         return []
     with ThreadPoolExecutor(max_workers=min(16, len(ports))) as pool:
-        return list(pool.map(hear, ports))
+        return list(pool.map(listen_to_port, ports))
 
 
 def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
-    """The lines that ``imucal-wizard ports`` prints; what cannot be opened says why."""
-    heard = survey_ports(find)
+    """The text of ``imucal-wizard ports``, with the reason for ports that cannot be opened."""
+    heard = listen_to_ports(find)
     if not heard:
         return (
             "No serial port is there. Plug a device in, or use the virtual IMU: run "
@@ -69,14 +70,14 @@ def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
     return "\n".join(_lines(one) for one in heard)
 
 
-def _lines(one: Heard) -> str:
+def _lines(one: PortReport) -> str:
     about = "  ".join(
         word for word in (one.port.vid_pid, one.port.description, one.port.hint) if word
     )
-    return f"{one.port.device}  {about}".rstrip() + f"\n    {one.says}"
+    return f"{one.port.device}  {about}".rstrip() + f"\n    {one.message}"
 
 
-def _hear_at(port: PortInfo, baud: int, seconds: float) -> Heard:
+def _hear_at(port: PortInfo, baud: int, seconds: float) -> PortReport:
     transport = Transport(port.device, baud, find=lambda: [port])
     intake = Intake()
     data = b""
@@ -89,26 +90,30 @@ def _hear_at(port: PortInfo, baud: int, seconds: float) -> Heard:
             if piece:
                 intake.feed(piece, time.monotonic())
     except LinkError as error:
-        return Heard(port, baud, says=str(error))
+        return PortReport(port, baud, message=str(error))
     finally:
         transport.close()
     return _judged(port, baud, data, intake, seconds)
 
 
-def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: float) -> Heard:
+def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: float) -> PortReport:
     line = intake.preview.line
     if not data:
-        says = "open, but silent: it sends nothing by itself, or another program has its data."
-        return Heard(port, baud, says=says)
+        message = "open, but silent: it sends nothing by itself, or another program has its data."
+        return PortReport(port, baud, message=message)
     if not intake.format:
-        garbled = unreadable(data) > 0.15
+        garbled = unreadable_share(data) > 0.15
         text = f"text at {baud} baud, no samples known here: {line}"
-        says = (intake.problem or wrong_speed(unreadable(data), baud)) if garbled else text
-        return Heard(port, baud, line=line, says=says, garbled=garbled)
+        message = (
+            (intake.problem or wrong_speed_text(unreadable_share(data), baud)) if garbled else text
+        )
+        return PortReport(port, baud, line=line, message=message, garbled=garbled)
     rows = data.count(b"\n") / seconds
     rate = intake.measured_rate
     about = f"{rate:.1f} samples/s" if rate else f"about {rows:.0f} lines/s"
+    if not rate and formats()[intake.format].binary:
+        about = "rate not known yet"
     asks = f"; asks for {' and '.join(intake.needs)}" if intake.needs else ""
     names = ",".join(c.channel for c in intake.columns if c.channel)
-    says = f"speaks {intake.format} at {baud} baud, {about}, {names or 'columns unknown'}{asks}"
-    return Heard(port, baud, intake.format, rate, line, says)
+    message = f"speaks {intake.format} at {baud} baud, {about}, {names or 'columns unknown'}{asks}"
+    return PortReport(port, baud, intake.format, rate, line, message)

@@ -1,7 +1,7 @@
-"""From what is known of a stream to what every column is, or to what must be asked."""
+"""Resolves the columns of a stream, or determines the questions for the user."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,42 +9,44 @@ from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import (
     CHANNELS,
-    belongs,
     channel_of,
-    column,
-    no_reading,
+    column_of_name,
+    is_derived,
     quantity_of,
-    squeezed,
+    squeeze_name,
+    unit_belongs,
 )
-from imucal_wizard.acquire.host_clock import period_of
+from imucal_wizard.acquire.host_clock import sampling_period
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
 _FIRST_SECONDS = 0.5
 _RATES = (0.2, 50_000.0)
-"""Slowest and fastest sampling that can be, Hz."""
+"""Slowest and fastest plausible sampling, Hz."""
 _MAX_BACKWARD = 0.2
-"""Share of steps back in a column of time; with more it is no time."""
+"""Share of backward steps in a time column; above it, the column is not a time."""
 _RATE_TOLERANCE = 0.01
-"""Share by which a stated rate may differ from that of the time column."""
+"""Relative deviation allowed between a stated rate and that of the time column."""
 _SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 _BESIDE = ("temperature", "current", "throttle")
-"""What stands beside the sensors and is left out where its unit is not known."""
+"""Auxiliary quantities, left out if their unit is unknown."""
 
 
 @dataclass(frozen=True)
 class ResolvedColumns:
-    """What every column is, as far as that can be known.
+    """The columns as far as they are known.
 
     Attributes:
-        columns: one per column of the rows, with units where they are known.
-        needs: what must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and for
-            a recording ``rate``.
-        notes: what was guessed and why, or what is missing, for the user.
+        columns: one per column of the rows, with units if they are known.
+        needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
+            for a recording.
+        notes: messages to the user about guesses and their reasons, or about missing data.
     """
 
     columns: tuple[Column, ...]
@@ -52,20 +54,20 @@ class ResolvedColumns:
     notes: tuple[str, ...]
 
 
-def resolve(
+def resolve_columns(
     setup: StreamSetup,
     columns: tuple[Column, ...],
     values: FloatArray,
     arrivals: FloatArray | None,
 ) -> ResolvedColumns:
-    """Join what the user said, what the stream says and what the numbers show.
+    """Combine the user's statements, the stream's own names, and the evidence of the numbers.
 
     Args:
-        setup: what the user said.
-        columns: what the stream says.
+        setup: the user's statements.
+        columns: the columns that the stream declares.
         values: first rows, shape (n, len(columns)).
-        arrivals: when each row arrived, s, shape (n,); None for a recording, in which any sensor
-            may be missing, and which needs a time or a rate.
+        arrivals: arrival of each row, s, shape (n,); None for a recording, in which any sensor may
+            be missing and which needs a time or a rate.
     """
     notes: list[str] = []
     if setup.columns and len(setup.columns) == len(columns):
@@ -74,59 +76,59 @@ def resolve(
             notes.append("The columns that were given are used instead of those in the header.")
         columns = setup.columns
     elif not any(c.channel for c in columns):
-        columns, sure = proposed_columns(columns, values)
+        columns, sure = propose_columns(columns, values)
         if not sure:
             return ResolvedColumns(_proposed_unit(columns, values), ("columns",), (_ASK,))
         names = ", ".join(c.channel or "-" for c in columns)
         notes.append(f"The lines have no names; read as {names}. Correct it if this is wrong.")
-    if says := _twice(columns):
-        return ResolvedColumns(columns, ("columns",), (says,))
+    if message := _twice(columns):
+        return ResolvedColumns(columns, ("columns",), (message,))
     channels = {c.channel for c in columns}
     accelerometer = {"ax", "ay", "az"} & channels
-    others = any(places_of(columns, sensor) for sensor in _SENSORS)
+    others = any(sensor_places(columns, sensor) for sensor in _SENSORS)
     if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
-        says = _lacking("accelerometer", channels)
-        return ResolvedColumns(columns, ("columns",), (*notes, says))
+        message = _lacking("accelerometer", channels)
+        return ResolvedColumns(columns, ("columns",), (*notes, message))
     for sensor in ("gyroscope", "magnetometer"):
-        if set(CHANNELS[sensor]) & channels and not places_of(columns, sensor):
+        if set(CHANNELS[sensor]) & channels and not sensor_places(columns, sensor):
             notes.append(_lacking(sensor, channels) + " It is left out.")
             columns = _without(columns, sensor)
     if arrivals is None:
         columns, silent = _without_silent(columns, values)
         notes += silent
-        if not any(places_of(columns, sensor) for sensor in _SENSORS):
+        if not any(sensor_places(columns, sensor) for sensor in _SENSORS):
             return ResolvedColumns(columns, ("sensor",), tuple(notes))
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(setup, columns, values, arrivals, notes)
 
 
 _ASK = (
-    "The lines carry numbers without names that are known here. Say which column is which, for "
-    "example ax,ay,az,gx,gy,gz."
+    "The lines contain numbers without known names. State which column is which, for example "
+    "ax,ay,az,gx,gy,gz."
 )
 
 
-def proposed_columns(
+def propose_columns(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], bool]:
-    """A channel for each column, and whether that is sure enough to go on without asking.
+    """A channel for each column, and whether this is certain enough to continue without asking.
 
-    Columns whose words say that they are no reading stay out. Where the device has names of its
-    own, nothing is sure: they may mean what is not known here.
+    Columns named as derived quantities are excluded. If the device uses names of its own, nothing
+    is certain: they may mean anything.
 
     Args:
         columns: the columns, none of which has a channel.
         values: first rows, shape (n, len(columns)).
     """
-    places = [i for i, c in enumerate(columns) if not no_reading(squeezed(c.name))]
-    found, sure = column_guess.channels(values[:, places])
+    places = [i for i, c in enumerate(columns) if not is_derived(squeeze_name(c.name))]
+    found, sure = column_guess.guess_channels(values[:, places])
     channels = dict(zip(places, found, strict=True))
     named = tuple(replace(c, channel=channels.get(i, "")) for i, c in enumerate(columns))
     return named, sure and not _own_names(columns)
 
 
 def _own_names(columns: tuple[Column, ...]) -> bool:
-    """Whether the device has named its columns in words that mean nothing here."""
+    """Whether the device has given its columns names that are unknown here."""
     names = [c.name.lower() for c in columns]
     if len(set(names)) < len(names) or all(name.startswith("column ") for name in names):
         return False
@@ -135,35 +137,35 @@ def _own_names(columns: tuple[Column, ...]) -> bool:
 
 
 def _twice(columns: tuple[Column, ...]) -> str:
-    """What to say of a second sensor of the same kind, or ""."""
+    """Message about a second sensor of the same kind, or ""."""
     first = {c.channel: c.name for c in columns if c.channel}
     for c in columns:
-        again = "" if c.channel else column(c.name).channel
+        again = "" if c.channel else column_of_name(c.name).channel
         if again in first and len(again) == 2 and quantity_of(again):
             return (
                 f"Two columns are {again}: '{sanitise(first[again])}' and '{sanitise(c.name)}'. "
-                f"Say which column is which, and leave one of them out."
+                f"State which column is which, and leave one of them out."
             )
     return ""
 
 
 def _lacking(sensor: str, channels: set[str]) -> str:
-    """What to say of a sensor of which not all axes are there."""
+    """Message about a sensor with missing axes."""
     gone = [channel for channel in CHANNELS[sensor] if channel not in channels]
     are, them = ("is", "it") if len(gone) == 1 else ("are", "them")
     return (
         f"The {sensor} needs three columns and {', '.join(gone)} {are} missing: print {them}, or "
-        f"say which column is which."
+        f"state which column is which."
     )
 
 
 def _without_silent(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], list[str]]:
-    """A recording without the sensors that have no whole sample, and what to say of them."""
+    """Remove the sensors of a recording without a complete sample, with messages about them."""
     notes = []
     for sensor in _SENSORS:
-        places = places_of(columns, sensor)
+        places = sensor_places(columns, sensor)
         there = np.asarray(np.isfinite(values[:, places]))
         if not places or there.all(axis=1).any():
             continue
@@ -186,7 +188,7 @@ def _with_units(
 ) -> ResolvedColumns:
     needs: list[str] = []
     for sensor in _SENSORS:
-        places = places_of(columns, sensor)
+        places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
             columns = _set_unit(columns, places, units.COUNT)
         if not places or (all(columns[p].unit for p in places) and not _wrong(columns, places)):
@@ -208,13 +210,13 @@ def _with_units(
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
-    """Those of the columns whose unit is none of theirs."""
+    """The columns with a unit that is not one of theirs."""
     own = [columns[p] for p in places]
-    return [c for c in own if c.unit and not belongs(c.channel, c.unit)]
+    return [c for c in own if c.unit and not unit_belongs(c.channel, c.unit)]
 
 
 def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
-    """What is wrong with the units of a sensor, or ""."""
+    """Message about wrong units of a sensor, or ""."""
     if foreign := _foreign(columns, places):
         sensor = str(quantity_of(foreign[0].channel))
         return _no_unit(foreign[0], (*units.FACTORS[sensor], units.COUNT))
@@ -227,13 +229,13 @@ def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
 def _no_unit(column: Column, known: Sequence[str]) -> str:
     sensor = quantity_of(column.channel)
     what = f"'{sanitise(column.unit, 48)}' of column '{sanitise(column.name, 48)}'"
-    return f"{what} is no unit of {'' if sensor == 'time' else 'the '}{sensor}; use one of " + (
+    return f"{what} is not a unit of {'' if sensor == 'time' else 'the '}{sensor}; use one of " + (
         ", ".join(known)
     )
 
 
 def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], list[str]]:
-    """The columns without quantities beside the sensors whose unit is not known."""
+    """Remove auxiliary quantities with an unknown unit; returns messages about them."""
     notes = []
     for sensor in _BESIDE:
         place = next((i for i, c in enumerate(columns) if quantity_of(c.channel) == sensor), None)
@@ -246,7 +248,7 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
         what = f"'{sanitise(c.unit, 48)}' of column" if c.unit else "column"
         known = " or ".join(units.FACTORS[sensor])
         notes.append(
-            f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no unit of it here; "
+            f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no known unit of it; "
             f"write {known}"
         )
         columns = _without(columns, sensor)
@@ -254,8 +256,8 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
 
 
 def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Column, ...]:
-    """The columns with the unit that gravity has in those proposed for the accelerometer."""
-    places = places_of(columns, "accelerometer")
+    """The columns with the unit of the proposed accelerometer, guessed from gravity."""
+    places = sensor_places(columns, "accelerometer")
     if not places:
         return columns
     return _set_unit(
@@ -267,17 +269,17 @@ def _unit_guess(
     sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
 ) -> column_guess.UnitGuess:
     good = own[np.isfinite(own).all(axis=1)]
-    if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
+    if not len(good) and sensor == "magnetometer":  # slower than the others, or switched off
         return column_guess.UnitGuess(units.COUNT, "")
     if not len(good):
         return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
-        return column_guess.accelerometer_unit(good)
+        return column_guess.guess_accelerometer_unit(good)
     if sensor == "magnetometer":
-        return column_guess.magnetometer_unit(good)
-    accelerometer = places_of(columns, "accelerometer")
+        return column_guess.guess_magnetometer_unit(good)
+    accelerometer = sensor_places(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
-    both = values[:, accelerometer + places_of(columns, "gyroscope")]
+    both = values[:, accelerometer + sensor_places(columns, "gyroscope")]
     both = both[np.isfinite(both).all(axis=1)]
     if counts and bool(np.all(both == np.round(both))):
         return column_guess.UnitGuess(
@@ -292,15 +294,15 @@ def _timed(
     values: FloatArray,
     arrivals: FloatArray | None,
 ) -> tuple[tuple[Column, ...], tuple[str, ...], tuple[str, ...]]:
-    """The unit of the time column, what must be asked, and what to say.
+    """The unit of the time column, the questions, and messages.
 
-    A time column that does not run is no time column.
+    A time column that does not advance is ignored.
     """
     rate = () if arrivals is not None or setup.rate else ("rate",)
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
     if place is None:
-        says = "It has no time column: give the samples per second." if rate else ""
-        return columns, rate, (says,) if says else ()
+        message = "It has no time column: give the samples per second." if rate else ""
+        return columns, rate, (message,) if message else ()
     time = columns[place]
     instead = "it is not used" if arrivals is None else "the rate is measured from arrival instead"
     dropped = (*columns[:place], replace(time, channel="", unit=""), *columns[place + 1 :])
@@ -312,8 +314,8 @@ def _timed(
         return dropped, rate, (f"The time column does not run{at}: {instead}.",)
     back = float(np.mean(steps < 0))
     if back > _MAX_BACKWARD:
-        says = f"The time column goes back in {back:.0%} of its steps: {instead}."
-        return dropped, rate, (says,)
+        message = f"The time column goes back in {back:.0%} of its steps: {instead}."
+        return dropped, rate, (message,)
     if time.unit and time.unit not in units.FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME)),)
     doubt = _doubtful(ticks, time.unit)
@@ -322,9 +324,9 @@ def _timed(
     if doubt and arrivals is None:
         return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
     if arrivals is None:
-        found = column_guess.time_unit_by_rate(ticks, setup.rate)
+        found = column_guess.guess_time_unit_by_rate(ticks, setup.rate)
     else:
-        found = column_guess.time_unit(ticks, arrivals[good])
+        found = column_guess.guess_time_unit(ticks, arrivals[good])
     if not found.unit and arrivals is None:
         return columns, ("columns",), (found.why,)
     if not found.unit:
@@ -334,48 +336,48 @@ def _timed(
 
 
 def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
-    """What to say of a stated rate that the times contradict."""
-    period = period_of(ticks * units.factor("time", unit))
+    """Message about a stated rate that contradicts the times."""
+    period = sampling_period(ticks * units.unit_factor("time", unit))
     if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
         return ()
-    says = (
+    message = (
         f"The stated rate of {rate:g} Hz was not used: the time column says {1.0 / period:.6g} Hz. "
         f"If the times are wrong, leave their column out."
     )
-    return (says,)
+    return (message,)
 
 
 def _doubtful(ticks: FloatArray, unit: str) -> str:
-    """What to say of a unit of time that gives a rate at which no IMU samples, or ""."""
+    """Message about a unit of time that implies an implausible sampling rate, or ""."""
     if not unit:
         return ""
     steps = np.diff(ticks)
-    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.factor("time", unit))
+    rate = 1.0 / (median(steps[steps > 0]) * units.unit_factor("time", unit))
     if _RATES[0] <= rate <= _RATES[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "
 
 
-def first_stretch(
+def first_rows(
     columns: tuple[Column, ...], values: FloatArray, full: bool = False
 ) -> FloatArray | None:
-    """The shortest beginning of a stream from which the device's period can be taken.
+    """The first rows of a stream that are sufficient to determine the device's period.
 
     Args:
         columns: resolved columns.
         values: the first rows there are, shape (n, columns).
-        full: no more rows will be kept, so that these must do.
+        full: whether no more rows will be kept, so that these must be sufficient.
 
     Returns:
         At least ``FIRST_ROWS`` rows that span half a second of device time; None while there are
-        fewer. The same stream always gives the same rows.
+        too few. The same stream always gives the same rows.
     """
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
     if place is None:
         return values[:FIRST_ROWS]
     if not columns[place].unit:
         return None
-    seconds = values[:, place] * units.factor("time", columns[place].unit)
+    seconds = values[:, place] * units.unit_factor("time", columns[place].unit)
     steps = np.nan_to_num(np.diff(seconds, prepend=seconds[:1]))
     enough = np.flatnonzero(np.cumsum(np.maximum(steps, 0.0)) >= _FIRST_SECONDS)
     if not len(enough):
@@ -383,8 +385,8 @@ def first_stretch(
     return values[: max(int(enough[0]) + 1, FIRST_ROWS)]
 
 
-def places_of(columns: tuple[Column, ...], sensor: str) -> list[int]:
-    """The places of a sensor's x, y and z column; empty unless all three are there."""
+def sensor_places(columns: tuple[Column, ...], sensor: str) -> list[int]:
+    """Indices of a sensor's x, y and z columns; empty unless all three are present."""
     where = {c.channel: i for i, c in enumerate(columns) if c.channel}
     places = [where[channel] for channel in CHANNELS[sensor] if channel in where]
     return places if len(places) == 3 else []

@@ -1,24 +1,25 @@
-"""How a stream is to be read: what the user said, or what was found out. Goes into the session."""
+"""The setup of a stream, stated by the user or found in the stream; stored in the session."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column, quantity_of
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name, quantity_of
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 
 AUTO = "auto"
 
 
 @dataclass(frozen=True)
 class StreamSetup:
-    """How a stream is to be read. Empty fields are found out or asked for.
+    """The setup of a stream. Empty fields are determined or asked for.
 
     Attributes:
         format: name of a format, or ``auto``.
-        columns: the columns by their place.
+        columns: the columns in order.
         rate: samples per second of a stream that carries no time; None to measure it.
         accelerometer_unit: unit word; overrides what the columns say.
         gyroscope_unit: the same for the gyroscope.
@@ -36,15 +37,15 @@ class StreamSetup:
         for sensor in ("accelerometer", "gyroscope", "magnetometer"):
             word = getattr(self, f"{sensor}_unit")
             if word:
-                units.factor(sensor, word)
+                units.unit_factor(sensor, word)
         if self.rate is not None and not 0 < self.rate < 1e6:
-            raise UsageError(f"A rate of {self.rate} per second cannot be; give samples per second")
+            raise UsageError(f"a rate of {self.rate} per second is impossible; give one like 100")
 
     def unit_of(self, column: Column) -> str:
-        """The unit of a column: what was said for its sensor, or what the column says."""
+        """The unit of a column: as stated for its sensor, or as declared by the column."""
         sensor = quantity_of(column.channel)
         said = getattr(self, f"{sensor}_unit", "") if sensor else ""
-        return units.canonical(said or column.unit)
+        return units.canonical_unit(said or column.unit)
 
     def to_json(self) -> dict[str, Any]:
         """A value that the ``json`` module writes."""
@@ -74,7 +75,7 @@ def named_columns(names: str) -> tuple[Column, ...]:
     Raises:
         UsageError: a name is not known; ``-`` or nothing skips a column.
     """
-    found = tuple(column(name) for name in names.split(","))
+    found = tuple(column_of_name(name) for name in names.split(","))
     for c in found:
         if not c.channel and c.name not in ("", "-", "_", "skip"):
             raise UsageError(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.output import encode, note
+from imucal_wizard.core.output import encode_json, note
 from imucal_wizard.core.units import COUNT, FACTORS, STANDARD_GRAVITY
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames
 
@@ -217,7 +217,7 @@ def write_json(document: object, place: str) -> None:
     Raises:
         UsageError: the file cannot be written.
     """
-    data = encode(document)
+    data = encode_json(document)
     if place == STANDARD_OUT:
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()

@@ -8,8 +8,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 
 from imucal_wizard.core.errors import ImucalError, UsageError
-from imucal_wizard.core.output import harmless, never_fail_to_encode, note
-from imucal_wizard.run.faults import watch
+from imucal_wizard.core.output import note, replace_unencodable_output, without_control_characters
+from imucal_wizard.run.faults import hide_tracebacks
 
 OPTIONS = {
     "accelerometer_unit": "--accel-unit",
@@ -58,8 +58,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:
         # the matrices are small: threads would only wait for one another
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        never_fail_to_encode()
-        watch()
+        replace_unencodable_output()
+        hide_tracebacks()
     try:
         return _dispatch(arguments)
     except ImucalError as error:
@@ -112,7 +112,7 @@ def _options(error: ImucalError) -> str:
 
 def _one_line(text: str) -> str:
     """The message on one line, without control characters from a device or file."""
-    return harmless(" ".join(text.split()))
+    return without_control_characters(" ".join(text.split()))
 
 
 if __name__ == "__main__":

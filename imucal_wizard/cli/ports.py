@@ -21,7 +21,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """List the ports; listening takes about a second."""
     arguments = parser().parse_args(argv)
-    from imucal_wizard.acquire.listen import ports_report, survey_ports
+    from imucal_wizard.acquire.listen import listen_to_ports, ports_report
 
     if not arguments.json:
         say(ports_report())
@@ -33,9 +33,9 @@ def run(argv: Sequence[str]) -> int:
             "baud": one.baud,
             "format": one.format or None,
             "rate": one.rate or None,
-            "says": one.says,
+            "says": one.message,
         }
-        for one in survey_ports()
+        for one in listen_to_ports()
     ]
     write_json({"schema": "imucal-wizard/ports/1", "ports": ports}, arguments.json)
     return 0

@@ -109,13 +109,13 @@ def _spare_measured(out: Path) -> None:
     Raises:
         UsageError: there is another file of this name.
     """
-    from imucal_wizard.simulate.recording import COMMENT
+    from imucal_wizard.simulate.recording import FIRST_COMMENT
 
     start = b"?"  # an unreadable file is not overwritten
     if out.is_file():
         with suppress(OSError), out.open("rb") as file:
-            start = file.read(len(COMMENT))
-        if start not in (b"", COMMENT.encode()):
+            start = file.read(len(FIRST_COMMENT))
+        if start not in (b"", FIRST_COMMENT.encode()):
             raise UsageError(f"{out} is there already and not simulated: give another name")
 
 
@@ -140,15 +140,15 @@ def _mystery(arguments: Namespace) -> int:
 
 def _reveal(arguments: Namespace) -> int:
     from imucal_wizard.teach import reveal
-    from imucal_wizard.teach.exercise import in_words
-    from imucal_wizard.teach.guess import judged, parse_guess
+    from imucal_wizard.teach.exercise import truth_in_words
+    from imucal_wizard.teach.guess import judge_guess, parse_guess
 
     guess = parse_guess(arguments.guess) if arguments.guess else None
     truth = reveal(arguments.reveal, arguments.key)
-    lines = [f"answer: {in_words(truth)}"]
+    lines = [f"answer: {truth_in_words(truth)}"]
     found: dict[str, object] = {"truth": _effect(truth), "guess": None}
     if guess is not None:
-        outcome, why = judged(guess, truth)
+        outcome, why = judge_guess(guess, truth)
         lines.insert(0, f"guess:  {arguments.guess}: {outcome} ({why})")
         found["guess"] = {"text": arguments.guess, "outcome": str(outcome), "reason": why}
     return _answer(arguments, found, lines)

@@ -213,9 +213,9 @@ def _mystery(arguments: argparse.Namespace) -> dict[str, Any]:
     """Number, grade and key of an exercise; empty without one."""
     if not arguments.mystery:
         return {}
-    from imucal_wizard.teach.exercise import any_key
-    from imucal_wizard.teach.exercise_session import any_number
+    from imucal_wizard.teach.exercise import random_key
+    from imucal_wizard.teach.exercise_session import random_number
 
-    number = any_number() if arguments.seed is None else arguments.seed
-    key, made = (any_key(), True) if arguments.key is None else (arguments.key, False)
+    number = random_number() if arguments.seed is None else arguments.seed
+    key, made = (random_key(), True) if arguments.key is None else (arguments.key, False)
     return {"mystery": number, "grade": arguments.grade, "key": key, "key_made": made}

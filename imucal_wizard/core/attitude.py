@@ -11,12 +11,12 @@ that each component lies in one piece.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.quaternions import cross, multiply
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 
 PIECE = 32
 """Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""
@@ -175,7 +175,10 @@ def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatAr
         finer[:, 0::2] = before
         finer[:, 1::2] = multiply(before, level[:, 0::2])
         before = finer
-    return before, multiply(before, steps)
+    after, last = np.empty_like(before), offsets[1:] - 1
+    after[:, :-1] = before[:, 1:]
+    after[:, last] = multiply(before[:, last], steps[:, last])
+    return before, after
 
 
 def _tree(steps: FloatArray) -> list[FloatArray]:

@@ -1,19 +1,36 @@
-"""Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
+"""Readings: the samples of a recording or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+A = TypeVar("A", FloatArray, IntArray)
 
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
-"""A larger number is no reading: its square would overflow."""
+"""Larger numbers are not readings: their square would overflow."""
+
+
+def distinct(values: A) -> A:
+    """The different numbers in an array, from the smallest on.
+
+    ``np.unique`` gives the same, but imports NumPy's masked arrays, at the cost of reading a file.
+    """
+    ordered = np.sort(values, axis=None)
+    new = np.ones(len(ordered), bool)
+    np.less(ordered[:-1], ordered[1:], out=new[1:])
+    new[1:] |= ~np.isnan(ordered[:-1]) & np.isnan(ordered[1:])  # of several NaN, the first
+    return ordered[new]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +64,7 @@ class Series:
         """Samples per second from the median interval; 0 when fewer than two samples."""
         if len(self.time) < 2:
             return 0.0
-        step = float(np.median(np.diff(self.time)))
+        step = median(np.diff(self.time))
         return 1.0 / step if step > 0 else 0.0
 
 
@@ -60,7 +77,7 @@ class Readings:
         gyroscope: readings of angular rate, or None when there is no gyroscope.
         magnetometer: readings of flux density, or None.
         temperature: degrees Celsius, or None.
-        warnings: what the user should know about the data.
+        warnings: messages to the user about the data.
         current: current of the board's motors, A, or their throttle, %; or None.
     """
 
@@ -75,7 +92,7 @@ class Readings:
         return len(self.accelerometer)
 
 
-def joined(parts: Sequence[Series | None]) -> Series | None:
+def join_series(parts: Sequence[Series | None]) -> Series | None:
     """Consecutive pieces of one sensor's samples as one series; None if no piece has samples."""
     series = [part for part in parts if part is not None]
     if len(series) < 2:
@@ -87,14 +104,14 @@ def joined(parts: Sequence[Series | None]) -> Series | None:
     )
 
 
-def join(parts: "list[Readings]") -> Readings:
+def join_readings(parts: "list[Readings]") -> Readings:
     """Consecutive pieces of one stream as one recording."""
     first = parts[0]
     return Readings(
-        joined([part.accelerometer for part in parts]) or first.accelerometer,
-        joined([part.gyroscope for part in parts]),
-        joined([part.magnetometer for part in parts]),
-        joined([part.temperature for part in parts]),
+        join_series([part.accelerometer for part in parts]) or first.accelerometer,
+        join_series([part.gyroscope for part in parts]),
+        join_series([part.magnetometer for part in parts]),
+        join_series([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
-        joined([part.current for part in parts]),
+        join_series([part.current for part in parts]),
     )

@@ -1,9 +1,8 @@
 """A diagnosis: one verdict and one text per sensor, for every command and screen."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Rung
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Terms, Verdict

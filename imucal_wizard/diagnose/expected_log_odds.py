@@ -13,11 +13,10 @@ their standard deviations before: 95 times in 100. A bias that may walk imitates
 raises that size.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import EFFECT, SPREADS
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SQUARES

@@ -8,7 +8,7 @@ one that adds most information about it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -24,11 +24,13 @@ from imucal_wizard.core.poses import (
     NAMED,
     POSE_TOLERANCE_DEG,
     START_POSES,
-    nearest,
-    spoken,
-    spoken_up,
+    direction_in_words,
+    nearest_pose,
+    pose_in_words,
 )
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.residuals import hold_of
@@ -39,7 +41,7 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances, Effect
 from imucal_wizard.model.identifiability import design, identifiable
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term, Terms
 
@@ -99,7 +101,7 @@ def request(
 
 def pose_name(up: FloatArray) -> str | None:
     """The name of the pose with this direction up, or None."""
-    return nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG)
+    return nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG)
 
 
 def rotations_about(axes: str, why: str) -> Requests:
@@ -108,8 +110,8 @@ def rotations_about(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {spoken(START_POSES[axis])}, turn it about {axis}, left and right, each slowly, "
-            f"faster and fast ({rates} °/s): {why}",
+            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis}, left and right, each "
+            f"slowly, faster and fast ({rates} °/s): {why}",
             brief=f"turn it about {axis}, left and right, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
@@ -123,8 +125,8 @@ def circles(why: str, faces: Sequence[str] = tuple(FACES), warm: bool = False) -
     return tuple(
         request(
             FACES[face],
-            f"with {spoken(face)}, a whole circle about the vertical: {why}",
-            brief=f"a whole circle about the vertical with {spoken(face)}",
+            f"with {pose_in_words(face)}, a whole circle about the vertical: {why}",
+            brief=f"a whole circle about the vertical with {pose_in_words(face)}",
             warm=warm,
             axis=face[1],
             count=1,
@@ -197,7 +199,7 @@ def to_measure(
     apart = None
     if pair is not None and not diagnosis.base_left_out:
         moving = "rotation" in table.kind
-        noise = table.floor[~_moving(table)]
+        noise = table.floor[~table.moving]
         requests, apart = _separate(bench, *pair, MAX_POSES_WHEN_SETTLED, noise, rotate=moving)
         if requests:
             return requests, apart
@@ -219,7 +221,7 @@ def disturbed_parts(
         row = int(rows[kinds == kind][0])
         if kind == "field":
             stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
-        elif kind == "rotation":
+        elif table.moving[row]:
             rotations.append(index)
         else:
             holds.append(hold_of(table, row))
@@ -252,7 +254,7 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
     """Corners that were not held, then the holds that fit worst once more."""
     numbers, ups = _ups(table)
     new = _corners_not_held(ups, "a direction that no hold has seen yet")
-    rest = ~_moving(table)
+    rest = ~table.moving
     white = (table.residual / table.floor)[rest] ** 2
     size = np.sqrt([white[table.index[rest] == one].mean() for one in numbers])
     chosen: dict[str, MeasurementRequest] = {}
@@ -273,7 +275,7 @@ def more_of_all(table: ResidualTable) -> Requests:
     again = tuple(
         request(
             DIRECTIONS[name],
-            f"{spoken(name)} again: a drift shows there",
+            f"{pose_in_words(name)} again: a drift shows there",
             brief="once more, to show a drift",
         )
         for name in names[:MAX_REPEATED_HOLDS]
@@ -301,7 +303,7 @@ def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
     while len(found) < MAX_POSES and not _determined(np.reshape(held, (-1, 3)), base):
         best = max(names, key=information_gain)
         held.append(DIRECTIONS[best])
-        why = f"{spoken(best)}: needed to determine {', '.join(base)}"
+        why = f"{pose_in_words(best)}: needed to determine {', '.join(base)}"
         found.append(request(DIRECTIONS[best], why))
     return tuple(found)
 
@@ -318,7 +320,7 @@ def _determined(up: FloatArray, base: tuple[str, ...]) -> bool:
 def _corners_not_held(ups: FloatArray, why: str, brief: str = "") -> Requests:
     held = {pose_name(one) for one in ups}
     return tuple(
-        request(up, f"{spoken(name)}: {why}", brief=brief)
+        request(up, f"{pose_in_words(name)}: {why}", brief=brief)
         for name, up in CORNERS.items()
         if name not in held
     )
@@ -399,7 +401,7 @@ def separate_explanations(
     """Requests for the likeliest two explanations; where none helps, for the next two."""
     compared: list[Apart] = []
     table = bench.rows
-    noise = table.floor[~_moving(table)] * findings.opinion.noise
+    noise = table.floor[~table.moving] * findings.opinion.noise
     for names in list(combinations(rivals(findings), 2))[:MAX_PAIRS]:
         first, second = (explanation_of(bench, findings, name) for name in names)
         if first is None or second is None:
@@ -477,7 +479,7 @@ def separating_poses(
         The poses; the size of the first explanation (in shares of its estimate) needed to tell it
         from the second with the data there are, and with these poses.
     """
-    typical = np.array([float(np.median(sigma))])
+    typical = np.array([median(sigma)])
 
     def offers(place: int) -> list[Measurable]:
         return [
@@ -575,7 +577,7 @@ def _separating_request(
 ) -> MeasurementRequest:
     warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
     brief = f"tells {first.effect.name} from {second.effect.name}"
-    made = request(NAMED[name], f"{spoken(name)}{warmed}: {brief}", brief=brief, warm=warm)
+    made = request(NAMED[name], f"{pose_in_words(name)}{warmed}: {brief}", brief=brief, warm=warm)
     return replace(made, pose=name if name in DIRECTIONS else None)
 
 
@@ -621,7 +623,7 @@ def rotation_patterns(
         np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
     )
     rows = _imagined(table, fit, gravity, axis).at(
-        Calibration(fit.matrix, fit.bias), Terms(fit.sensor, ())
+        Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ())
     )
     assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
     columns = [
@@ -667,7 +669,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         after=after,
         before_doubt=_doubt(closure, before),
         after_doubt=_doubt(closure, after),
-        noise=np.full(len(rates), float(np.median(table.variance[table.kind == "rotation"]))),
+        noise=np.full(len(rates), median(table.variance[table.kind == "rotation"])),
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
     )
@@ -693,13 +695,9 @@ def closure_of(table: ResidualTable) -> GravityClosure:
     return next(one for one in table.sources if isinstance(one, GravityClosure))
 
 
-def _moving(table: ResidualTable) -> BoolArray:
-    return np.asarray(~np.isfinite(table.direction).all(axis=1))
-
-
 def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
     """Numbers of the holds, and up at each, shapes (n,) and (n, 3)."""
-    rest = np.flatnonzero(~_moving(table))
+    rest = np.flatnonzero(~table.moving)
     numbers, first = np.unique(table.index[rest], return_index=True)
     return numbers, table.direction[rest[first]]
 
@@ -707,7 +705,7 @@ def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
 def _words(up: FloatArray) -> str:
     """A direction in words."""
     name = pose_name(up)
-    return spoken(name) if name else spoken_up(up)
+    return pose_in_words(name) if name else direction_in_words(up)
 
 
 def _seen_at_rest(bench: Bench, *explanations: Explained) -> bool:

@@ -10,12 +10,12 @@ averaged over; the repeats in r itself determine how large the noise is.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import (
     Hypothesis,
     Pairs,

@@ -9,12 +9,14 @@ A fit takes the noise of different holds to be independent. With ``ω² K`` the 
 random walk adds, the estimate ``C Aᵀ r`` has the variance ``C + ω² C Aᵀ K A C``.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.slow_noise import complement
@@ -107,7 +109,7 @@ def walk_of(misfit: WhitenedResiduals) -> FloatArray:
     minutes = (misfit.time - misfit.time.min()) / 60.0
     walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
     seen = misfit.kind != RowKind.ROTATION
-    usual = float(np.median(misfit.sigma[seen])) if seen.any() else 1.0
+    usual = median(misfit.sigma[seen]) if seen.any() else 1.0
     return np.asarray(walked * np.outer(usual / misfit.sigma, usual / misfit.sigma))
 
 

@@ -8,12 +8,12 @@ effect's columns, Λ the prior's precision on the effect alone; then
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray, distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
@@ -104,13 +104,13 @@ def _groups(group: IntArray) -> Iterator[IntArray]:
     order = np.argsort(group, kind="stable")
     order = order[group[order] >= 0]
     _, first, count = np.unique(group[order], return_index=True, return_counts=True)
-    for size in np.unique(count):
+    for size in distinct(count):
         yield order[first[count == size][:, None] + np.arange(size)]
 
 
 def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:
     """Rms per hold, or per rotation over the components of its closure."""
-    sources = np.unique(misfit.source[misfit.judged])
+    sources = distinct(misfit.source[misfit.judged])
     return float(np.sqrt((errors**2).sum() / max(len(sources), 1)))
 
 

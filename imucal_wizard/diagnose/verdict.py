@@ -8,13 +8,14 @@ would.
 
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.readings import distinct
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
@@ -267,7 +268,7 @@ def evidence_of(
         # field that wanders is the room's: neither shows how large the sensor's noise is
         return Evidence(present, taken, best.strongest(), max(best.noise, best.left), 0, own)
     rest = misfit.visit >= 0
-    repeats = len(np.unique(misfit.visit[rest])) - len(np.unique(misfit.group[rest]))
+    repeats = len(distinct(misfit.visit[rest])) - len(distinct(misfit.group[rest]))
     return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
 
 

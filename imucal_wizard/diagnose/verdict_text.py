@@ -6,9 +6,9 @@ decide where these data do not.
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, plus_minus, quantity, with_unit
+from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.bench import Bench, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
@@ -336,7 +336,7 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return []
     angle = difference_at_one_g(known[0], known[1])
     names = " or ".join(one.effect.name for one in known)
-    if angle <= np.degrees(bench.ladder[-1].floor / bench.measured.gravity):
+    if angle <= np.degrees(noise_of_ladder(bench.ladder[-1:]) / bench.measured.gravity):
         return [
             (
                 f"For use at 1 g and below it does not matter whether it is {names}: up differs by "
@@ -368,9 +368,16 @@ def _would_decide(one: Apart, beyond: str) -> str:
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"
         return f"No {what} tells {pair}, whatever their size; {beyond} would."
-    before = "at no size" if not np.isfinite(one.before) else f"from {amount(one.before, one.unit)}"
+    before = (
+        "at no size"
+        if not np.isfinite(one.before)
+        else f"from {size_with_unit(one.before, one.unit)}"
+    )
     listed = f"{one.things}, listed as the next ones,"
-    after, here = amount(one.after, one.unit), f"it is about {amount(one.size, one.unit)} here"
+    after, here = (
+        size_with_unit(one.after, one.unit),
+        f"it is about {size_with_unit(one.size, one.unit)} here",
+    )
     if one.enough:
         return f"These data tell {pair} {before} on; {listed} would from {after} on, and {here}."
     what = "Rotations" if one.turning else "Still poses at 1 g"

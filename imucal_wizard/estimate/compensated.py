@@ -7,12 +7,11 @@ errors of the datasheets. Their likelihood ratio counts how well d is known: whe
 S, it is one. An ordinary sensor reaches a ratio of r by chance less often than once in r (Markov).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import SensorFit

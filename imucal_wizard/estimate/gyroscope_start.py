@@ -11,8 +11,8 @@ import numpy as np
 
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.quaternions import carried_back, quaternions
+from imucal_wizard.core.readings import FloatArray, IntArray, distinct
 from imucal_wizard.model.nominal_gains import nominal_of
 
 UNSEEN = 0.02
@@ -131,7 +131,7 @@ def _pieces(
     middle = 0.5 * (up[:-1] + up[1:]) * np.diff(time)[:, None]
     rate = 0.5 * (reading[:-1] + reading[1:]) - bias
     count = max(int(np.ceil((time[-1] - time[0]) / PIECE_SECONDS)), 1)
-    borders = np.unique(np.linspace(0, len(rate), count + 1).astype(int))
+    borders: IntArray = distinct(np.linspace(0, len(rate), count + 1).astype(int))
     sums = np.add.reduceat(middle[:, :, None] * rate[:, None, :], borders[:-1], axis=0)
     design = np.zeros((len(sums), 3, 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -145,6 +145,5 @@ def misfit(
     """Mean square distance of carried up from the accelerometer's, all along the rotations."""
     turned = samples.turned((samples.reading - bias) @ matrix.T)
     first, last = attitudes(quaternions(turned), samples.step_offsets)
-    attitude = matrices(samples.at_samples(first, last))
-    carried = np.einsum("jin,nj->ni", attitude, before[samples.rotation])
-    return float(((carried - up) ** 2).sum(axis=1).mean())
+    carried = carried_back(samples.at_samples(first, last), before[samples.rotation].T)
+    return float(((carried - up.T) ** 2).sum(axis=0).mean())

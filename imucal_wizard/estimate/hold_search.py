@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.directions import middles
+from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
-from imucal_wizard.estimate.fit import Minimum, outlier_of
+from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.segmentation import candidates, loose_candidates, rests
-from imucal_wizard.measurement.stillness import reduce
+from imucal_wizard.measurement.segmentation import loose_candidates, rest_numbers, usual_candidates
+from imucal_wizard.measurement.stillness import reduce_recording
 from imucal_wizard.model.identifiability import expected_error
 
 AS_GOOD = 1.1
@@ -25,26 +25,26 @@ GOOD_ENOUGH = 1e-3
 
 def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
     """The holds under the limit from which the best calibration follows; steps of the readings."""
-    stream = reduce(readings)
+    stream = reduce_recording(readings)
     if stream is None:
         raise DataError(
             "the recording is too short: at least two seconds of rest and six still positions are "
             "needed"
         )
     steps = stream.step_a, stream.step_g
-    found = [holds for _, holds in candidates(stream)]
-    errors = [judge(holds, gravity, rests(holds)) for holds in found]
+    found = [holds for _, holds in usual_candidates(stream)]
+    errors = [judge(holds, gravity, rest_numbers(holds)) for holds in found]
     if min(errors) > GOOD_ENOUGH * gravity:
         looser = [holds for _, holds in loose_candidates(stream)]
         found += looser
-        errors += [judge(holds, gravity, rests(holds)) for holds in looser]
+        errors += [judge(holds, gravity, rest_numbers(holds)) for holds in looser]
     best = _best(found, errors)
     odd = disturbed(best, gravity)
     if odd is None:
         return best, steps
     # a hold that was disturbed is so under every limit and must not decide between them
     others = [_without(holds, best[odd]) for holds in found]
-    return _best(found, [judge(holds, gravity, rests(holds)) for holds in others]), steps
+    return _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others]), steps
 
 
 def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
@@ -81,18 +81,15 @@ def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) 
     if found is None:
         return np.inf
     experiment, groups = found.experiment, found.groups
-    up = middles(found.rows[0].direction, groups)
+    up = mean_directions(found.rows[0].direction, groups)
     if len(up) <= len(found.directions):
         return np.inf
     white = found.system.columns * np.sqrt(shares)[:, None]
     errors = found.system.residual * np.sqrt(shares)
-    hat = white @ found.balance.covariance @ white.T / found.balance.variance[0] / shares[0]
+    lever = white @ found.balance.covariance / found.balance.variance[0] / shares[0]
     squares = 0.0
-    for group in range(len(up)):
-        rows = np.flatnonzero(groups == group)
-        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
-        left_out = np.linalg.lstsq(inner, errors[rows], rcond=1e-6)[0]
-        squares += float(left_out @ left_out)
+    for rows in groups_by_size(groups):
+        squares += float((left_out(unexplained(lever, white, rows), errors[rows]) ** 2).sum())
     noise = float(np.sqrt(squares / shares.sum())) / gravity
     return expected_error(up, experiment.identified.basis, noise) * gravity
 

@@ -5,13 +5,14 @@ The second half says what a finished fit shows of the recording: wrong unit or r
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest
-from imucal_wizard.core.quantities import how_often
+from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
+from imucal_wizard.core.quantities import times_in_words
 from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
@@ -100,7 +101,7 @@ def fit_holds(
 def _with_poses(holds: Sequence[Hold], directions: FloatArray) -> list[Hold]:
     """The holds with the pose each was in, by the calibrated direction."""
     return [
-        replace(hold, pose=nearest(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        replace(hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         for hold, up in zip(holds, directions, strict=True)
     ]
 
@@ -225,5 +226,5 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))
-    each = ", ".join(f"{texts[0]} ({how_often(len(texts))})" for texts in reasons.values())
+    each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
     return [f"{count} of {len(rotations)} rotations are not used: {each}"]

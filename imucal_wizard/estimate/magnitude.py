@@ -4,12 +4,11 @@ The nine numbers are kept in a form free of units and offsets, ``z = (y − cent
 raw counts around 32768 and m/s² are solved with the same accuracy.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Places of the six entries of a triangular or symmetric matrix, in the order of the parameters."""
@@ -62,14 +61,14 @@ def in_triangle(matrix: FloatArray) -> FloatArray:
     return np.array([matrix[i, j] for i, j in TRIANGLE])
 
 
-def corrected(theta: FloatArray, points: FloatArray) -> FloatArray:
+def calibrated_points(theta: FloatArray, points: FloatArray) -> FloatArray:
     """Corrected vectors in units of the magnitude, shape (n, 3)."""
     return (points - theta[:3]) @ triangle(theta).T
 
 
 def residuals(theta: FloatArray, points: FloatArray) -> FloatArray:
     """``|x| − 1`` of each point, in units of the magnitude, shape (n,)."""
-    return np.asarray(np.linalg.norm(corrected(theta, points), axis=1)) - 1.0
+    return np.asarray(np.linalg.norm(calibrated_points(theta, points), axis=1)) - 1.0
 
 
 def sphere(problem: Problem) -> FloatArray:

@@ -1,15 +1,16 @@
 """What a published method is given, and how its result is judged.
 
-A method file holds the method and nothing else: from points it makes a ``Calibration``. The data of
+A method file holds the method and nothing else: from points it makes ``Parameters``. The data of
 a sensor know how to judge any calibration, so that all methods of a sensor have the same errors,
 the same error held out and the same parameters, and can be compared.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Protocol
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.methods.single_axis import AxisTurn

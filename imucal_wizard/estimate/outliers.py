@@ -5,11 +5,10 @@ known exactly for normal noise (the externally studentised residual, Fisher's F 
 components). All of them are tested, so the probability is multiplied by their number (Bonferroni).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import exceeded
 
 FALSE_ALARM = 0.001

@@ -31,9 +31,9 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
     from imucal_wizard.estimate.magnetometer.report import with_magnetometer
     from imucal_wizard.estimate.second_stage.report import with_second_stage
-    from imucal_wizard.measurement.field_quality import measured_once, repeats_note
+    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
 
-    series, gyroscope = measured_once(readings.magnetometer), readings.gyroscope
+    series, gyroscope = without_repeats(readings.magnetometer), readings.gyroscope
     report = with_magnetometer(
         lambda: _inertial(readings, options),
         lambda: fit_magnetometer(series, options.field, options.magnetometer_method, readings),
@@ -95,9 +95,9 @@ def fit_collected(
     from imucal_wizard.estimate.gravity_and_field import segments_of
     from imucal_wizard.estimate.magnetometer.report import fit_during, with_magnetometer
     from imucal_wizard.estimate.second_stage.report import with_second_stage
-    from imucal_wizard.measurement.field_quality import measured_once, repeats_note
+    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
 
-    series = measured_once(collected.magnetometer)
+    series = without_repeats(collected.magnetometer)
     warnings = (*warnings, *repeats_note(collected.magnetometer, series))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings),

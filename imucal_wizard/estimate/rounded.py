@@ -7,8 +7,13 @@ import numpy as np
 
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
-from imucal_wizard.measurement.rounding import noise_before, rounding_variance, steps_of
+from imucal_wizard.measurement.rounding import (
+    resolution_of,
+    rounding_variance,
+    variance_before_rounding,
+)
 
 Steps = tuple[FloatArray, FloatArray | None]
 """Smallest step of each accelerometer and gyroscope axis."""
@@ -25,8 +30,8 @@ def steps_in(collected: Collected) -> Steps:
     forces = [one.accelerometer for one in rotations if one.accelerometer is not None]
     rates = [one.rate for one in rotations]
     return (
-        steps_of(np.concatenate(forces)) if forces else np.zeros(3),
-        steps_of(np.concatenate(rates)) if rates else None,
+        resolution_of(np.concatenate(forces)) if forces else np.zeros(3),
+        resolution_of(np.concatenate(rates)) if rates else None,
     )
 
 
@@ -53,7 +58,7 @@ def rate_shift(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> FloatArr
         rotations: those of which the readings' steps are taken; at least one.
     """
     known = [(hold.gyroscope_covariance, hold.samples) for hold in holds]
-    step = steps_of(np.concatenate([rotation.rate for rotation in rotations]))
+    step = resolution_of(np.concatenate([rotation.rate for rotation in rotations]))
     return _shift([(covariance, n) for covariance, n in known if covariance is not None], step)
 
 
@@ -75,9 +80,7 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
         if step is None or sensor not in units or not averages:
             continue
         shift = float(np.sqrt(_shift(averages, step).mean()))
-        noise = float(
-            np.sqrt(np.median([np.trace(covariance) / 3.0 for covariance, _ in averages]))
-        )
+        noise = float(np.sqrt(median([np.trace(covariance) / 3.0 for covariance, _ in averages])))
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
             notes.append(
@@ -99,4 +102,4 @@ def _shift(averages: Sequence[tuple[FloatArray, int]], step: FloatArray) -> Floa
     if not len(finite):
         return np.zeros(3)
     kept = finite[: max(len(finite) - len(finite) // 10, 1)]
-    return rounding_variance(noise_before(kept.mean(axis=0), step), step)
+    return rounding_variance(variance_before_rounding(kept.mean(axis=0), step), step)

@@ -10,11 +10,10 @@ for fewer degrees of freedom, and a row whose own noise is large tells little of
 Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.terms import WIDE, widened
 
 MAX_ROUNDS = 50

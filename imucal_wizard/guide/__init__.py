@@ -1,1 +1,1 @@
-"""The operator's procedure, decided from samples alone."""
+"""The operator's procedure; it decides by the samples alone."""

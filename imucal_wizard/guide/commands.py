@@ -1,4 +1,4 @@
-"""The operator's commands; each is safe in each step."""
+"""The operator's commands; every command is safe in every step."""
 
 import math
 from collections.abc import Callable
@@ -11,20 +11,20 @@ from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, 
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
 from imucal_wizard.guide.steps.directions import DirectionsStage
 from imucal_wizard.guide.wording import label, plural
-from imucal_wizard.measurement.requests import from_text
+from imucal_wizard.measurement.requests import requests_from_text
 
 if TYPE_CHECKING:
     from imucal_wizard.guide.state_machine import StateMachine
 
 _NOUNS = {StepKind.ROTATIONS: "rotation", StepKind.FIELD: "circle"}
-"""What is taken in a step, where it is no hold."""
+"""Noun for the measurements of a step; "hold" for all other steps."""
 
 
 class Commands:
     """Carries out commands by name.
 
     Args:
-        machine: what they are about.
+        machine: the state machine that they control.
     """
 
     def __init__(self, machine: "StateMachine") -> None:
@@ -77,7 +77,7 @@ class Commands:
             raise UsageError(f"there is no step {argument!r}; give one of {known}")
         step, kinds = StepKind(argument), machine.kinds
         if step not in kinds:
-            self._say(f"There is no step {TITLES[step]}: no magnetometer.")
+            self._say(f"No step {TITLES[step]}: the stream has no magnetometer.")
             return
         machine.return_to = None
         if machine.step is not StepKind.MORE:
@@ -88,7 +88,7 @@ class Commands:
 
     def _validate(self) -> None:
         self._machine.enter(StepKind.VALIDATE)
-        self._context.last_event = None  # what happened before the result is no news here
+        self._context.last_event = None  # events before the result do not concern this step
 
     def _save(self) -> None:
         """Save now; an incomplete validation is skipped."""
@@ -106,10 +106,10 @@ class Commands:
 
     def _measure(self, argument: str) -> None:
         """Enter the step of requested measurements; it returns to the result."""
-        requests = from_text(argument)
+        requests = requests_from_text(argument)
         machine = self._machine
         if machine.step not in AFTERWARDS:
-            self._say("There is a result first; then the bench can ask for more.")
+            self._say("More can be measured only after the result.")
             return
         machine.return_to = None
         machine.requests.ask(requests)
@@ -133,7 +133,9 @@ class Commands:
             return
         measured = kind in (*MEASURING, StepKind.VALIDATE) and machine.return_to is None
         if kind is StepKind.MORE and machine.return_to is None:
-            self._context.emit(EventKind.STEP_SKIPPED, "What was not taken is left out.")
+            self._context.emit(
+                EventKind.STEP_SKIPPED, "Measurements that were not taken are left out."
+            )
         if measured and not machine.stage.finished:
             consequence = self._context.procedure.step(kind).skipped
             machine.skipped[kind] = consequence
@@ -145,7 +147,7 @@ class Commands:
     def _enough(self) -> None:
         """Finish the magnetometer's step with the present coverage."""
         if self._machine.step is not StepKind.FIELD:
-            self._say("Only the magnetometer's step can do with less.")
+            self._say("Only the magnetometer's step accepts partial coverage.")
             return
         self._machine.field.accept()
         self._machine.advance()
@@ -173,9 +175,9 @@ class Commands:
         context.emit(EventKind.UNDONE, f"{_named(last)} is taken back.")
 
     def _to_undo(self) -> Kept | None:
-        """The measurement that undo removes; circles that have hardly begun go with it.
+        """The measurement that undo removes. Circles that have hardly begun are removed before it.
 
-        One begins by itself wherever the device lies, as soon as the last is taken back.
+        A new circle begins by itself as soon as the last one is taken back.
         """
         own = self._context.measurements
         last = own.last()
@@ -202,17 +204,17 @@ class Commands:
             watch.rest()
             self._say(f"The limits are {watch.loosened:.0f} times wider now.")
         else:
-            self._say("The limits are as wide as they may be: take it hand-held instead.")
+            self._say("The limits cannot be wider: take the hold hand-held instead.")
 
     def _take(self) -> None:
         """Keep the newest seconds as a hold, marked hand-held."""
         machine = self._machine
         if not machine.asking:
-            self._say("Not taken: nothing is asked for in this step.")
+            self._say("Not taken: this step needs no hold.")
             return
         hold = machine.capture.newest(machine.stage.seconds)
         if hold is None:
-            self._say("Not taken: too little has arrived since the last hold.")
+            self._say("Not taken: too few samples since the last hold.")
         elif not np.isfinite(hold.accelerometer).all():
             self._say("Not taken: the newest readings are not numbers.")
         else:
@@ -224,7 +226,7 @@ class Commands:
             return
         machine.return_to = machine.step
         machine.enter(StepKind.SETTLE)
-        self._say("The noise is measured again: put it down and leave it.")
+        self._say("The noise is measured again: put the device down.")
 
     def _count_faces(self) -> None:
         machine, context = self._machine, self._context
@@ -249,5 +251,5 @@ def _named(last: Kept) -> str:
     if isinstance(last, KeptHold):
         return label(last.hold.pose) if last.hold.pose else "The last hold"
     if isinstance(last, KeptCircle):
-        return f"What was turned on {label(last.face)}" if last.face else "What was turned"
+        return f"The circle on {label(last.face)}" if last.face else "The tumbling"
     return "The last rotation"

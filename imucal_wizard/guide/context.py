@@ -1,9 +1,10 @@
-"""The state that all steps share: the present block, the measurements, the events."""
+"""The state that all steps share: present block, measurements, events."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation, Measurements
 from imucal_wizard.guide.plan import Procedure
@@ -20,10 +21,10 @@ class StillRun:
     """The present still run.
 
     Attributes:
-        kept: the hold it has become, once it was long enough.
-        told: the steps that have been told of it; each is told once.
-        used: it counts no more: it was taken back, or is another step's; move the device first.
-        complete: the kept hold grows no more.
+        kept: the hold made from it, once it was long enough.
+        told: the steps that have received it; each receives it once.
+        used: it no longer counts for a step; the device must move before the next hold.
+        complete: the kept hold no longer grows.
     """
 
     kept: KeptHold | None = None
@@ -37,22 +38,22 @@ class Context:
 
     Attributes:
         procedure: the plan.
-        units: of the readings.
+        units: units of the readings.
         gyroscope_range: full scale of the gyroscope in its unit, or None.
-        measurements: what is kept.
-        watch: limits of rest.
-        up_estimate: bias and size of gravity so far.
-        resolution: smallest step of each axis.
+        measurements: the holds, rotations and circles.
+        watch: the limits of rest.
+        up_estimate: provisional bias and magnitude of gravity.
+        resolution: resolution of each axis.
         run: the present still run.
         start: the kept hold that the present motion starts from, or None.
-        start_lost: why there is none, or "".
+        start_lost: why there is no such hold, or "".
         motion: the motion that ended in the newest hold, or None.
         time: end of the newest block, s.
         held: seconds of the present hold that count.
         still: the device is at rest.
         up: up direction in the body frame, or None.
-        has_gyroscope: the stream has one.
-        has_magnetometer: the stream has had samples of one.
+        has_gyroscope: the stream has a gyroscope.
+        has_magnetometer: the stream has had samples of a magnetometer.
         last_event: the newest event, or None.
     """
 
@@ -78,7 +79,7 @@ class Context:
         self._events: list[Event] = []
 
     def emit(self, kind: EventKind, text: str) -> None:
-        """Say that something happened now."""
+        """Report an event at the present time."""
         self.last_event = Event(kind, self.time, text)
         self._events.append(self.last_event)
 
@@ -88,33 +89,33 @@ class Context:
         return events
 
     def direction(self, kept: KeptHold) -> FloatArray | None:
-        """Up direction during a hold, by the present estimate."""
+        """Up direction during a hold by the present estimate; None in free fall."""
         return self.up_estimate.up(kept.hold.accelerometer)
 
 
 class Stage(Protocol):
-    """One step at work."""
+    """The logic of one step."""
 
     @property
     def seconds(self) -> float:
-        """How long a hold must last, s; 0 when none is asked for."""
+        """How long a hold must last, s; 0 if the step needs no hold."""
 
     @property
     def finished(self) -> bool:
-        """Whether the step has all it needs."""
+        """Whether the step has all measurements that it needs."""
 
     @property
     def tally(self) -> tuple[float, float]:
-        """How much is done and how much is wanted, in the step's own unit."""
+        """How much is done and how much is needed, in the step's own unit."""
 
     def enter(self) -> None:
-        """The step begins, or is come back to."""
+        """Begin the step, or return to it."""
 
     def follow(self, block: Block) -> None:
-        """Another block has passed."""
+        """Take the next block."""
 
     def completed(self, kept: KeptHold) -> None:
-        """A hold has become long enough, or was when the step began."""
+        """Take a hold that is long enough."""
 
     def view(self) -> Status:
-        """The part of the status that belongs to this step."""
+        """The step's part of the status."""

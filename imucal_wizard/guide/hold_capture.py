@@ -1,4 +1,4 @@
-"""From blocks to the hold under way, the holds that are kept, and the motions between them."""
+"""Makes holds and the motions between them from blocks."""
 
 import math
 from collections import deque
@@ -26,15 +26,15 @@ from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_f
 from imucal_wizard.measurement.stillness import Block
 
 BLOCKS_PER_SECOND = 10.0
-"""At most: blocks last at least a tenth of a second."""
+"""Upper limit: a block lasts at least 0.1 s."""
 
 
 class HoldCapture:
-    """Gathers the blocks of the present run; keeps its hold as long as the device is still.
+    """Collects the blocks of the present still run; its hold grows while the device is still.
 
     Args:
-        context: what all steps see.
-        longest: the longest hold that any step asks for, s.
+        context: shared by all steps.
+        longest: the longest hold that any step needs, s.
     """
 
     def __init__(self, context: Context, longest: float) -> None:
@@ -60,7 +60,7 @@ class HoldCapture:
 
     @property
     def seconds(self) -> float:
-        """How long the run has lasted, guards off."""
+        """Duration of the run without its guards, s."""
         return self._builder.seconds
 
     @property
@@ -72,11 +72,11 @@ class HoldCapture:
         return self._builder.seconds + (self._earlier if run.kept is not None else 0.0)
 
     def hold(self) -> Hold | None:
-        """The hold so far, guards off."""
+        """The present hold without its guards, or None."""
         return self._builder.hold()
 
     def newest(self, seconds: float) -> Hold | None:
-        """The newest seconds that no kept hold has, still or not; None where there are too few."""
+        """A hold of the newest seconds after the last kept hold, still or not; None if too few."""
         wanted = (
             math.ceil(seconds / self._newest[-1].seconds - TIME_TOLERANCE) if self._newest else 0
         )
@@ -95,7 +95,7 @@ class HoldCapture:
         return replace(hold_from(join_blocks([b.summary for b in blocks[::-1]])), hand_held=True)
 
     def keep(self, hold: Hold, step: StepKind) -> KeptHold:
-        """Keep a new hold of a step, and the motion that led to it."""
+        """Keep a new hold of a step, and the motion before it."""
         context = self._context
         kept = KeptHold(hold, step)
         context.run.kept = kept
@@ -110,12 +110,12 @@ class HoldCapture:
         return kept
 
     def rest_in(self, kept: KeptHold) -> None:
-        """The device rests in a kept hold, from which the next motion starts."""
+        """Note that the device rests in a kept hold, from which the next motion starts."""
         if not kept.dropped:
             self._motion.rest_in(kept)
 
     def finish(self) -> None:
-        """Bring the kept hold up to the whole run; the gyroscope rests where it rested."""
+        """Extend the kept hold to the whole run; its gyroscope mean is the new resting rate."""
         context = self._context
         kept = context.run.kept
         if kept is None or kept.dropped or context.run.complete:
@@ -127,12 +127,12 @@ class HoldCapture:
             context.watch.rest_at(kept.hold.gyroscope)
 
     def fresh(self) -> None:
-        """The device moves: the next run has nothing yet."""
+        """Begin a new run: the device moves."""
         self._context.run = StillRun()
         self._earlier = 0.0
 
     def restart(self) -> None:
-        """A hold begins now, whatever the device did before."""
+        """End the present run; a new hold begins now."""
         self.finish()
         self._builder.drop()
         self.fresh()
@@ -149,12 +149,12 @@ class HoldCapture:
         kept.update(grown)
         try:
             return own.collected()
-        finally:  # decisions never depend on whether somebody looked
+        finally:  # asking for the measurements changes no decision
             kept.hold = before
 
 
 class MotionBuffer:
-    """The samples from inside the last kept hold to now; bounded, so that memory stays flat."""
+    """The samples since the last kept hold, at most MAX_MOTION_SECONDS of them."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -163,7 +163,7 @@ class MotionBuffer:
         self._moved = False
 
     def rest_in(self, kept: KeptHold) -> None:
-        """The device rests in a kept hold: only what may be taken off the hold's end is needed."""
+        """Drop all samples but those that may be trimmed off the end of a kept hold."""
         self._context.start, self._context.start_lost, self._moved = kept, "", False
         while len(self._blocks) > GUARD_BLOCKS + MAX_TRIMMED_BLOCKS + 1:
             self._seconds -= self._blocks.popleft().seconds
@@ -180,7 +180,7 @@ class MotionBuffer:
                 self._context.start_lost = f"it took longer than {MAX_MOTION_SECONDS:.0f} s"
 
     def to(self, after: KeptHold) -> KeptRotation | None:
-        """The motion from the last kept hold to this one; None where there was none."""
+        """The motion from the last kept hold to this one, or None."""
         before = self._context.start
         if before is None or before.dropped or not self._moved:
             return None
@@ -194,7 +194,7 @@ class MotionBuffer:
         time = np.concatenate([block.time for block in blocks])
         acceleration = np.concatenate([block.acceleration for block in blocks])
         motion = KeptRotation(before, after, time, rate, acceleration, after.step)
-        # The gap flag of the first block tells of what lies before it.
+        # The gap flag of the first block concerns the time before it.
         broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
         missing = broken or not bool(np.isfinite(rate).all())
         motion.problem = fault_of(motion, self._context.gyroscope_range, missing=missing)
@@ -203,7 +203,7 @@ class MotionBuffer:
     def _between(self, before: KeptHold, after: KeptHold) -> list[Block]:
         """The blocks from the last one in ``before`` to some within ``after``.
 
-        The beginning of ``after`` may yet be taken off, so the motion reaches a little into it.
+        The start of ``after`` may still be trimmed, so the motion extends a little into it.
         """
         begin = before.hold.end
         blocks = [block for block in self._blocks if float(block.summary.start[0]) < begin]

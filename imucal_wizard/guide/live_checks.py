@@ -1,4 +1,4 @@
-"""Checks while measuring: a problem is reported at once, because repeating is cheapest now."""
+"""Checks during measurement: a problem is reported at once, while repeating is cheap."""
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from imucal_wizard.core.limits.procedure import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.guide.measurements import KeptRotation
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
@@ -27,7 +28,7 @@ def axis_shares(rate: FloatArray, rest: FloatArray) -> FloatArray:
 
 
 def speeds(peaks: list[float]) -> int:
-    """How many clearly different speeds there are among peak rates, at most as many as wanted."""
+    """Number of clearly different speeds among peak rates, at most ``SPEEDS_WANTED``."""
     count, last = 0, 0.0
     for peak in sorted(peaks):
         if peak >= SPEED_RATIO * last and peak > 0.0:
@@ -36,14 +37,14 @@ def speeds(peaks: list[float]) -> int:
 
 
 def resting_rate(motion: KeptRotation) -> FloatArray:
-    """The gyroscope's reading at rest, from the holds on either side, shape (3,)."""
+    """The gyroscope's reading at rest, from the holds before and after, shape (3,)."""
     holds = (motion.before.hold, motion.after.hold)
     known = [hold.gyroscope for hold in holds if hold.gyroscope is not None]
     return np.asarray(np.mean(known, axis=0), float) if known else np.zeros(3)
 
 
 def integrated(motion: KeptRotation) -> FloatArray:
-    """The integrated rate of a motion without its bias, shape (3,), rad or counts·s."""
+    """The integrated rate of a motion, bias removed, shape (3,), rad or counts·s."""
     return integrated_rate(motion.time, motion.rate - resting_rate(motion))
 
 
@@ -56,9 +57,9 @@ def fault_of(motion: KeptRotation, full_scale: float | None, *, missing: bool) -
 
 
 def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float | None:
-    """The angle about an axis as the accelerometer alone saw it, rad, whole circles included.
+    """The angle about an axis by the accelerometer alone, rad, with whole turns.
 
-    A doubtful gyroscope is compared with it.
+    It checks a doubtful gyroscope.
 
     Args:
         acceleration: readings during the motion, from rest to rest, shape (n, 3).
@@ -66,7 +67,7 @@ def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float 
         axis: ``x``, ``y`` or ``z``.
 
     Returns:
-        The angle; None where the axis did not stay level or something else than gravity was felt.
+        The angle; None if the axis did not stay level, or other forces than gravity acted.
     """
     force = acceleration - up.bias
     size = np.sqrt((force * force).sum(axis=1))
@@ -75,7 +76,7 @@ def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float 
         return None
     directions = force[felt] / size[felt, None]
     index = AXES.index(axis)
-    tilt = np.quantile(np.abs(directions[:, index]), MIN_GRAVITY_SHARE)
+    tilt = sample_quantile(np.abs(directions[:, index]), MIN_GRAVITY_SHARE)
     if tilt > np.sin(np.radians(MAX_PATH_TILT_DEG)):
         return None
     across, along = directions[:, (index + 1) % 3], directions[:, (index + 2) % 3]
@@ -84,7 +85,7 @@ def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float 
 
 
 def contradicted(felt: FloatArray, seen: float, axis: str) -> bool:
-    """Whether a rotation that gravity saw about one axis is on another of the gyroscope, or none.
+    """Whether the gyroscope shows a rotation about another axis than gravity does, or none.
 
     Args:
         felt: the gyroscope's angle about each axis, shape (3,).
@@ -97,7 +98,7 @@ def contradicted(felt: FloatArray, seen: float, axis: str) -> bool:
 
 
 def _other_axis(sizes: FloatArray, size: float, axis: str) -> str | None:
-    """The one other axis that turned by as much, while this one hardly turned."""
+    """The only other axis that turned by as much, if this one hardly turned."""
     if sizes[AXES.index(axis)] > 2.0 * MAX_ANGLE_DISAGREEMENT * size:
         return None
     margin = MAX_ANGLE_DISAGREEMENT * size

@@ -1,11 +1,12 @@
-"""The measurements so far, the step of each, and the order in which undo removes them."""
+"""The measurements, the step of each, and the order in which undo removes them."""
 
 import itertools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import ClassVar
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 
@@ -15,11 +16,11 @@ class KeptHold:
     """A hold that may still be growing.
 
     Attributes:
-        hold: what is known of it so far.
+        hold: the hold as it is now.
         step: the step it was taken in.
-        ticks: the pose it stands for in each step that it counts for.
-        dropped: taken back; nothing may start from it.
-        between: held only to begin or end a rotation.
+        ticks: the pose that it counts for, by step.
+        dropped: taken back; no motion starts from it.
+        between: held only to start or end a rotation.
     """
 
     hold: Hold
@@ -30,11 +31,11 @@ class KeptHold:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts, s."""
+        """Duration, s."""
         return self.hold.end - self.hold.start
 
     def update(self, hold: Hold) -> None:
-        """The same hold, longer."""
+        """Replace it by the same hold with more samples."""
         self.hold = replace(hold, pose=self.hold.pose, hand_held=self.hold.hand_held)
 
 
@@ -49,11 +50,11 @@ class KeptRotation:
         rate: gyroscope readings, shape (n, 3).
         acceleration: accelerometer readings at these times, shape (n, 3).
         step: the step in which it ended.
-        axis: the body axis it was about, or None.
+        axis: the body axis of the rotation, or None.
         problem: why it cannot be used, or None.
         angle: signed angle about ``axis``, degrees.
         fastest: largest rate about ``axis``, °/s or counts.
-        counts: one of the rotations that the step asked for.
+        counts: counts as one of the rotations that the step needs.
     """
 
     before: KeptHold
@@ -69,7 +70,7 @@ class KeptRotation:
     counts: bool = False
 
     def rotation(self) -> Rotation:
-        """The frozen rotation, with its holds as they are now."""
+        """The rotation, frozen, with its holds as they are now."""
         before, after = self.before.hold, self.after.hold
         return Rotation(
             before, after, self.time, self.rate, self.axis, self.problem, self.acceleration
@@ -78,12 +79,12 @@ class KeptRotation:
 
 @dataclass(eq=False)
 class KeptCircle:
-    """The rotation with one face on the table, and on the way to the next.
+    """A circle with one face on the table, and the motion to the next face.
 
     Attributes:
-        number: its own, never used again.
-        face: the face that lay on the table (``-z``), or "" while none did.
-        complete: the circle is a whole one.
+        number: unique in the session.
+        face: the face on the table (``-z``), or "" if none.
+        complete: all of the circle was turned.
     """
 
     number: int
@@ -107,29 +108,29 @@ class Measurements:
         self._log: list[Kept] = []
 
     def add_hold(self, kept: KeptHold) -> None:
-        """Keep a hold; those of the validation apart from the rest."""
+        """Keep a hold; the holds of the validation separately."""
         validating = kept.step is StepKind.VALIDATE
         (self.validation if validating else self.holds).append(kept)
         self._log.append(kept)
 
     def add_rotation(self, kept: KeptRotation) -> None:
-        """Keep the motion between two holds."""
+        """Keep a motion between two holds."""
         self.rotations.append(kept)
 
     def begin_circle(self, face: str) -> KeptCircle:
-        """A circle with this face on the table, or with none ("")."""
+        """Begin a circle with this face on the table; "" for none."""
         kept = KeptCircle(next(self._circle_numbers), face)
         self.circles.append(kept)
         self._log.append(kept)
         return kept
 
     def count(self, kept: KeptRotation, axis: str) -> None:
-        """One of the rotations asked for; undo can take it back."""
+        """Count a motion as a rotation about an axis; undo can take it back."""
         kept.axis, kept.counts = axis, True
         self._log.append(kept)
 
     def last(self) -> Kept | None:
-        """The measurement that undo removes; a hold that only ends a rotation goes with it."""
+        """The measurement that undo removes; never a hold that only ends a rotation."""
         for kept in reversed(self._log):
             if not isinstance(kept, KeptHold):
                 return kept
@@ -138,7 +139,7 @@ class Measurements:
         return None
 
     def remove(self, kept: Kept) -> None:
-        """Forget a hold and the motions that touch it, a rotation, or a circle."""
+        """Remove a hold with the motions that start or end in it, a rotation, or a circle."""
         self._log = [entry for entry in self._log if entry is not kept]
         if isinstance(kept, KeptCircle):
             self.circles = [entry for entry in self.circles if entry is not kept]
@@ -154,11 +155,11 @@ class Measurements:
             self.remove(rotation)
 
     def clear(self, step: StepKind, since: float = -math.inf) -> int:
-        """Remove the measurements of one step; returns the number of holds, rotations or circles.
+        """Remove the measurements of a step; returns how many holds, rotations or circles.
 
         Args:
-            step: which.
-            since: only what began at this sample time, s, or later.
+            step: the step.
+            since: remove only measurements that began at this sample time, s, or later.
         """
         if step is StepKind.FIELD:
             circles = list(self.circles)
@@ -184,11 +185,11 @@ class Measurements:
         return {kept.ticks[step]: kept for kept in self.holds if step in kept.ticks}
 
     def counted_rotations(self, axis: str) -> list[KeptRotation]:
-        """The rotations that were asked for, about one axis."""
+        """The rotations about an axis that count."""
         return [kept for kept in self.rotations if kept.counts and kept.axis == axis]
 
     def collected(self) -> Collected:
-        """Everything, frozen."""
+        """All measurements, frozen."""
         kept = self.holds
 
         def of(step: StepKind) -> tuple[int, ...]:

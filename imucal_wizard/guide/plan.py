@@ -1,8 +1,9 @@
-"""The procedure as data: which steps there are, and what each of them needs."""
+"""The procedure as data: its steps and what each step needs."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from imucal_wizard.core.poses import EDGES, FACES, POSE_SETS
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import StepKind
 
 
@@ -11,14 +12,14 @@ class Step:
     """One step of the procedure.
 
     Attributes:
-        kind: which step.
-        seconds: how long the device must be at rest for one hold, s.
+        kind: kind of the step.
+        seconds: rest for one hold, s.
         poses: names of the poses to take (up/down, poses).
-        per_axis: how many rotations about each axis (rotations).
-        minimum_deg: a rotation smaller than this says too little, degrees (rotations).
-        orientations: how many new orientations (validation).
-        apart_deg: how far a new orientation lies from every one known, degrees (validation).
-        skipped: what it means for the result when the step is left out.
+        per_axis: number of rotations about each axis (rotations).
+        minimum_deg: smallest rotation that counts, degrees (rotations).
+        orientations: number of new orientations (validation).
+        apart_deg: least angle between a new orientation and every known one (validation).
+        skipped: consequence for the result if the step is skipped.
     """
 
     kind: StepKind
@@ -85,7 +86,7 @@ class Procedure:
     led: bool = True
 
     def step(self, kind: StepKind) -> Step:
-        """The step of this kind; a step without needs when the procedure does not have it."""
+        """The step of this kind; an empty one if the procedure does not have it."""
         return next((step for step in self.steps if step.kind is kind), Step(kind))
 
     @property
@@ -103,14 +104,14 @@ def standard(
     rotation_hold_seconds: float = 3.0,
     count_faces: bool = False,
 ) -> Procedure:
-    """Q's procedure with the settings that a person may choose; Q itself takes 18 rotations.
+    """Q's procedure with its settings; Q takes 18 rotations.
 
     Args:
-        rotations_per_axis: 0 for no rotations at all: the gyroscope's offset needs none.
-        poses: a name of ``poses.POSE_SETS``. N's eight take the place of the faces, too.
-        settle_seconds: of rest at the beginning.
-        hold_seconds: of each pose.
-        rotation_hold_seconds: of rest before and after each rotation.
+        rotations_per_axis: 0 for none; the gyroscope's offset needs no rotations.
+        poses: a name of ``poses.POSE_SETS``; with N's eight there is no up/down step.
+        settle_seconds: rest at the beginning, s.
+        hold_seconds: rest in each pose, s.
+        rotation_hold_seconds: rest before and after each rotation, s.
         count_faces: the faces of the up/down step count among the poses too.
     """
     left_out = set()

@@ -1,13 +1,13 @@
-"""Readings as a person reads them: mg and °/s where the units are known, else counts."""
+"""Readings in the units that people use: mg and °/s, or counts if the unit is not known."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import decimals, fixed, number, readable
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.guide.state import AxisMotion
 from imucal_wizard.measurement.stillness import Limits, Noise, Windows
@@ -15,7 +15,7 @@ from imucal_wizard.measurement.stillness import Limits, Noise, Windows
 
 @dataclass(frozen=True)
 class Scales:
-    """The units of both sensors.
+    """The units of accelerometer and gyroscope.
 
     Attributes:
         accelerometer: ``m/s^2`` or ``count``.
@@ -58,9 +58,10 @@ class Scales:
         return readable(self.gyroscope)[1]
 
     def motions(self, window: Windows, limits: Limits) -> tuple[AxisMotion, ...]:
-        """How much each axis moves against its limit; empty until the window is full.
+        """The motion of each axis beside its limit; empty until the window is full.
 
-        A gyroscope axis shows its tremor or its mean turn, whichever is farther over its limit.
+        A gyroscope axis shows its standard deviation or its mean rate, the larger one in terms of
+        its limit.
         """
         if not window.full[0]:
             return ()
@@ -91,11 +92,11 @@ class Scales:
         return _worst(values * self.mg, limits * self.mg, "shakes by", self.mg_unit)
 
     def wandering(self, values: FloatArray, limits: FloatArray) -> str:
-        """The same of a mean that is not where it was."""
+        """The same for a mean that has changed."""
         return _worst(values * self.mg, limits * self.mg, "wandered by", self.mg_unit)
 
     def trembling(self, values: FloatArray, limits: FloatArray) -> str:
-        """The same of the gyroscope."""
+        """The same for the gyroscope."""
         return _worst(values * self.degrees, limits * self.degrees, "sways by", self.degrees_unit)
 
     def noise_text(self, noise: Noise) -> str:
@@ -121,7 +122,7 @@ def _excess_of(pair: tuple[float, float]) -> float:
 
 
 def _three(values: FloatArray) -> str:
-    """Three values with as many decimals as give the largest of them two digits."""
+    """Three values with the decimals that give the largest of them two digits."""
     places = min(6, decimals(float(np.nanmax(values, initial=0.0))))
     return " ".join(fixed(value, places) for value in values.tolist())
 

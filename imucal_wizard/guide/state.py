@@ -1,20 +1,20 @@
-"""The status of the procedure: frozen, complete, and cheap to replace.
+"""The status of the procedure: a frozen snapshot that the state machine makes on request.
 
-The state machine makes one ``Status`` whenever it is asked; screens, sounds and tests read nothing
-else.
+Screens and sounds read nothing else of the procedure.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 from imucal_wizard.guide.kinds import EventKind, StepKind
 
 GOOD = {"gaps": 15.0, "variance": 4.5, "wobble": 4.0, "fit_error": 5.0}
-"""Per cent below which each figure is good: the limits that users of MotionCal know. Gaps are those
-of free tumbling; circles on all six faces are enough whatever gaps they leave."""
+"""Per cent below which each figure is good; the limits of MotionCal. The limit of the gaps is for
+free tumbling: circles on all six faces are enough whatever gaps they leave."""
 
 
 def _empty() -> NDArray[np.intp]:
@@ -25,30 +25,30 @@ def _empty() -> NDArray[np.intp]:
 class FieldStatus:
     """The magnetometer's circles at one moment.
 
-    Directions are those of the field seen from the body, by the provisional calibration; areas are
+    Directions are those of the field in the body frame, by the provisional calibration; areas are
     numbered as in ``ellipsoid.bins``.
 
     Attributes:
-        face: the face to be laid on the table next (``-z``: the bottom), or None where any motion
-            will do.
-        face_down: the face that lies on the table now, or None while none does.
-        turned: degrees turned so far with that face down, 0 to 360; 0 while none is.
-        done: faces whose circle is complete, in the order of the list.
-        missing: faces whose circle is not.
-        counts: samples in each area, shape (100,); no more than are needed to see that it is full.
+        face: the face to lay on the table next (``-z``: the bottom), or None if any motion
+            counts.
+        face_down: the face on the table now, or None.
+        turned: angle turned with that face down, degrees from 0 to 360; 0 if no face is down.
+        done: faces with a complete circle.
+        missing: faces without a complete circle.
+        counts: samples in each area, shape (100,), up to the number that makes an area full.
         here: area of the newest sample, or None.
-        gaps: share of the sphere that no sample is near, per cent; None before there is a fit.
-        variance: magnitude variance, per cent of the field.
-        wobble: how far the middle of the samples is off, per cent of the field.
-        fit_error: per cent of the field.
-        magnitude: size of the field by the reading's own unit, µT; None for counts, or too early.
-        advice: which motion fills the largest gap, in plain words.
-        disturbed: what disturbs the field at this moment, or "".
-        trouble: why no calibration can come of it so far (not the Earth's field, it does not turn,
-            saturation, one plane), or "".
-        samples: samples kept.
-        left_out: samples left out as disturbed.
-        good: coverage and fit suffice.
+        gaps: share of the sphere without a sample nearby, per cent; None before there is a fit.
+        variance: spread of the magnitude, per cent of the field.
+        wobble: offset of the samples' centre, per cent of the field.
+        fit_error: unexplained part, per cent of the field.
+        magnitude: magnitude of the field, µT; None for counts or before there is a fit.
+        advice: the motion that fills the largest gap, in words.
+        disturbed: message about the present disturbance, or "".
+        trouble: why these samples give no calibration (not the Earth's field, no rotation,
+            saturation, all samples in one plane), or "".
+        samples: number of samples kept.
+        left_out: number of samples left out as disturbed.
+        good: coverage and fit error are good.
     """
 
     face: str | None = None
@@ -73,10 +73,10 @@ class FieldStatus:
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happened.
+    """An event.
 
     Attributes:
-        kind: what.
+        kind: kind of event.
         time: sample time, s.
         text: one short plain sentence.
     """
@@ -88,7 +88,7 @@ class Event:
 
 @dataclass(frozen=True)
 class AxisMotion:
-    """How much one axis moves, against which limit, in the unit a person reads."""
+    """The motion of one axis and its limit, in the unit that people use."""
 
     channel: str
     """``ax`` … ``gz``."""
@@ -99,24 +99,24 @@ class AxisMotion:
 
     @property
     def moving(self) -> bool:
-        """Whether the value is over its limit (a value that is not a number is)."""
+        """Whether the value exceeds its limit; a value that is not a number does."""
         return not self.value <= self.limit
 
 
 @dataclass(frozen=True)
 class StillStatus:
-    """Is the device still; if not, which axis moves, by how much, against which limit.
+    """Whether the device is still; if not, which axis moves, by how much, and its limit.
 
     Attributes:
         still: the decision at the newest block.
-        motions: all axes, accelerometer first; empty before the first window is full.
-        worst: the axis farthest over its limit (or nearest to it when still); None at the start.
-        held: seconds of the present hold so far.
-        needed: seconds wanted.
-        waiting: seconds since the device was last still while a hold was asked for.
-        loosened: factor by which the limits are wider than the settle step set them.
-        reason: why it does not count as still, in words ("z turns at 2.9 °/s, limit 0.8"), or "".
-        spent: this placement counts no more; the device must be moved before it can count again.
+        motions: all axes, accelerometer first; empty until the first window is full.
+        worst: the axis with the largest motion in terms of its limit; None at the start.
+        held: duration of the present hold, s.
+        needed: duration that the step needs, s.
+        waiting: time without a completed hold while one is needed, s.
+        loosened: factor by which the limits are wider than after the settle step.
+        reason: why the device is not still ("z turns at 2.9 °/s, limit 0.8"), or "".
+        spent: this placement no longer counts; the device must move before the next hold.
     """
 
     still: bool = False
@@ -132,7 +132,7 @@ class StillStatus:
 
 @dataclass(frozen=True)
 class Offer:
-    """A command that is open now, and its effect in plain words."""
+    """A command that is offered now, and its effect in words."""
 
     command: str
     text: str
@@ -140,23 +140,23 @@ class Offer:
 
 @dataclass(frozen=True)
 class RotationStatus:
-    """The rotation under way, or awaited.
+    """The present or next rotation.
 
     Attributes:
-        axis: about which axis rotations are wanted now.
+        axis: the axis of rotation.
         start_pose: the pose to start from (``+z`` for x and y, ``+x`` for z).
-        angle: angle so far about the axis, degrees, from the accelerometer unwrapped with the rate.
-        rate: present rate about the axis, degrees per second (counts while the scale is unknown).
-        fastest: fastest rate so far in this rotation.
-        range_limit: full scale of the gyroscope in the same unit; the smallest usual one where its
-            own is not known; None for counts.
+        angle: present angle about the axis, degrees, from the accelerometer, unwrapped by the rate.
+        rate: present rate about the axis, °/s (counts if the scale is unknown).
+        fastest: largest rate in this rotation, same unit.
+        range_limit: full scale of the gyroscope in the same unit; the smallest usual one if its
+            own is unknown; None for counts.
         done: signed angles of the rotations taken about this axis, degrees.
-        wanted: how many are wanted about this axis.
-        senses: whether both senses have been turned.
-        speeds: how many different speeds have been seen (slow, medium, fast).
-        advice: what is still missing, in words ("turn the other way", "go slower"), or "".
+        wanted: number of rotations needed about this axis.
+        senses: rotations in both senses have been taken.
+        speeds: number of different speeds taken (slow, medium, fast).
+        advice: what is still missing ("turn to the left too", "go slower"), or "".
         range_known: whether ``range_limit`` is the gyroscope's own.
-        clips: the present rotation is so fast that the gyroscope is about to be clipped.
+        clips: the present rotation nearly reaches ``range_limit``.
     """
 
     axis: str
@@ -189,36 +189,36 @@ class AxisStart:
 
 @dataclass(frozen=True)
 class Status:
-    """Everything a screen shows of the procedure at one moment.
+    """Everything that a screen shows of the procedure.
 
     Attributes:
-        step: the step the machine is in.
-        elapsed: seconds of samples since the first one.
-        instruction: what to do now, short, in capitals where it is a pose ("TURN +X −Y UP").
-        detail: one more line in plain words.
-        reason: what it is asked for, where that is not plain; or "".
-        guidance: how to get there ("23° away: turn it about z, to the left"), or "".
-        still: the stillness decision and its reasons.
-        up: present up direction in the body frame, or None before it is known.
-        wanted: name of the pose asked for next, or None.
-        wanted_up: up in the pose asked for next where it has no name, or None.
-        recognised: name of the pose the device is in, or None.
-        off_by: degrees between ``up`` and the wanted pose, or None.
+        step: the present step.
+        elapsed: sample time since the start, s.
+        instruction: what to do now, in a few capitals ("TURN +X −Y UP").
+        detail: the same in words.
+        reason: why it is needed, if that is not obvious; or "".
+        guidance: the way to the wanted pose ("23° away: turn it about z, to the left"), or "".
+        still: whether the device is still, and why not.
+        up: up direction in the body frame, or None if not known.
+        wanted: name of the wanted pose, or None.
+        wanted_up: up direction of a wanted pose without a name, or None.
+        recognised: name of the present pose, or None.
+        off_by: angle between ``up`` and the wanted pose, degrees, or None.
         done: names of the poses taken in this step.
         missing: names of the poses still to take in this step.
-        progress: (done, wanted) of this step in its own unit (seconds, poses, rotations).
-        start_values: the up/down start values, live.
-        rotation: the rotation under way, in that step only.
-        field: the magnetometer's circles, in that step only.
-        noise: (accelerometer, gyroscope) noise per axis from the settle step as a text, or "".
-        offers: ways out and choices open now.
+        progress: (done, needed) of this step in its own unit (seconds, poses, rotations).
+        start_values: the start values of the up/down step.
+        rotation: the present rotation, in the steps with rotations.
+        field: the magnetometer's circles, in their step.
+        noise: noise of each axis from the settle step as text, or "".
+        offers: commands that are offered now.
         last_event: the newest event, or None.
-        holds: how many holds have been kept in all.
-        rotations: how many rotations have been kept in all.
+        holds: number of holds kept.
+        rotations: number of rotations kept.
         skipped: steps that were skipped, with the consequence.
-        steps: all steps of this procedure, in their order; () for all that there are.
-        poses: how many poses the step of the poses asks for.
-        counts_here: a hold that begins here and now counts for the step.
+        steps: all steps of this procedure, in order; () for the standard ones.
+        poses: number of poses that the pose step needs.
+        counts_here: a hold that begins now counts for the step.
     """
 
     step: StepKind = StepKind.SOURCE

@@ -1,9 +1,9 @@
-"""The procedure as a state machine that is fed with readings and needs no key.
+"""The procedure as a state machine that takes readings and needs no key.
 
-Block by block it decides whether the device is still and what follows from that: a hold begins,
-is kept, or breaks; the step at work takes what it asked for; the next step comes. All decisions are
-made in sample time, so the same samples and commands give the same holds to the last bit, however
-the samples are cut and however fast they come.
+For each block it decides whether the device is still, and what follows: a hold begins, is kept or
+breaks; the present step takes the hold; the next step begins. All decisions use sample time, so the
+same samples and commands give the same holds to the last bit, however the samples are cut and
+however fast they come.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,8 @@ from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales, excess
 from imucal_wizard.guide.state import Event, Offer, Status, StillStatus
-from imucal_wizard.guide.steps.directions import DirectionsStage, RequestsStage, ValidationStage
+from imucal_wizard.guide.steps.directions import DirectionsStage, ValidationStage
+from imucal_wizard.guide.steps.requests import RequestsStage
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.steps.settle import SettleStage
 from imucal_wizard.guide.steps.waiting import WaitingStage
@@ -37,10 +38,10 @@ from imucal_wizard.measurement.holds import Collected, Hold
 from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
 
 Listener = Callable[[Instruction, int], None]
-"""Receives the instruction after so many samples."""
+"""Receives the instruction and the number of samples before it."""
 
 _PLACING = (StepKind.UP_DOWN, StepKind.POSES, StepKind.VALIDATE, StepKind.MORE)
-"""Steps that ask for poses."""
+"""Steps that need poses."""
 
 
 class StateMachine:
@@ -52,21 +53,21 @@ class StateMachine:
         accelerometer_unit: ``m/s^2`` or ``count``.
         gyroscope_unit: ``rad/s`` or ``count``.
         gravity: local gravity, m/s².
-        gyroscope_range: full scale of the gyroscope in its unit, or None when not known.
-        noise: of the device at rest, where it is known already: then nothing is settled first.
-        listener: receives the instruction after each block and each command, however they are cut.
+        gyroscope_range: full scale of the gyroscope in its unit, or None if not known.
+        noise: of the device at rest, if it is known already; the settle step is then done.
+        listener: receives the instruction after each block and each command.
 
     Attributes:
-        context: what all steps see.
-        capture: what keeps the holds.
-        step: the step at work.
+        context: shared by all steps.
+        capture: makes and keeps the holds.
+        step: the present step.
         stages: the logic of each step.
-        settle: the settle step, whose limits all others use.
-        field: the step of the magnetometer's circles.
-        requests: the step of what is asked for beyond the plan; not one of the procedure's steps.
-        skipped: steps left out, with the consequence.
-        return_to: the step to come back to when the noise has been measured again.
-        elapsed: seconds of samples so far.
+        settle: the settle step, whose limits all steps use.
+        field: the magnetometer's step.
+        requests: the step of requested measurements, which the plan does not have.
+        skipped: steps that were skipped, with the consequence.
+        return_to: the step to return to after a new measurement of the noise.
+        elapsed: sample time since the start, s.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class StateMachine:
         self._listener = listener
         self._judged = 0
 
-    # What goes in
+    # Input
 
     def feed(self, readings: Readings) -> tuple[Event, ...]:
         """Take the next readings; returns the events in them."""
@@ -124,12 +125,12 @@ class StateMachine:
         return self.context.drain()
 
     def command(self, name: str, argument: str = "") -> tuple[Event, ...]:
-        """Carry out a command of the operator; returns the events.
+        """Carry out a command; returns the events.
 
         Args:
             name: one of the commands of ``guide.commands``.
             argument: the step's name for ``goto``; for ``measure`` what
-                ``measurement.requests.to_text`` made.
+                ``measurement.requests.requests_to_text`` made.
 
         Raises:
             UsageError: there is no such command or step.
@@ -139,7 +140,7 @@ class StateMachine:
         return self.context.drain()
 
     def flush(self) -> tuple[Event, ...]:
-        """The data have ended: a hold still running is complete as it is, and so are circles."""
+        """The data have ended: complete the present hold and circle as they are."""
         self.capture.restart()
         if self.step is StepKind.FIELD:
             self.field.end()
@@ -180,10 +181,10 @@ class StateMachine:
         self._be_patient(block)
 
     def _learn(self, block: Block) -> None:
-        """Which way is up, and how fine the readings are."""
+        """Learn the up direction and the resolution of the readings."""
         context, reading = self.context, block.mean_a
         if not context.up_estimate.known or not (context.measurements.holds or context.still):
-            # The first samples may come from a device in mid-air; the newest guess is the best.
+            # The device may be moving at the start, so the newest estimate is the best.
             context.up_estimate.begin(reading)
         self.settle.assume()
         context.up = context.up_estimate.up(reading) if np.isfinite(reading).all() else None
@@ -202,10 +203,10 @@ class StateMachine:
         return self.settle.admits(block)
 
     def _rest(self, *, began: bool) -> None:
-        """The device is at rest, and perhaps in a hold that is kept."""
+        """Follow a device at rest."""
         run = self.context.run
         if began and self.asking and not run.used:
-            self.context.emit(EventKind.STILL, "Still: keep it so.")
+            self.context.emit(EventKind.STILL, "Still: hold it.")
         if run.kept is not None:
             self.capture.rest_in(run.kept)
 
@@ -230,7 +231,7 @@ class StateMachine:
         return self.context.watch.reason or fallback
 
     def _take_hold(self, block: Block) -> None:
-        """Keep the hold once it is long enough, and pass it to the step once."""
+        """Keep a hold that is long enough, and pass it to the step once."""
         context, run = self.context, self.context.run
         if not self.asking or run.used or self.step in run.told:
             return
@@ -245,7 +246,7 @@ class StateMachine:
         if hold is None:
             return
         if context.watch.tighten(self.stage.seconds):
-            context.emit(EventKind.WARNING, "It is calm again: so are the limits.")
+            context.emit(EventKind.WARNING, "Calm again: the limits are back to normal.")
         self._tell(self.capture.keep(hold, self.step))
         frozen = frozen_axis(block.window, self.settle.noise, context.resolution.steps[0])
         if frozen:
@@ -269,7 +270,7 @@ class StateMachine:
             self.advance()
 
     def _be_patient(self, block: Block) -> None:
-        """Count how long a hold has been asked for in vain; open the ways out."""
+        """Count the time without a hold; offer alternatives."""
         context, watch, settling = self.context, self.context.watch, self.step is StepKind.SETTLE
         content = context.still and (context.run.used or self.step in context.run.told)
         if not self.asking or content:
@@ -294,30 +295,30 @@ class StateMachine:
             return "Lean it on something."
         if worst is not None and excess(worst) < HAND_HELD_EXCESS:
             return "Lay it down where nothing shakes it."
-        return "If it does lie still, its units are wrong: go back to the source."
+        return "If it lies still, its units are wrong: go back to the source."
 
-    # Which step comes when
+    # Order of the steps
 
     @property
     def stage(self) -> Stage:
-        """The logic of the step at work."""
+        """The logic of the present step."""
         return self.stages[self.step]
 
     @property
     def asking(self) -> bool:
-        """Whether a hold is asked for now."""
+        """Whether the present step needs a hold."""
         return self.stage.seconds > 0.0
 
     @property
     def kinds(self) -> tuple[StepKind, ...]:
-        """The steps there are for this stream, in their order."""
+        """The steps for this stream, in order."""
         every = self.context.procedure.kinds
         if self.context.has_magnetometer:
             return every
         return tuple(kind for kind in every if kind is not StepKind.FIELD)
 
     def enter(self, kind: StepKind) -> None:
-        """Begin a step, or come back to it."""
+        """Begin a step, or return to it."""
         context = self.context
         self.step = kind
         self.skipped.pop(kind, None)
@@ -325,15 +326,15 @@ class StateMachine:
         if kind is StepKind.SETTLE:
             self.capture.restart()
         elif kept is not None and (kind is StepKind.VALIDATE or kept.ticks):
-            # One placement is one measurement: a repeat begins with a move. A rotation may begin
-            # with the hold that the device is in.
+            # One placement is one measurement, so a repeat begins with a move. A rotation may
+            # begin with the present hold.
             rotating = kind is StepKind.ROTATIONS
             rotating |= kind is StepKind.MORE and self.requests.rotating
             context.run.used = not rotating
         if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
             self.skipped[StepKind.VALIDATE] = self._not_validated()
         if kind is StepKind.RESULT:
-            # What is fitted on the way into the result stays what it is.
+            # The measurements that are fitted must not change afterwards.
             self.capture.finish()
             context.run.complete = kept is not None
         context.watch.rest()
@@ -347,7 +348,7 @@ class StateMachine:
         return f"{taken:.0f} of {wanted:.0f} new orientations were taken"
 
     def advance(self) -> None:
-        """The step has all it needs: on to the next that does not."""
+        """Leave a finished step."""
         self.context.emit(EventKind.STEP_DONE, f"{TITLES[self.step]} done.")
         self.go_on()
 
@@ -367,7 +368,7 @@ class StateMachine:
             self.enter(kind)
             if kind is StepKind.RESULT:
                 left = ", ".join(TITLES[one] for one in self.skipped)
-                text = f"Measured, but for {left}." if left else "Everything is measured."
+                text = f"Measured except {left}." if left else "Everything is measured."
                 self.context.emit(EventKind.FINISHED, text)
             return
 
@@ -382,10 +383,10 @@ class StateMachine:
             return True
         return False
 
-    # What comes out
+    # Output
 
     def status(self) -> Status:
-        """Everything a screen shows, frozen."""
+        """The status for the screens, frozen."""
         if self._status is None:
             context, own, noise = self.context, self.context.measurements, self.settle.noise
             up = context.up
@@ -424,12 +425,12 @@ class StateMachine:
         )
 
     def _offers(self) -> tuple[Offer, ...]:
-        """The ways out and the choices that are open now."""
+        """The commands that are offered now."""
         offers: list[Offer] = []
         if self.asking and self.context.watch.offered:
             if self.context.watch.loosened < MAX_LOOSENED:
-                offers.append(Offer("loosen", "loosen the limits twofold"))
-            offers.append(Offer("take", "take it as it is, marked hand-held"))
+                offers.append(Offer("loosen", "double the limits"))
+            offers.append(Offer("take", "take it, marked hand-held"))
             if self.step is not StepKind.SETTLE:
                 offers.append(Offer("remeasure", "measure the noise again"))
         if self.step in (*MEASURING, StepKind.MORE) and self.stage.finished:
@@ -444,7 +445,7 @@ class StateMachine:
         return tuple(offers)
 
     def _faces_wait(self) -> bool:
-        """Whether faces of the up/down step could still count among the poses."""
+        """Whether faces of the up/down step could still count as poses."""
         own = self.context.measurements
         wanted = set(self.context.procedure.step(StepKind.POSES).poses) & set(FACES)
         taken = set(own.ticked(StepKind.UP_DOWN)) & wanted
@@ -469,12 +470,12 @@ class StateMachine:
         )
 
     @property
-    def makeshift(self) -> Noise | None:
-        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
-        return self.settle.noise if self.settle.makeshift else None
+    def provisional_noise(self) -> Noise | None:
+        """The noise of a rest that was shorter than the step needs; None after a full rest."""
+        return self.settle.noise if self.settle.provisional else None
 
     def collected(self) -> Collected:
-        """All measurements; a hold in progress has its present length."""
+        """All measurements; the present hold has its present length."""
         collected = replace(self.capture.collected(), steps=self.context.resolution.steps)
         collected = replace(collected, magnetometer=self._record.series())
         if collected.magnetometer is None or StepKind.FIELD in self.skipped:

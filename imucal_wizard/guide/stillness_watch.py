@@ -1,7 +1,7 @@
-"""Limits of rest, the axis that exceeds them, and the patience with a device that never rests.
+"""Limits of rest, the axis that exceeds them, and the waiting for a device that does not rest.
 
-The limits of rest come from the noise of the settle step. They widen by themselves, announced and
-bounded, because both hands hold the device and nothing may need a key.
+The limits come from the noise of the settle step. They widen by themselves, announced and bounded,
+because the operator has no hand free for a key.
 """
 
 import math
@@ -34,13 +34,13 @@ from imucal_wizard.measurement.stillness import Block, Limits, Noise
 def limits_of(
     noise: Noise, quantum: tuple[FloatArray, FloatArray], one_g: float, units: Scales
 ) -> Limits:
-    """Limits of rest that a hand at a desk can keep, for the steps that follow the settling.
+    """Limits of rest that a hand at a desk can keep, for the steps after the settle step.
 
     Args:
         noise: from the settle step.
-        quantum: smallest step of each accelerometer and gyroscope axis, shape (3,) each; 0 where
-            none was seen. A reading that flickers between two neighbours is at rest.
-        one_g: what the accelerometer reads for one gravity, in its unit.
+        quantum: resolution of each accelerometer and gyroscope axis, shape (3,) each; 0 if not
+            known. A reading that flickers between two adjacent values is at rest.
+        one_g: reading of the accelerometer for one gravity, in its unit.
         units: units of the readings.
     """
     limits = noise.limits(NOISE_FACTOR)
@@ -57,7 +57,7 @@ def limits_of(
 
 
 def coarse_limits(one_g: float, units: Scales, *, gyroscope: bool) -> Limits:
-    """Limits before any noise is known; a gyroscope in counts has none yet."""
+    """Limits before the noise is known; none for a gyroscope in counts."""
     accelerometer = np.full(3, COARSE_LIMIT_G * one_g)
     if not gyroscope or not units.gyroscope_known:
         return Limits(accelerometer)
@@ -65,12 +65,12 @@ def coarse_limits(one_g: float, units: Scales, *, gyroscope: bool) -> Limits:
 
 
 class StillnessWatch:
-    """Limits of rest and the patience with a device that does not meet them.
+    """Limits of rest, and the waiting for a device that does not meet them.
 
     Attributes:
         loosened: factor by which the limits are wider than they were set.
-        waiting: seconds for which a hold has been asked for in vain.
-        motions: how much each axis moves.
+        waiting: time without a completed hold while one is needed, s.
+        motions: the motion of each axis.
         still: the newest window is still.
     """
 
@@ -87,47 +87,47 @@ class StillnessWatch:
 
     @property
     def limits(self) -> Limits | None:
-        """The limits as they are now, or None before any are known."""
+        """The present limits, or None if not known."""
         return self._limits
 
     @property
     def offered(self) -> bool:
-        """Whether the ways out are open."""
+        """Whether alternatives are offered."""
         return self.waiting >= OFFER_SECONDS
 
     @property
     def worst(self) -> AxisMotion | None:
-        """The axis farthest over its limit, or nearest to it when all are below."""
+        """The axis with the largest motion in terms of its limit."""
         return max(self.motions, key=excess, default=None)
 
     @property
     def reason(self) -> str:
-        """Why it does not count as still: "z turns at 2.9 °/s, limit 0.8"; "" when it does."""
+        """Why the device is not still: "z turns at 2.9 °/s, limit 0.8"; "" if it is."""
         worst = self.worst
         return moves(worst) if worst is not None and worst.moving else ""
 
     def set_limits(self, limits: Limits) -> None:
-        """New limits, not loosened."""
+        """Set new limits, not loosened."""
         self._tight = self._limits = limits
         self.loosened = 1.0
         self.rest()
 
     def adapt(self, limits: Limits) -> None:
-        """Other limits about the same resting value, as loosened as before."""
+        """Change the limits, but keep the resting rate and the loosening."""
         if self._tight is not None:
             mean = self._tight.gyroscope_mean
             self._tight = limits if mean is None else replace(limits, gyroscope_mean=mean)
             self._limits = self._tight.scaled(self.loosened)
 
     def rest_at(self, mean: FloatArray) -> None:
-        """The same limits about another resting value of the gyroscope."""
+        """Keep the limits, but set another resting rate of the gyroscope."""
         if self._tight is None or self._tight.gyroscope_mean is None:
             return
         self._tight = replace(self._tight, gyroscope_mean=mean)
         self._limits = self._tight.scaled(self.loosened)
 
     def loosen(self) -> bool:
-        """Widen the limits; False when they are as wide as they may be."""
+        """Widen the limits; returns False if they cannot be wider."""
         if self._tight is None or self.loosened >= MAX_LOOSENED:
             return False
         self.loosened *= LOOSEN_FACTOR
@@ -135,19 +135,19 @@ class StillnessWatch:
         return True
 
     def tighten(self, seconds: float) -> bool:
-        """Back to the first limits once the device has met them for so long; whether it has."""
+        """Restore the limits if the device has met them for some seconds; returns whether."""
         if self.loosened == 1.0 or self._calm < seconds - WINDOW_SECONDS:
             return False
         self._limits, self.loosened = self._tight, 1.0
         return True
 
     def rest(self) -> None:
-        """A hold was completed, or none is asked for: the waiting starts again."""
+        """Restart the waiting: a hold was completed, or none is needed."""
         self.waiting = 0.0
         self._recent.clear()
 
     def judge(self, block: Block) -> bool:
-        """Whether the window that ends with this block is still; keeps the reasons."""
+        """Whether the window that ends with this block is still; keeps the motion of each axis."""
         if self._limits is None:
             self.motions, self.still = (), False
             return False
@@ -158,16 +158,16 @@ class StillnessWatch:
         return self.still
 
     def exhausted_in(self, seconds: float) -> bool:
-        """Whether it will then have lasted so long that something must give way."""
+        """Whether the waiting will end within some seconds, so that the limits must widen."""
         return self.waiting + seconds >= OFFER_SECONDS + LOOSEN_SECONDS - TIME_TOLERANCE
 
     def wait(self, seconds: float) -> str | None:
-        """Count a block in which a hold is asked for and not complete.
+        """Count a block in which a hold is needed and not complete.
 
         Returns:
-            ``"stuck"`` when the ways out open now, ``"loosened"`` when the limits have just been
-            widened, else None. Limits widen only for a device that is nearly at rest: one that is
-            being carried would not meet the widest either.
+            ``"stuck"`` if alternatives are offered from now on, ``"loosened"`` if the limits have
+            just been widened, else None. Limits widen only for a device that is nearly at rest:
+            one that is carried would not meet the widest limits either.
         """
         if self._recent.maxlen == 1:
             self._recent = deque(maxlen=max(round(RECENT_SECONDS / seconds), 1))

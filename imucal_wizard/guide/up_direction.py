@@ -1,7 +1,7 @@
 """The up direction, from an accelerometer whose bias and scale are not known yet.
 
-Good enough to recognise poses and to guide a hand, and no calibration: one common scale, no
-non-orthogonality. The solver does that later.
+The estimate has one common scale and no non-orthogonality. That is enough to recognise poses and to
+guide the operator; the calibration is fitted later.
 """
 
 from collections.abc import Sequence
@@ -9,37 +9,38 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 
 SPREAD = 0.02
-"""How far the axes' own errors put a hold off one common sphere, as a share of gravity."""
+"""Deviation of a hold from the common sphere by errors of the axes, as a share of gravity."""
 BIAS_PRIOR = 0.1
-"""How far off zero a bias is expected, as a share of gravity."""
+"""Prior standard deviation of a bias, as a share of gravity."""
 OFFSET_PRIOR = 0.4
-"""The same where an offset had to be guessed."""
+"""The same if an offset was guessed."""
 SPHERE_SCALE_PRIOR = 0.3
 SMALLEST, LARGEST = 0.4, 2.0
-"""Holds of another size than this share of the first say something else, such as a dead axis."""
+"""Range of a hold's magnitude, as a share of the first; beyond it an axis is dead or wrong."""
 SPHERE_STEPS = 8
 MIN_OFFSET_RATIO = 0.6
-"""Share of the largest reading that the smallest has where all three axes share an offset."""
+"""The smallest reading over the largest, from which all three axes share an offset."""
 LEAST_OFFSET = 100.0
-"""Counts: no converter has its middle lower."""
+"""Counts; no converter has its middle lower than this."""
 COLLAPSED = 0.1
-"""Share of what was taken for gravity at first; a smaller sphere is no solution."""
+"""Radius of the sphere over the first one below which the fit has failed."""
 FALLING = 0.05
-"""Share of gravity under which there is no telling which way is up."""
+"""Share of gravity below which the up direction is unknown."""
 
 
 def guessed_offset(reading: FloatArray) -> float:
-    """The zero of readings that never go negative: half the range of the converter, else 0.
+    """The offset of readings that are never negative: half the range of the converter, else 0.
 
-    A device at rest cannot show nearly the same large reading on all three axes unless they share
-    an offset; converters put it at a power of two (512, 2048, 32768).
+    At rest the three axes read nearly the same large value only if they share an offset; in
+    converters it is a power of two (512, 2048, 32768).
     """
     smallest, largest = float(np.min(reading)), float(np.max(reading))
     if not smallest > MIN_OFFSET_RATIO * largest or largest < LEAST_OFFSET:
         return 0.0
-    return float(2.0 ** round(np.log2(float(np.median(reading)))))
+    return float(2.0 ** round(np.log2(median(reading))))
 
 
 class UpEstimate:
@@ -53,11 +54,11 @@ class UpEstimate:
 
     @property
     def known(self) -> bool:
-        """Whether there has been a reading to start from."""
+        """Whether there has been a first reading."""
         return self._start is not None
 
     def begin(self, reading: FloatArray) -> None:
-        """Start from the mean reading of a device at rest (or nearly), shape (3,)."""
+        """Start from the mean reading of a device that is nearly at rest, shape (3,)."""
         if not np.isfinite(reading).all():
             return
         offset = guessed_offset(reading) if self._counts else 0.0
@@ -68,10 +69,10 @@ class UpEstimate:
             self._start = (self.bias, radius, prior)
 
     def learn(self, readings: Sequence[FloatArray]) -> None:
-        """Improve the estimate from the mean readings of all holds so far, each of shape (3,).
+        """Improve the estimate by the mean readings of all holds, each of shape (3,).
 
-        The sphere ``|y − b| = r`` that passes nearest to them (Gauss-Newton), held back by what is
-        expected of ``b`` and ``r`` in the directions that the holds do not determine.
+        It is the sphere ``|y − b| = r`` nearest to the holds (Gauss-Newton), with priors on ``b``
+        and ``r`` for the directions that the holds do not determine.
         """
         if self._start is None or not readings:
             return

@@ -1,28 +1,28 @@
 """The texts of the procedure."""
 
-from imucal_wizard.core.poses import NAMED, TILTED, turn_towards
+from imucal_wizard.core.poses import NAMED, TILT_SIGN, rotation_towards
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray
 
 PUT_BACK = "lift it and put it back the same way"
-"""What to do where the very pose is wanted that the device is in, and staying does not count."""
+"""Guidance if the wanted pose is the present one, whose hold no longer counts."""
 
 
-TURN_ROUND, TURN_ABOUT = "TURN IT ROUND", "TURN IT ABOUT"
-"""Instructions: a circle on the face that is down; any motion. They are read from two metres."""
+TURN_ROUND, TUMBLE = "TURN IT ROUND", "TUMBLE IT"
+"""Instructions: a circle on the face that is down; any motion."""
 
 
 def label(pose: str) -> str:
     """A pose in capitals: ``+x-y`` is "+X −Y", ``+z~-x`` is "+Z TO −X"."""
-    if TILTED in pose:
-        return " TO ".join(map(label, pose.split(TILTED)))
+    if TILT_SIGN in pose:
+        return " TO ".join(map(label, pose.split(TILT_SIGN)))
     faces = [pose[index : index + 2] for index in range(0, len(pose), 2)]
     return true_minus(" ".join(faces).upper())
 
 
 def turn_up(pose: str) -> str:
     """The instruction to take a pose: "TURN +X −Y UP", "TILT +Z TO −X"."""
-    return f"TILT {label(pose)}" if TILTED in pose else f"TURN {label(pose)} UP"
+    return f"TILT {label(pose)}" if TILT_SIGN in pose else f"TURN {label(pose)} UP"
 
 
 def lay_down(face: str) -> str:
@@ -31,19 +31,19 @@ def lay_down(face: str) -> str:
 
 
 def how_to_turn(up: FloatArray, pose: str) -> str:
-    """The way from here to a pose: "23° away: turn it about z, to the left"."""
+    """The way to a pose: "23° away: turn it about z, to the left"."""
     return how_to_reach(up, NAMED[pose])
 
 
 def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same to a direction that has no name."""
-    axis, sense, angle = turn_towards(up, wanted)
+    """The same for a direction without a name."""
+    axis, sense, angle = rotation_towards(up, wanted)
     return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
 
 
 def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same where staying does not count: "lift it, then turn it about z, to the left"."""
-    axis, sense, _ = turn_towards(up, wanted)
+    """The same for a spent placement: "lift it, then turn it about z, to the left"."""
+    axis, sense, _ = rotation_towards(up, wanted)
     return f"lift it, then turn it about {axis}, to the {sense}"
 
 

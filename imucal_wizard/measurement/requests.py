@@ -1,21 +1,21 @@
-"""A request to measure something beyond the plan: a pose to hold, or rotations about one axis.
+"""Requests for measurements beyond the plan: a pose to hold, or rotations about an axis.
 
-Requests travel as one text, the argument of the command ``measure``, so that a session that is
-resumed asks for the same.
+Requests are passed as one text, the argument of the command ``measure``, so that a resumed session
+makes the same requests.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.poses import AXES, DIRECTIONS, spoken, spoken_up
+from imucal_wizard.core.poses import AXES, DIRECTIONS, direction_in_words, pose_in_words
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 MAX_REQUESTS = 100
-"""More than anybody would measure in one go."""
+"""More than anybody would measure in one session."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class MeasurementRequest:
     """One pose to hold, or some rotations about one axis.
 
     Attributes:
-        up: up in the body frame, unit vector; where rotations begin.
-        pose: its name, or None for a direction without one.
-        why: what it is good for, in words.
-        warm: with the device warmed up first.
+        up: up direction in the body frame, unit vector; the start of rotations.
+        pose: name of the pose, or None.
+        why: the purpose, in words.
+        warm: whether the device must be warmed up first.
         axis: the body axis to rotate about, or "" for a pose.
-        turns: how many rotations about it (the name is that of stored sessions).
-        brief: what this request alone is good for, where ``why`` says more; "" is ``why``.
+        turns: number of rotations about the axis (the name is that of stored sessions).
+        brief: the purpose of this request alone, if ``why`` covers several; "" means ``why``.
     """
 
     up: tuple[float, float, float]
@@ -47,25 +47,25 @@ class MeasurementRequest:
 
     @property
     def reason(self) -> str:
-        """What this request alone is good for."""
+        """The purpose of this request alone."""
         return self.brief or self.why
 
     @property
     def words(self) -> str:
-        """Where it is, in plain words."""
-        return spoken(self.pose) if self.pose else spoken_up(self.direction)
+        """The pose or direction in words."""
+        return pose_in_words(self.pose) if self.pose else direction_in_words(self.direction)
 
 
-def to_text(asked: Sequence[MeasurementRequest]) -> str:
-    """What ``from_text`` reads."""
+def requests_to_text(asked: Sequence[MeasurementRequest]) -> str:
+    """The requests as text."""
     return msgspec.json.encode(list(asked)).decode()
 
 
-def from_text(text: str) -> tuple[MeasurementRequest, ...]:
-    """What is asked for.
+def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
+    """The requests in a text.
 
     Raises:
-        UsageError: it is no such text, or asks for what cannot be.
+        UsageError: the text is not a list of possible requests.
     """
     try:
         asked = tuple(msgspec.json.decode(text, type=list[MeasurementRequest]))

@@ -8,12 +8,12 @@ evaluated. Length, depth and powers are bounded, so that evaluation cannot take 
 import ast
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 MAX_FORMULA_CHARACTERS = 300
 """Characters of an expression."""

@@ -22,12 +22,12 @@ in front, the formula acts on each axis with coefficients of its own: ``k`` beco
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (

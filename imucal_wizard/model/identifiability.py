@@ -14,13 +14,13 @@ be less than what the sensor errs without any calibration.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 BIAS, SCALE, NON_ORTHOGONALITY = (0, 1, 2), (3, 6, 8), (4, 5, 7)
 """Places of the nine parameters: biases, then M's xx, xy, xz, yy, yz, zz."""
@@ -129,19 +129,6 @@ def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
     if common_scale:
         columns[SCALE, -1] = 1.0 / np.sqrt(3.0)
     return columns
-
-
-def names_of(basis: FloatArray, names: Sequence[str]) -> list[str]:
-    """What the columns of a basis free; several parameters that move together are one scale.
-
-    Args:
-        basis: see ``basis_of``.
-        names: of all nine parameters.
-    """
-    return [
-        names[int(np.flatnonzero(column)[0])] if np.count_nonzero(column) == 1 else "scale"
-        for column in basis.T
-    ]
 
 
 def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:

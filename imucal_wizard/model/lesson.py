@@ -10,13 +10,14 @@ assumed, so that they add up linearly.
 """
 
 import inspect
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -150,11 +151,12 @@ def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
 
 
 def _heading(effect: Effect, sizes: FloatArray) -> Cost:
-    c = session_poses()
+    c, unit = session_poses(), effect.field_unit
+    c = replace(c, magnetic=unit.size * c.magnetic, field_unit=unit)
     left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes))
     east = np.cross(c.magnetic, c.force)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
-    turned = np.degrees((left * east).sum(axis=1) / (FIELD * np.cos(DIP)))
+    turned = np.degrees((left * east).sum(axis=1) / (unit.size * FIELD * np.cos(DIP)))
     return Cost(heading_rms=_rms(turned), heading_worst=float(np.abs(turned).max()))
 
 

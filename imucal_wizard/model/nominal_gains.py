@@ -1,12 +1,12 @@
 """Which gains of the gyroscope are identifiable, and what the others are."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 AXES = "xyz"
 CROSS_PRIOR = 0.02

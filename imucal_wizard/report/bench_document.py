@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.core.quantities import finite
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.suspects import Suspect
@@ -58,9 +58,9 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "apart": [
             {
                 "terms": [one.first, one.second],
-                "before": finite(one.before),
-                "after": finite(one.after),
-                "size": finite(one.size),
+                "before": finite_or_none(one.before),
+                "after": finite_or_none(one.after),
+                "size": finite_or_none(one.size),
                 "unit": one.unit,
             }
             for one in said.apart
@@ -72,8 +72,8 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
 def _parameters(fit: SensorFit) -> dict[str, Any]:
     return {
         one.name: {
-            "value": finite(one.value),
-            "standard_error": finite(one.standard_error),
+            "value": finite_or_none(one.value),
+            "standard_error": finite_or_none(one.standard_error),
             "unit": one.unit,
         }
         for one in fit.parameters
@@ -84,10 +84,11 @@ def _rung(one: Rung) -> dict[str, Any]:
     return {
         "model": list(one.model),
         "added": one.added,
-        "rms_fitted": finite(one.rms_fitted),
-        "rms_held_out": finite(one.rms_held_out),
-        "rms_late": finite(one.rms_late),
-        "floor": finite(one.floor),
+        "rms_fitted": finite_or_none(one.rms_fitted),
+        "rms_held_out": finite_or_none(one.rms_held_out),
+        "rms_late": finite_or_none(one.rms_late),
+        "floor": finite_or_none(one.floor),
+        "floor_fitted": finite_or_none(one.floor_fitted),
     }
 
 
@@ -95,15 +96,14 @@ def _noise(one: Rung) -> dict[str, Any]:
     floors = one.floors
     return {
         "unit": floors.unit,
-        "within_holds": finite(floors.within),
-        "rounding": finite(floors.rounding),
+        "within_holds": finite_or_none(floors.within),
+        "rounding": finite_or_none(floors.rounding),
         "dithered": floors.dithered,
-        "repeats": finite(floors.repeats),
-        "repeats_without_drift": finite(floors.steady),
+        "repeats": finite_or_none(floors.repeats),
+        "repeats_without_drift": finite_or_none(floors.steady),
         "degrees_of_freedom": floors.freedom,
-        "p_repeatable": finite(floors.p),
+        "p_repeatable": finite_or_none(floors.p),
         "repeatable": floors.repeatable,
-        "floor": finite(floors.floor),
     }
 
 
@@ -118,18 +118,18 @@ def _suspect(one: Suspect) -> dict[str, Any]:
     errors = np.zeros(0) if trial is None else trial.standard_error
     return {
         "term": one.term,
-        "p": finite(one.p),
+        "p": finite_or_none(one.p),
         "parameters": [] if candidate is None else list(candidate.names),
-        "size": [finite(value) for value in sizes],
-        "standard_error": [finite(value) for value in errors],
+        "size": [finite_or_none(value) for value in sizes],
+        "standard_error": [finite_or_none(value) for value in errors],
         "unit": "" if candidate is None else candidate.unit,
         "variant": None if candidate is None else candidate.variant,
-        "rms_after": None if trial is None else finite(trial.rms_fitted),
-        "rms_held_out_after": None if trial is None else finite(trial.rms_held_out),
-        "detectable": finite(one.detectable_on_any_axis),
+        "rms_after": None if trial is None else finite_or_none(trial.rms_fitted),
+        "rms_held_out_after": None if trial is None else finite_or_none(trial.rms_held_out),
+        "detectable": finite_or_none(one.detectable_on_any_axis),
         "told_apart": not one.like,
         "like": list(one.like),
-        "log_odds": finite(one.log_odds),
+        "log_odds": finite_or_none(one.log_odds),
     }
 
 

@@ -5,8 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, plus_minus, quantity, true_minus, with_unit
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.quantities import (
+    plus_minus,
+    quantity,
+    size_with_unit,
+    true_minus,
+    with_unit,
+)
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
@@ -60,7 +66,7 @@ def _comparison(said: Diagnosis) -> list[str]:
     error, number = table.residual, table.index[rows]
     lines = [f"COMPARE  measurement − model, {what} by {what} (× noise)"]
     size = float(np.abs(error[rows] / table.floor[rows]).max(initial=1.0))
-    for index in np.unique(number):
+    for index in distinct(number):
         own = np.flatnonzero(rows)[number == index]
         value = _signed(error[own])
         ratio = _signed(error[own] / table.floor[own]) / np.sqrt(len(own))
@@ -129,7 +135,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
             size = suspects[effect.name].detectable_on_any_axis
             unit = effect.parameters(bench.sensor)[0].unit
             if np.isfinite(size):
-                shown = amount(size, unit)
+                shown = size_with_unit(size, unit)
                 return [f"  {effect.name} would have shown from {shown} on"]
     return []
 
@@ -143,7 +149,7 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
     seen = one.detectable_on_any_axis
-    least = amount(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
+    least = size_with_unit(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
     like = f"; looks like {', '.join(one.like)}" if one.like else ""
     return [
         f"  {number}  {one.term:24} {after:10} {p}",

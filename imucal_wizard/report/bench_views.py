@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from imucal_wizard.core.quantities import finite, number
+from imucal_wizard.core.quantities import finite_or_none, number
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.report.plot import scatter
 
@@ -58,10 +58,10 @@ def _data(view: ResidualView) -> dict[str, Any]:
         "title": view.title,
         "x_label": view.x_label,
         "unit": view.unit,
-        "x": [finite(value) for value in view.x],
-        "y": [finite(value) for value in view.y],
-        "error": None if view.error is None else [finite(value) for value in view.error],
-        "model": None if view.model is None else [finite(value) for value in view.model],
+        "x": [finite_or_none(value) for value in view.x],
+        "y": [finite_or_none(value) for value in view.y],
+        "error": None if view.error is None else [finite_or_none(value) for value in view.error],
+        "model": None if view.model is None else [finite_or_none(value) for value in view.model],
         "slope": view.slope,
         "noise": view.floor,
         "source": view.source.tolist(),

@@ -15,8 +15,8 @@ import numpy as np
 
 from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.output import encode, harmless, write_whole
-from imucal_wizard.core.quantities import finite
+from imucal_wizard.core.output import encode_json, without_control_characters, write_atomically
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.holds import Hold
@@ -231,7 +231,7 @@ class Calibration(msgspec.Struct, frozen=True):
         Raises:
             UsageError: the place cannot be written.
         """
-        write_whole(Path(path), encode(self))
+        write_atomically(Path(path), encode_json(self))
         return Path(path)
 
     def means(self) -> FloatArray:
@@ -277,8 +277,8 @@ def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
                 variant=term.variant,
                 reference_temperature=None
                 if where is None
-                else finite(where.reference_temperature),
-                reference_time=None if where is None else finite(where.reference_time),
+                else finite_or_none(where.reference_temperature),
+                reference_time=None if where is None else finite_or_none(where.reference_time),
             )
         )
     return Sensor(
@@ -330,7 +330,7 @@ def from_report(
         schema=SCHEMA,
         program=VERSION,
         created=created,
-        source=harmless(source),
+        source=without_control_characters(source),
         gravity=Value(report.gravity, "m/s^2"),
         temperature=(min(known), max(known)) if known else None,
         holds=len(report.holds),
@@ -359,7 +359,7 @@ def says_the_same(path: Path, calibration: Calibration) -> bool:
         found = read_calibration(path)
     except RecordingError:
         return False
-    return encode(msgspec.structs.replace(found, created=calibration.created)) == encode(
+    return encode_json(msgspec.structs.replace(found, created=calibration.created)) == encode_json(
         calibration
     )
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.core.quantities import finite
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.estimate.comparison import MethodRow
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.result import FitReport
@@ -117,7 +117,12 @@ def second_stage_document(stage: SecondStage) -> dict[str, Any]:
         if added is None
         else {name: getattr(added, name) for name in added.__dataclass_fields__},
         "headings": [
-            {"hold": int(hold), "before": finite(b), "after": finite(a), "error": finite(e)}
+            {
+                "hold": int(hold),
+                "before": finite_or_none(b),
+                "after": finite_or_none(a),
+                "error": finite_or_none(e),
+            }
             for hold, b, a, e in zip(
                 headings.hold, headings.before, headings.after, headings.error, strict=True
             )

@@ -1,10 +1,10 @@
 """The heading of one moment before and after calibration, and whether it can be trusted there."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass, up_in
 

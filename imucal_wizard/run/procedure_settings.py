@@ -1,12 +1,13 @@
 """The settings of a procedure; they are stored in the session, so that it can be resumed."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import msgspec
 
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import SI_UNIT, STANDARD_GRAVITY
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.state_machine import Listener, StateMachine
@@ -20,7 +21,7 @@ class ProcedureSettings:
     Attributes:
         procedure: the steps and what each needs.
         gravity: local gravity, m/s².
-        gyroscope_range: full scale of the gyroscope, rad/s, or None; it says nothing of counts.
+        gyroscope_range: full scale of the gyroscope, rad/s, or None; not used for counts.
     """
 
     procedure: Procedure = field(default_factory=Procedure)
@@ -33,9 +34,9 @@ class ProcedureSettings:
         """A procedure for a stream that begins with these samples.
 
         Args:
-            readings: the first samples, which tell the units.
+            readings: the first samples, which contain the units.
             rate: samples per second.
-            noise: of the device at rest, where it is known already.
+            noise: noise of the device at rest, if already known.
             listener: receives every instruction.
         """
         gyroscope = readings.gyroscope

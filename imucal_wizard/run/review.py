@@ -1,10 +1,10 @@
-"""A session replayed from its file, without the measurements that the operator took back."""
+"""A session replayed from its file, without withdrawn measurements."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import with_options
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.recording import FitOptions, fit_collected
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import AFTERWARDS, StepKind
@@ -15,14 +15,14 @@ from imucal_wizard.sessions import KeptSession
 
 
 @dataclass(frozen=True, eq=False)
-class Reviewed:
+class ReviewedSession:
     """The state in which a session was left.
 
     Attributes:
-        collected: what has been measured and not taken back.
-        stream: of what.
-        step: where the session was left.
-        gravity: by which it was carried out, m/s².
+        collected: the measurements that were not withdrawn.
+        stream: the stream.
+        step: the step in which the session was left.
+        gravity: gravity used by the procedure, m/s².
     """
 
     collected: Collected
@@ -36,12 +36,12 @@ class Reviewed:
         return self.step in AFTERWARDS
 
 
-def review(path: Path, options: RecordingOptions) -> Reviewed:
-    """Go through a session again, as a resume does, without writing.
+def review_session(path: Path, options: RecordingOptions) -> ReviewedSession:
+    """Replay a session, as a resume does, without writing.
 
     Args:
         path: the session.
-        options: what the user says of its stream; it goes over what the session knows.
+        options: the user's statements about the stream; they override the session's.
 
     Raises:
         SessionError: it cannot be read.
@@ -51,7 +51,7 @@ def review(path: Path, options: RecordingOptions) -> Reviewed:
         engine = past.engine()
         past.replay(engine)
         snapshot = engine.snapshot()
-        return Reviewed(
+        return ReviewedSession(
             engine.collected(), snapshot.stream, snapshot.status.step, past.settings.gravity
         )
 
@@ -60,7 +60,7 @@ def fit_stream(collected: Collected, stream: StreamStatus, options: FitOptions) 
     """Fit the measurements of a stream.
 
     Raises:
-        DataError: it does not carry a calibration.
+        DataError: the measurements do not determine a calibration.
     """
     units = {"accelerometer": stream.accelerometer_unit}
     if stream.gyroscope is not None:

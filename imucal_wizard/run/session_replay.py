@@ -1,10 +1,9 @@
-"""Sessions begun, resumed and replayed: bytes and commands make the same state to the last bit."""
+"""Sessions: starting, resuming and replaying. The same bytes and commands give the same state."""
 
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +11,17 @@ import msgspec
 
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.journal import SETUP, Journal
+from imucal_wizard.run.journal import SETUP_COMMAND, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.sessions import Command, KeptSession, Session
 
 Pieces = tuple[tuple[bytes, float], ...]
-"""Bytes with their arrivals, s."""
-GATHER_SECONDS = 0.25
-"""Seconds of arrivals that go through the engine at once: it costs by the piece."""
+"""Pieces of bytes with their arrival times, s."""
+REPLAY_PIECE_SECONDS = 0.25
+"""Seconds of arrivals that are fed to the engine at once, because each piece has a cost."""
 
 
 def _as_it_is(setup: StreamSetup) -> StreamSetup:
@@ -32,16 +32,16 @@ class SessionReplay:
     """The data and commands of a session; replaying them brings an engine to the same state.
 
     Args:
-        session: where it was written down.
-        known: adds to every setup of the stream what the user says of it now.
+        session: the session.
+        known: adds the user's present statements to every setup of the stream.
 
     Attributes:
         session: the same.
         about: all its settings.
-        settings: how the procedure was carried out.
+        settings: settings of the procedure.
 
     Raises:
-        SessionError: the settings are not there, or those of another version.
+        SessionError: the settings are missing, or belong to another version.
     """
 
     def __init__(
@@ -65,12 +65,12 @@ class SessionReplay:
         return Engine(self._known(self._setup), self.settings, source=source)
 
     def steps(self) -> Iterator[Pieces | Command]:
-        """The pieces of data, gathered, and the commands in their places between them."""
+        """The pieces of data, joined, and the commands between them."""
         commands = deque(self.session.commands())
         pieces: list[tuple[bytes, float]] = []
         for number, arrival, data in self.session.raw():
             due = bool(commands) and commands[0].after_raw < number
-            if pieces and (due or arrival - pieces[0][1] > GATHER_SECONDS):
+            if pieces and (due or arrival - pieces[0][1] > REPLAY_PIECE_SECONDS):
                 yield tuple(pieces)
                 pieces = []
             while commands and commands[0].after_raw < number:
@@ -87,11 +87,11 @@ class SessionReplay:
             engine.receive_all(step)
             return
         if step.sample_index != engine.samples:
-            engine.tell(
+            engine.emit(
                 EventKind.WARNING,
                 "this version decodes the session differently: check the measurements",
             )
-        if step.name == SETUP:
+        if step.name == SETUP_COMMAND:
             engine.set_setup(self._known(_setup_of(step.argument)))
         else:
             engine.command(step.name, step.argument)
@@ -100,8 +100,8 @@ class SessionReplay:
         """Replay everything.
 
         Args:
-            engine: as ``engine`` makes it.
-            progress: called now and then with the share that is done.
+            engine: an engine made by ``engine``.
+            progress: called repeatedly with the share done.
         """
         for step in self.steps():
             self.replay_step(engine, step)
@@ -110,10 +110,10 @@ class SessionReplay:
 
 
 def _setup_of(text: str) -> StreamSetup:
-    """The setup that was written down with a command.
+    """The setup stored with a command.
 
     Raises:
-        SessionError: it is none.
+        SessionError: it is not a setup.
     """
     try:
         return StreamSetup.from_json(msgspec.json.decode(text))
@@ -123,11 +123,11 @@ def _setup_of(text: str) -> StreamSetup:
         ) from error
 
 
-MIN_RESUME_PAUSE = 1.0
-"""The shortest time that lies between two runs of one session, s."""
+MIN_RESUME_PAUSE_SECONDS = 1.0
+"""Shortest time between two runs of one session, s."""
 
 
-def begin(
+def begin_session(
     path: Path,
     setup: StreamSetup | None = None,
     settings: ProcedureSettings | None = None,
@@ -139,10 +139,10 @@ def begin(
 
     Args:
         path: the file to write.
-        setup: what is known of the stream.
-        settings: how the procedure is carried out.
-        source: what is read, in words.
-        about: what the caller needs to open the same source again (port, speed …).
+        setup: known properties of the stream.
+        settings: settings of the procedure.
+        source: description of the source.
+        about: data that the caller needs to open the same source again (port, speed …).
 
     Raises:
         SessionError: the file cannot be written.
@@ -154,14 +154,14 @@ def begin(
 
 
 @dataclass(frozen=True)
-class Resumed:
-    """A session taken up again.
+class ResumedSession:
+    """A resumed session.
 
     Attributes:
-        engine: in its first state; ``prepare`` brings it to where the session ended.
-        past: what it has seen.
+        engine: in its initial state; ``prepare`` brings it to the end of the session.
+        past: its data and commands.
         session: the file, open for writing.
-        created: when it was begun, seconds since 1970.
+        created: start of the session, seconds since 1970.
     """
 
     engine: Engine
@@ -180,16 +180,16 @@ class Resumed:
         progress: Callable[[float], None] | None = None,
         now: Callable[[], float] = time.time,
     ) -> float:
-        """Run everything through the engine again, and let it go on writing.
+        """Replay everything through the engine, and let it continue writing.
 
         Args:
             engine: ``self.engine``.
-            progress: called now and then with the share that is done; an error that it raises ends
-                the work and closes the session.
+            progress: called repeatedly with the share done; an exception that it raises stops the
+                work and closes the session.
             now: seconds since 1970.
 
         Returns:
-            The time on the session's own clock, s, at which it goes on.
+            The time of the session's own clock at which it continues, s.
         """
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
@@ -198,11 +198,11 @@ class Resumed:
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
         passed = now() - self.created
-        return passed if last is None else max(last + MIN_RESUME_PAUSE, passed)
+        return passed if last is None else max(last + MIN_RESUME_PAUSE_SECONDS, passed)
 
 
-def resume(path: Path) -> Resumed:
-    """Open a session to go on with it.
+def resume_session(path: Path) -> ResumedSession:
+    """Open a session to continue it.
 
     Raises:
         SessionError: it cannot be read, or its settings are those of another version.
@@ -210,7 +210,7 @@ def resume(path: Path) -> Resumed:
     session = Session.open(path)
     try:
         past = SessionReplay(session)
-        return Resumed(past.engine(), past, session, _created(past))
+        return ResumedSession(past.engine(), past, session, _created(past))
     except SessionError:
         session.close()
         raise

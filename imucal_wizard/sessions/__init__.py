@@ -1,4 +1,4 @@
-"""One SQLite file per session, written as the bytes arrive, and the list of them."""
+"""Sessions: one SQLite file each, written as the bytes arrive, and their list."""
 
 from imucal_wizard.acquire.files.session_file import SUFFIX, Command
 from imucal_wizard.sessions.session import KeptSession, Session
@@ -6,7 +6,7 @@ from imucal_wizard.sessions.session_list import (
     SessionInfo,
     default_directory,
     list_sessions,
-    new_path,
+    new_session_path,
 )
 
 __all__ = [
@@ -17,5 +17,5 @@ __all__ = [
     "SessionInfo",
     "default_directory",
     "list_sessions",
-    "new_path",
+    "new_session_path",
 ]

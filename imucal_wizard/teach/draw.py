@@ -1,21 +1,22 @@
-"""Drawing the hidden effect of an exercise from the catalogue, in a size usual for the sensor."""
+"""Random choice of the hidden effect of an exercise, in a typical size for the sensor."""
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import builtin_effects
 from imucal_wizard.model.effect import MAGNETOMETER, Effect, EffectParameter
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 from imucal_wizard.simulate.sensor import SensorModel, Triad
 
-NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
+GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 """Noise, bias instability and step of a sensor of each grade, relative to a consumer part."""
-UNSEEN = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
-"""Effects that make no exercise: the support does not vibrate, every gyroscope feels the Earth's
+EXCLUDED_EFFECTS = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
+"""Effects that are not suitable: the support does not vibrate, every gyroscope measures the Earth's
 rate, and every board has some misalignment."""
 SENSORS = ("accelerometer", "gyroscope")
 """Sensors in every recording of an exercise."""
@@ -23,11 +24,11 @@ SENSORS = ("accelerometer", "gyroscope")
 
 @dataclass(frozen=True)
 class HiddenChoice:
-    """One effect and parameter that may be hidden.
+    """An effect and a parameter that may be hidden.
 
     Attributes:
         sensor: sensor with the effect.
-        effect: of the catalogue.
+        effect: effect of the catalogue.
         parameter: one of its parameters.
     """
 
@@ -36,36 +37,36 @@ class HiddenChoice:
     parameter: EffectParameter
 
 
-def choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[HiddenChoice]]:
+def hidden_choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[HiddenChoice]]:
     """The effects that may be hidden in these sensors, each with its parameters.
 
     Raises:
         UsageError: there is no such grade.
     """
-    if grade not in NOISE:
-        raise UsageError(f"no grade {grade!r}; choose one of {', '.join(NOISE)}")
+    if grade not in GRADE_NOISE:
+        raise UsageError(f"no grade {grade!r}; choose one of {', '.join(GRADE_NOISE)}")
     found = []
     for effect in builtin_effects():
         for sensor in (one for one in effect.sensors if one in sensors):
-            known = effect.name in TERMS[sensor] and effect.name not in UNSEEN
+            known = effect.name in TERMS[sensor] and effect.name not in EXCLUDED_EFFECTS
             parameters = effect.parameters(sensor) if known else ()
             own = [HiddenChoice(sensor, effect, one) for one in parameters if grade in one.grades]
             found += [own] if own else []
     return found
 
 
-def source_of_chance(number: int | None = None) -> np.random.Generator:
-    """Random numbers of an exercise: from its number, or from the system's entropy."""
+def random_generator(number: int | None = None) -> np.random.Generator:
+    """Random generator of an exercise: from its number, or from the system's entropy."""
     return np.random.default_rng(secrets.randbits(128) if number is None else [number % 2**63, 8])
 
 
-def sensors_of(*, magnetometer: bool) -> tuple[str, ...]:
+def exercise_sensors(*, magnetometer: bool) -> tuple[str, ...]:
     """Sensors of a device in which an effect may be hidden."""
     return (*SENSORS, MAGNETOMETER) if magnetometer else SENSORS
 
 
-def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:
-    """A random effect: all effects are equally likely, then all axes and both signs.
+def draw_effect(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:
+    """A random effect: first all effects are equally likely, then all axes and both signs.
 
     The size is log-uniform in the upper half of the range of sensors of this grade. In the lower
     half the noise of one session usually hides the effect.
@@ -73,9 +74,9 @@ def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS)
     Args:
         rng: random numbers.
         grade: ``consumer``, ``industrial`` or ``tactical``.
-        sensors: that it may be hidden in.
+        sensors: sensors in which it may be hidden.
     """
-    among = choices(grade, sensors)
+    among = hidden_choices(grade, sensors)
     chosen = among[int(rng.integers(len(among)))]
     choice = chosen[int(rng.integers(len(chosen)))]
     low, high = choice.parameter.grades[grade]
@@ -87,7 +88,7 @@ def draw(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS)
 
 def virtual_sensor(seed: int, grade: str) -> SensorModel:
     """The virtual sensor of a seed, with the noise of its grade."""
-    model, share = SensorModel.drawn(seed), NOISE[grade]
+    model, share = SensorModel.drawn(seed), GRADE_NOISE[grade]
     return replace(
         model,
         accelerometer=_quieter(model.accelerometer, share),

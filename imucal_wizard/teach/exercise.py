@@ -2,15 +2,15 @@
 
 import json
 import secrets
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
-from imucal_wizard.teach.draw import draw, sensors_of, source_of_chance, virtual_sensor
-from imucal_wizard.teach.seal import Sealed, seal, unseal
+from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
+from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
 
 SCHEMA = "imucal-wizard/mystery/1"
 NOTE = "sealed against a glance, not against an attacker; imucal-wizard simulate opens it"
@@ -23,7 +23,7 @@ class Exercise:
     Attributes:
         recording: for the student.
         answer: sealed answer.
-        key: the word that opens it.
+        key: the key that opens the answer.
     """
 
     recording: Path
@@ -45,16 +45,17 @@ def make_exercise(
 
     Args:
         recording: CSV file to write; the answer gets the same name with ``.mystery``.
-        grade: of the sensor.
-        key: the word that opens the answer; one is made when left out.
+        grade: grade of the sensor.
+        key: the key that opens the answer; random if left out.
         seed: the same seed gives the same exercise; random when left out.
         rate: samples per second.
         poses: as ``simulate_recording``.
-        magnetometer: the device has a magnetometer with an ammeter beside it, and the effect may
-            be in it.
+        magnetometer: whether the device has a magnetometer and an ammeter; the effect may then be
+            in the magnetometer.
 
     Raises:
-        UsageError: no such grade or poses, an empty key, or a recording named ``.mystery``.
+        UsageError: an unknown grade or set of poses, an empty key, or a recording named
+            ``.mystery``.
         RecordingError: a file cannot be written.
     """
     answer = recording.with_suffix(".mystery")
@@ -62,9 +63,9 @@ def make_exercise(
         raise UsageError(f"{recording} is the name of the answer; name the recording .csv")
     if key is not None and not key.strip():
         raise UsageError("the key is empty; give a word", settings=("key",))
-    word = any_key() if key is None else key
-    rng = source_of_chance(seed)
-    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
+    word = random_key() if key is None else key
+    rng = random_generator(seed)
+    truth = draw_effect(rng, grade, exercise_sensors(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
     simulate_recording(
         recording,
@@ -80,7 +81,7 @@ def make_exercise(
     return Exercise(recording, answer, word)
 
 
-def any_key() -> str:
+def random_key() -> str:
     """A random key."""
     return f"{secrets.token_hex(2)}-{secrets.token_hex(2)}"
 
@@ -91,14 +92,14 @@ def write_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str
     Raises:
         RecordingError: the file cannot be written.
     """
-    _write(path, _document(recording, grade, seal(_canonical(truth), key, _salt())))
+    _write(path, _document(recording, grade, seal_text(_canonical(truth), key, _salt())))
 
 
 def reveal(answer: Path, key: str) -> Hidden:
     """The hidden effect.
 
     Raises:
-        RecordingError: the file is missing or is no sealed answer.
+        RecordingError: the file is missing or is not a sealed answer.
         DataError: the key does not open it.
     """
     try:
@@ -108,13 +109,13 @@ def reveal(answer: Path, key: str) -> Hidden:
     except OSError as error:
         raise RecordingError(f"{answer} cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RecordingError(f"{answer} is no sealed answer of an exercise") from error
+        raise RecordingError(f"{answer} is not a sealed answer of an exercise") from error
     if not known:
         raise RecordingError(f"{answer} is of another version: {found['schema']!r}")
-    return _hidden(json.loads(unseal(sealed, key)))
+    return _hidden(json.loads(unseal_text(sealed, key)))
 
 
-def in_words(truth: Hidden) -> str:
+def truth_in_words(truth: Hidden) -> str:
     """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
     unit = TERMS[truth.sensor][truth.term].unit
@@ -127,7 +128,7 @@ def _salt() -> bytes:
 
 
 def _canonical(truth: Hidden) -> str:
-    """The answer as text in one unique form; the digest is taken of it."""
+    """The answer in a canonical text form, from which the digest is computed."""
     found = {
         "axes": list(truth.axes),
         "sensor": truth.sensor,

@@ -1,12 +1,12 @@
 """An exercise in the wizard: the effect is hidden in the virtual IMU that the wizard opens."""
 
 import secrets
-from dataclasses import dataclass
 from pathlib import Path
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
-from imucal_wizard.teach.draw import draw, sensors_of, source_of_chance, virtual_sensor
+from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
 from imucal_wizard.teach.exercise import write_answer
 
 
@@ -16,12 +16,12 @@ class ExerciseSession:
 
     Attributes:
         number: the same number gives the same exercise.
-        grade: quality of the sensor.
+        grade: grade of the sensor.
         truth: the hidden effect.
         hand: seed of the hand and of the noise.
         sensor: its errors without the hidden effect.
-        magnetometer: the device has a magnetometer with an ammeter beside it, and the effect may be
-            in it.
+        magnetometer: whether the device has a magnetometer and an ammeter; the effect may then be
+            in the magnetometer.
     """
 
     number: int
@@ -32,12 +32,12 @@ class ExerciseSession:
     magnetometer: bool = False
 
 
-def any_number() -> int:
+def random_number() -> int:
     """A random number for an exercise."""
     return secrets.randbits(62)
 
 
-def exercise_session(
+def draw_exercise_session(
     number: int, grade: str = "consumer", *, magnetometer: bool = False
 ) -> ExerciseSession:
     """The exercise of a number.
@@ -45,19 +45,19 @@ def exercise_session(
     Args:
         number: the same number gives the same exercise, separately with and without a magnetometer.
         grade: of the sensor.
-        magnetometer: the device has one.
+        magnetometer: whether the device has a magnetometer.
 
     Raises:
         UsageError: there is no such grade.
     """
-    rng = source_of_chance(number)
-    truth = draw(rng, grade, sensors_of(magnetometer=magnetometer))
+    rng = random_generator(number)
+    truth = draw_effect(rng, grade, exercise_sensors(magnetometer=magnetometer))
     hand = int(rng.integers(2**62))
     return ExerciseSession(number, grade, truth, hand, virtual_sensor(hand, grade), magnetometer)
 
 
-def seal_beside(session: Path, made: ExerciseSession, key: str) -> Path:
-    """Write the sealed answer beside a session; ``simulate --reveal`` opens it.
+def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
+    """Write the sealed answer beside a session file; the command ``simulate`` reveals it.
 
     Raises:
         RecordingError: it cannot be written.

@@ -1,11 +1,11 @@
 """A prediction of what the model lacks, judged by the evidence of the bench."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING, Entry, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.report.bench_text import suspect_name, suspect_size

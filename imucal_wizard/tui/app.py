@@ -14,7 +14,7 @@ from textual.screen import Screen
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.run.faults import fault_line, keep_traceback
+from imucal_wizard.run.faults import fault_text, write_traceback
 from imucal_wizard.tui.options import FRAMES_PER_SECOND, AppSettings
 from imucal_wizard.tui.screens.base import HORIZONTAL, VERTICAL, Failed, LiveScreen, StepOver
 from imucal_wizard.tui.screens.source import SourceScreen
@@ -64,7 +64,7 @@ class BaseApp(App[Result], Generic[Result]):
         """
         error = self._exception or sys.exception() or RuntimeError("unknown")
         error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
-        self.panic(Text(fault_line(error, keep_traceback(error))))
+        self.panic(Text(fault_text(error, write_traceback(error))))
 
 
 class WizardApp(BaseApp[Saved]):

@@ -1,10 +1,10 @@
 """What the command line says to the wizard, and how the app behaves."""
 
 import dataclasses
-from dataclasses import dataclass
 from pathlib import Path
 
 from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.core.records import dataclass
 
 FRAMES_PER_SECOND = 20.0
 """How often the screen asks for a snapshot."""

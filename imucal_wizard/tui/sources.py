@@ -3,13 +3,14 @@
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.tui.options import WizardOptions
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.measurement.holds import Collected
     from imucal_wizard.run.engine import Engine
     from imucal_wizard.run.procedure_settings import ProcedureSettings
-    from imucal_wizard.run.session_replay import Resumed
+    from imucal_wizard.run.session_replay import ResumedSession
     from imucal_wizard.run.snapshot import Snapshot
     from imucal_wizard.simulate import VirtualImu
 
@@ -163,12 +164,15 @@ class SourceOpener:
         imu = virtual_imu(about, options)
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))
         if options.mystery is not None and self.session is not None:
-            from imucal_wizard.teach.exercise_session import exercise_session, seal_beside
+            from imucal_wizard.teach.exercise_session import (
+                draw_exercise_session,
+                seal_beside_session,
+            )
 
-            exercise = exercise_session(
+            exercise = draw_exercise_session(
                 options.mystery, options.grade, magnetometer=options.magnetometer
             )
-            self.sealed = seal_beside(self.session, exercise, options.key)
+            self.sealed = seal_beside_session(self.session, exercise, options.key)
         return Reader(imu, engine)
 
     def _reader(self, port: str) -> SampleSource:
@@ -186,23 +190,23 @@ class SourceOpener:
             about: what is needed to open the same source again.
             full_scale: of the gyroscope, rad/s, where the source knows it and the user says none.
         """
-        from imucal_wizard.run.session_replay import begin
-        from imucal_wizard.sessions import new_path
+        from imucal_wizard.run.session_replay import begin_session
+        from imucal_wizard.sessions import new_session_path
 
-        self.session = new_path(self.directory(), datetime.now().astimezone())
+        self.session = new_session_path(self.directory(), datetime.now().astimezone())
         settings = self._settings()
         settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
-        return begin(
+        return begin_session(
             self.session, stream_setup(self._options), settings, source=self.title, about=about
         )
 
     def _resumed(self, path: Path) -> SampleSource:
         """The source of an earlier session, which is read again before it goes on."""
-        from imucal_wizard.run.session_replay import resume
+        from imucal_wizard.run.session_replay import resume_session
 
         if not path.is_file():
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
-        resumed = resume(path)
+        resumed = resume_session(path)
         self.session = path
         self.gravity = self._options.gravity or resumed.engine.settings.gravity
         self.title = resumed.engine.source or self.title
@@ -212,7 +216,7 @@ class SourceOpener:
             on_failure.pop_all()
         return source
 
-    def _opened_again(self, resumed: "Resumed") -> SampleSource:
+    def _opened_again(self, resumed: "ResumedSession") -> SampleSource:
         """What a session was read from; a device may be at another port now."""
         from imucal_wizard.acquire.transport import Transport
         from imucal_wizard.run.pump import Pump
@@ -236,7 +240,7 @@ class SourceOpener:
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
         """A recording with today's procedure, or a session with its operator's commands."""
-        from imucal_wizard.acquire.files.session_file import is_session
+        from imucal_wizard.acquire.files import is_session
 
         for path in paths:
             if not path.is_file():
@@ -309,9 +313,11 @@ def virtual_imu(about: Mapping[str, Any], options: WizardOptions) -> "VirtualImu
             magnetometer=field,
             following=options.auto,
         )
-    from imucal_wizard.teach.exercise_session import exercise_session
+    from imucal_wizard.teach.exercise_session import draw_exercise_session
 
-    exercise = exercise_session(int(about["mystery"]), str(about.get("grade")), magnetometer=field)
+    exercise = draw_exercise_session(
+        int(about["mystery"]), str(about.get("grade")), magnetometer=field
+    )
     return VirtualImu(
         seed=exercise.hand,
         speed=options.speed,

@@ -169,10 +169,10 @@ class WizardState:
         """The bench has been left at this sensor, perhaps to measure something for it."""
         self.sensor = sensor
         if asked:
-            from imucal_wizard.measurement.requests import to_text
+            from imucal_wizard.measurement.requests import requests_to_text
 
             self.resume_bench = True
-            self.order("measure", to_text(asked))
+            self.order("measure", requests_to_text(asked))
 
     def opens_bench(self) -> bool:
         """Whether the bench is to be opened again now; only the first question is answered yes."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.core.readings import Readings, join
+from imucal_wizard.core.readings import Readings, join_readings
 
 G = 9.80665
 DPS = math.pi / 180
@@ -21,7 +21,7 @@ def heard(
         data = sample if isinstance(sample, bytes) else sample(i)
         parts.append(intake.feed(data, i * 0.01))
     there = [p for p in parts if p is not None]
-    return intake, join(there) if there else None
+    return intake, join_readings(there) if there else None
 
 
 FIRMWARE: dict[str, tuple[str, bytes, list[float], list[float]]] = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.core.readings import FloatArray, Readings, join
+from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 
 HEADER = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]\r\n"
 
@@ -49,7 +49,7 @@ def feed(intake: Intake, data: bytes, chunk: int = 64, start: float = 100.0) -> 
         parts.append(intake.feed(data[place : place + chunk], arrival))
     parts.append(intake.flush())
     there = [part for part in parts if part is not None]
-    return join(there) if there else _NOTHING
+    return join_readings(there) if there else _NOTHING
 
 
 def warned(values: FloatArray, header: bytes = HEADER, form: str = "%.6f") -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.acquire.detect import BAUDS, Garbage
+from imucal_wizard.acquire.detect import BAUDS, GarbageDetector
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup, named_columns
 from tests.acquire.streams import HEADER, at_rest, contract, feed, printed, read, warned
@@ -58,7 +58,7 @@ def test_garbage_in_the_middle_is_a_problem_until_good_lines_come_again() -> Non
     noise = rng.integers(128, 256, 3000, dtype=np.uint8).tobytes()
     intake, _ = read(contract(200))
     feed(intake, noise)
-    assert "no text" in intake.problem
+    assert "not text" in intake.problem
     feed(intake, b"\n\n" + printed(at_rest(400)[200:]))
     assert intake.problem == ""
     assert intake.samples == 400
@@ -82,7 +82,7 @@ def test_text_without_samples_says_what_to_print() -> None:
 
 
 def test_text_without_line_ends_says_so() -> None:
-    garbage = Garbage()
+    garbage = GarbageDetector()
     for _ in range(600):
         garbage.feed(b"0.1,0.2,9.8 ")
     assert "line ends" in garbage.problem

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.clock import DeviceClock, SampleCounter
-from imucal_wizard.acquire.host_clock import HostClock, RateFit, period_of, quantum_of
+from imucal_wizard.acquire.host_clock import HostClock, RateFit, sampling_period, time_quantum
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 
@@ -76,7 +76,7 @@ def test_any_ticks_give_times_that_never_go_back_however_they_are_cut(
 def test_time_printed_too_coarsely_is_made_even() -> None:
     true = np.arange(8000) / 1666.0
     coarse = np.floor(true * 1000) / 1000
-    clock = DeviceClock(1.0, period_of(coarse[:900]), quantum_of(coarse[:900]))
+    clock = DeviceClock(1.0, sampling_period(coarse[:900]), time_quantum(coarse[:900]))
     times = clock.feed(coarse)
     steps = np.diff(times[1000:]) * 1666
     assert np.all((steps > 0.9) & (steps < 1.1))
@@ -87,7 +87,7 @@ def test_time_printed_too_coarsely_is_made_even() -> None:
 def test_missing_samples_are_seen_in_coarse_time_too() -> None:
     true = np.delete(np.arange(8000), slice(5000, 5200)) / 1666.0
     coarse = np.floor(true * 1000) / 1000
-    clock = DeviceClock(1.0, period_of(coarse[:900]), quantum_of(coarse[:900]))
+    clock = DeviceClock(1.0, sampling_period(coarse[:900]), time_quantum(coarse[:900]))
     times = clock.feed(coarse)
     assert clock.lost == pytest.approx(200, abs=3)
     assert abs(times[-1] - true[-1]) < 0.002
@@ -95,8 +95,8 @@ def test_missing_samples_are_seen_in_coarse_time_too() -> None:
 
 def test_the_period_leaves_out_gaps_and_restarts() -> None:
     times = np.concatenate((np.arange(30) * 0.01, 5 + np.arange(30) * 0.01, np.arange(30) * 0.01))
-    assert period_of(times) == pytest.approx(0.01)
-    assert period_of(np.zeros(10)) == 0.0
+    assert sampling_period(times) == pytest.approx(0.01)
+    assert sampling_period(np.zeros(10)) == 0.0
 
 
 @pytest.mark.parametrize("modulus", [256, 65536, 2**32])

@@ -39,7 +39,7 @@ def at(size: float, noise: float = 0.003) -> FloatArray:
     ],
 )
 def test_the_size_of_gravity_tells_the_unit(size: float, unit: str) -> None:
-    found = column_guess.accelerometer_unit(at(size))
+    found = column_guess.guess_accelerometer_unit(at(size))
     assert found.unit == unit
     assert "ravity reads" in found.why
 
@@ -49,7 +49,7 @@ def test_the_size_of_gravity_tells_the_unit(size: float, unit: str) -> None:
 )
 def test_whole_numbers_are_counts_unless_they_are_milli_g(size: float, unit: str) -> None:
     """The same rule as for files: one stream, recorded, is not read in another unit."""
-    assert column_guess.accelerometer_unit(np.round(at(size))).unit == unit
+    assert column_guess.guess_accelerometer_unit(np.round(at(size))).unit == unit
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_one_gravity_has_its_size_in_one_unit_or_in_none(size: float, unit: str 
 
 def test_counts_around_mid_scale_are_offset_binary() -> None:
     values = np.round(32768 + 415 * 9.8 * at(1.0))
-    found = column_guess.accelerometer_unit(values)
+    found = column_guess.guess_accelerometer_unit(values)
     assert found.unit == "count"
     assert "offset" in found.why
 
@@ -75,24 +75,24 @@ def test_counts_around_mid_scale_are_offset_binary() -> None:
     ("size", "unit"), [(48.0, "uT"), (0.48, "G"), (480.0, "mG"), (48000.0, "nT"), (3000.0, "count")]
 )
 def test_the_size_of_the_field_tells_the_magnetometers_unit(size: float, unit: str) -> None:
-    assert column_guess.magnetometer_unit(at(size)).unit == unit
+    assert column_guess.guess_magnetometer_unit(at(size)).unit == unit
 
 
 @pytest.mark.parametrize(("step", "unit"), [(0.01, "s"), (10.0, "ms"), (10_000.0, "us")])
 def test_the_unit_of_time_follows_from_the_hosts_clock(step: float, unit: str) -> None:
     arrivals = 50 + ramp(100, 0.01)
-    assert column_guess.time_unit(5 * step + ramp(100, step), arrivals).unit == unit
+    assert column_guess.guess_time_unit(5 * step + ramp(100, step), arrivals).unit == unit
 
 
 @pytest.mark.parametrize(("step", "unit"), [(0.01, "s"), (10.0, "ms"), (10_000.0, "us")])
 def test_without_arrivals_the_step_alone_decides(step: float, unit: str) -> None:
-    assert column_guess.time_unit(ramp(100, step), np.zeros(100)).unit == unit
+    assert column_guess.guess_time_unit(ramp(100, step), np.zeros(100)).unit == unit
 
 
 def test_an_unusable_time_column_is_reported() -> None:
     arrivals = ramp(100, 0.01)
-    assert column_guess.time_unit(np.zeros(100), arrivals).unit == ""
-    assert column_guess.time_unit(ramp(100, 0.33), arrivals).unit == ""
+    assert column_guess.guess_time_unit(np.zeros(100), arrivals).unit == ""
+    assert column_guess.guess_time_unit(ramp(100, 0.33), arrivals).unit == ""
 
 
 def _columns(*parts: FloatArray) -> FloatArray:
@@ -129,6 +129,6 @@ HEAT = np.full(50, 25.0)
 def test_columns_are_proposed_and_taken_only_where_gravity_is_plain(
     values: FloatArray, names: str, sure: bool
 ) -> None:
-    found, certain = column_guess.channels(values)
+    found, certain = column_guess.guess_channels(values)
     assert [c or "-" for c in found] == names.split()
     assert certain is sure

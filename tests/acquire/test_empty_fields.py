@@ -3,7 +3,7 @@
 import pytest
 
 from imucal_wizard.acquire.intake import Intake
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 
 IMU = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]", "gx[rad/s],gy[rad/s],gz[rad/s]"
 FIELD = "mx[uT],my[uT],mz[uT]"
@@ -37,7 +37,7 @@ def test_a_current_that_comes_seldom_is_not_replaced_by_the_throttle_meanwhile()
         current = "2.5" if i % 50 == 0 else ""
         line = f"{header}{i / 100:.3f},0.{i % 10},0.2,9.8,{current},40\n"
         parts.append(intake.feed(line.encode(), i / 100))
-    readings = join([part for part in parts if part is not None])
+    readings = join_readings([part for part in parts if part is not None])
     assert readings.current is not None
     assert (readings.current.unit, len(readings.current)) == ("A", 12)
     assert set(readings.current.values[:, 0]) == {2.5}

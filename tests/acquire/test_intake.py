@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.intake import LINK_BREAK, Intake
-from imucal_wizard.acquire.resolve import resolve
+from imucal_wizard.acquire.resolve import resolve_columns
 from imucal_wizard.acquire.setup import StreamSetup, named_columns
 from imucal_wizard.core.errors import FormatError, UsageError
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 from tests.acquire.streams import HEADER, at_rest, contract, feed, printed, read, same
 
 
@@ -50,7 +50,7 @@ def test_any_cuts_give_the_same_readings(cuts: list[int]) -> None:
     other = Intake()
     parts = [other.feed(data[a:b], 1.0) for a, b in pairwise(places)]
     there = [p for p in parts if p is not None]
-    assert same(join(there), whole)
+    assert same(join_readings(there), whole)
     assert (other.lost, other.malformed, other.digits) == (
         intake.lost,
         intake.malformed,
@@ -205,9 +205,9 @@ def test_a_stream_with_unanswered_questions_stays_cheap_to_read(
 
     def counted(*arguments: Any) -> Any:
         looks.append(1)
-        return resolve(*arguments)
+        return resolve_columns(*arguments)
 
-    monkeypatch.setattr("imucal_wizard.acquire.search.resolve", counted)
+    monkeypatch.setattr("imucal_wizard.acquire.search.resolve_columns", counted)
     intake = Intake()
     rows = printed(at_rest(500)[:, 1:7])
     for second in range(50):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.decode.labelled import described
-from imucal_wizard.acquire.decode.vocabulary import column, header_columns
+from imucal_wizard.acquire.decode.labelled import describe_line
+from imucal_wizard.acquire.decode.vocabulary import column_of_name, header_columns
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.readings import FloatArray
@@ -80,15 +80,15 @@ T, A, G = slice(0, 1), slice(1, 4), slice(4, 7)
     ],
 )
 def test_a_name_is_understood_or_left_alone(name: str, channel: str, unit: str) -> None:
-    found = column(name)
+    found = column_of_name(name)
     assert (found.channel, found.unit) == (channel, unit)
 
 
 @settings(max_examples=60, deadline=None)
 @given(text=st.text(max_size=80))
 def test_arbitrary_text_does_not_make_the_vocabulary_fail(text: str) -> None:
-    _, columns = described(text)
-    column(text)
+    _, columns = describe_line(text)
+    column_of_name(text)
     header_columns(text.split(","))
     assert len({c.channel for c in columns if c.channel}) == sum(bool(c.channel) for c in columns)
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.decode import numbers
-from imucal_wizard.acquire.decode.delimited import split
-from imucal_wizard.acquire.decode.lines import MAX_LINE, LineCutter, lines_of
+from imucal_wizard.acquire.decode.delimited import split_fields
+from imucal_wizard.acquire.decode.lines import MAX_LINE_BYTES, LineCutter, split_lines
 
 fields = st.one_of(
     st.floats(allow_nan=False, allow_infinity=False).map(repr),
@@ -25,16 +25,16 @@ def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
     separator: str, rows: list[list[str]]
 ) -> None:
     lines = [separator.join(row).encode() for row in rows]
-    together = numbers.table(b"".join(line + b"\n" for line in lines), separator.encode(), 3)
+    together = numbers.number_table(b"".join(line + b"\n" for line in lines), separator.encode(), 3)
     if together is None:
         return
     lines = [line for line in lines if line.strip()]
-    alone = [[numbers.printed_number(field) for field in split(line)] for line in lines]
+    alone = [[numbers.printed_number(field) for field in split_fields(line)] for line in lines]
     assert together.tolist() == alone
 
 
 def test_plain_lines_are_read_as_a_batch() -> None:
-    table = numbers.table(b"1,2.5,-3e2\n" * 50, b",", 3)
+    table = numbers.number_table(b"1,2.5,-3e2\n" * 50, b",", 3)
     assert table is not None
     np.testing.assert_array_equal(table, [[1, 2.5, -300]] * 50)
 
@@ -66,15 +66,15 @@ def test_printed_decimals_are_counted(field: bytes, digits: int) -> None:
 def test_lines_do_not_depend_on_the_cuts(data: bytes, cuts: list[int]) -> None:
     places = sorted({0, len(data), *(c for c in cuts if c < len(data))})
     cutter = LineCutter()
-    pieces = [line for a, b in pairwise(places) for line in lines_of(cutter.feed(data[a:b]))]
-    assert pieces == lines_of(LineCutter().feed(data))
+    pieces = [line for a, b in pairwise(places) for line in split_lines(cutter.feed(data[a:b]))]
+    assert pieces == split_lines(LineCutter().feed(data))
 
 
 @pytest.mark.parametrize("chunk", [100, 10**6])
 def test_an_endless_line_takes_no_memory_and_spoils_only_itself(chunk: int) -> None:
-    data = b"1" * (3 * MAX_LINE) + b"\n" + b"good\r\n\r\n"
+    data = b"1" * (3 * MAX_LINE_BYTES) + b"\n" + b"good\r\n\r\n"
     cutter = LineCutter()
     lines: list[bytes] = []
     for place in range(0, len(data), chunk):
-        lines += lines_of(cutter.feed(data[place : place + chunk]))
+        lines += split_lines(cutter.feed(data[place : place + chunk]))
     assert lines == [b"\x01", b"good", b""]

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
-from imucal_wizard.core.readings import FloatArray, Readings, Series, join
+from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
 from imucal_wizard.measurement.segmentation import holds_under
-from imucal_wizard.measurement.stillness import reduce
+from imucal_wizard.measurement.stillness import reduce_recording
 from tests.acquire.firmware import STREAMS
 
 RATE = 100.0
@@ -149,7 +149,7 @@ def _as_stream(style: Style, cuts: list[float]) -> tuple[Intake, Readings]:
     parts = [intake.feed(data[a:b], b / len(data) * len(ROWS) / RATE) for a, b in pairwise(places)]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     assert found, (intake.format, intake.needs, intake.problem)
-    return intake, join(found)
+    return intake, join_readings(found)
 
 
 def _as_file(style: Style) -> Readings:
@@ -186,7 +186,7 @@ def test_a_stream_and_a_file_of_the_same_text_have_the_same_holds(name: str) -> 
     style = STYLES[name]
     found = []
     for readings in (_as_stream(style, [i / 100 for i in range(100)])[1], _as_file(style)):
-        reduced = reduce(readings)
+        reduced = reduce_recording(readings)
         assert reduced is not None
         found.append(holds_under(reduced, reduced.noise.limits(4.0)))
     stream, file = found

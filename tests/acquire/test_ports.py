@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from imucal_wizard.acquire.listen import hear, ports_report, survey_ports
+from imucal_wizard.acquire.listen import listen_to_port, listen_to_ports, ports_report
 from imucal_wizard.acquire.ports import PortInfo
 from tests.acquire.ports import Pty
 from tests.acquire.streams import HEADER, at_rest, printed
@@ -37,9 +37,9 @@ def printing(data: bytes) -> Iterator[Pty]:
 
 def test_a_speaking_port_is_told_with_format_and_columns() -> None:
     with printing(HEADER + printed(at_rest(2))) as pty:
-        heard = hear(PortInfo(pty.path, "a board"), seconds=0.4)
+        heard = listen_to_port(PortInfo(pty.path, "a board"), seconds=0.4)
     assert heard.format == "csv"
-    assert "ax,ay,az,gx,gy,gz" in heard.says
+    assert "ax,ay,az,gx,gy,gz" in heard.message
 
 
 def test_a_silent_and_a_missing_port_say_so_and_fail_nothing() -> None:
@@ -55,7 +55,7 @@ def test_a_silent_and_a_missing_port_say_so_and_fail_nothing() -> None:
 def test_nothing_is_sent_to_a_port_that_is_only_listened_to() -> None:
     pty = Pty()
     os.set_blocking(pty.master, False)
-    hear(PortInfo(pty.path), seconds=0.1)
+    listen_to_port(PortInfo(pty.path), seconds=0.1)
     try:
         sent = os.read(pty.master, 100)
     except BlockingIOError:
@@ -66,11 +66,11 @@ def test_nothing_is_sent_to_a_port_that_is_only_listened_to() -> None:
 
 def test_garbage_is_tried_at_other_speeds_and_then_explained() -> None:
     with printing(bytes(range(128, 256))) as pty:
-        heard = hear(PortInfo(pty.path, vid_pid="1A86:7523"), seconds=0.3)
+        heard = listen_to_port(PortInfo(pty.path, vid_pid="1A86:7523"), seconds=0.3)
     assert heard.garbled
-    assert "speed is probably wrong" in heard.says
+    assert "speed is probably wrong" in heard.message
 
 
 def test_without_ports_the_virtual_imu_is_named() -> None:
-    assert survey_ports(list) == []
+    assert listen_to_ports(list) == []
     assert "virtual IMU" in ports_report(list)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.clock import SplitLines
+from imucal_wizard.acquire.clock import SplitLineFilter
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.core.readings import FloatArray
 
@@ -15,7 +15,7 @@ LIMIT = 1.5
 
 def whole(*ticks: float) -> list[float]:
     """The times that come out, the last one flushed."""
-    torn = SplitLines(0, LIMIT)
+    torn = SplitLineFilter(0, LIMIT)
     parts = [torn.feed(np.array([[tick]])) for tick in ticks]
     held = torn.flush()
     return [float(v) for part in [*parts, *([] if held is None else [held])] for v in part[:, 0]]
@@ -52,7 +52,7 @@ def test_an_honest_step_stays(ticks: tuple[float, ...]) -> None:
 def test_what_comes_out_does_not_depend_on_the_cuts(times: list[int], cuts: list[int]) -> None:
     """One row at a time, all at once, or anything between."""
     rows: FloatArray = np.array(times, float)[:, None]
-    torn = SplitLines(0, LIMIT)
+    torn = SplitLineFilter(0, LIMIT)
     parts = [torn.feed(part) for part in np.split(rows, sorted(min(c, len(rows)) for c in cuts))]
     held = torn.flush()
     found = np.concatenate([*parts, *([] if held is None else [held])])

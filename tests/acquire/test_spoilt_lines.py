@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from imucal_wizard.acquire.decode import decoder_for, format_names
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 from tests.acquire.firmware import FIRMWARE, STREAMS
 from tests.acquire.streams import same
 
@@ -102,7 +102,7 @@ def test_spoilt_streams_too_give_the_same_whatever_the_cuts(
         pieces.lost,
     )
     if one is not None:
-        assert same(join(parts), one)
+        assert same(join_readings(parts), one)
         again = Intake(whole.setup).feed(data, 1.0)
         assert again is not None
         assert same(again, one)

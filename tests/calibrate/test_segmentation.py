@@ -9,8 +9,13 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import stillness
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.segmentation import candidates, holds_under, rests, rotations_between
-from imucal_wizard.measurement.stillness import Stream, reduce
+from imucal_wizard.measurement.segmentation import (
+    holds_under,
+    rest_numbers,
+    rotations_between,
+    usual_candidates,
+)
+from imucal_wizard.measurement.stillness import ReducedRecording, reduce_recording
 from imucal_wizard.simulate import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from tests.calibrate.sessions import RATE, session, true, with_accelerometer, with_gyroscope
@@ -28,7 +33,7 @@ def _moving(seed: int = 0) -> FloatArray:
     return np.concatenate(times)
 
 
-def holds_at(stream: Stream, variance_factor: float) -> list[Hold]:
+def holds_at(stream: ReducedRecording, variance_factor: float) -> list[Hold]:
     """The holds under limits at this multiple of the quietest variance."""
     return holds_under(stream, stream.noise.limits(float(np.sqrt(variance_factor))))
 
@@ -41,7 +46,7 @@ def _gyroscope(readings: Readings) -> Series:
 @pytest.mark.parametrize("factor", [3.0, 16.0, 128.0])
 def test_no_hold_contains_motion(factor: float) -> None:
     """Under strict limits and loose ones; guards keep clear of the ends of a turn."""
-    stream = reduce(session())
+    stream = reduce_recording(session())
     assert stream is not None
     moving = _moving()
     for hold in holds_at(stream, factor):
@@ -61,7 +66,7 @@ def test_every_rest_is_a_hold_and_nearly_all_of_it_is_kept() -> None:
 def test_every_motion_between_holds_is_a_rotation() -> None:
     """Each begins and ends in the holds beside it and holds all samples between."""
     readings = session()
-    stream = reduce(readings)
+    stream = reduce_recording(readings)
     assert stream is not None
     holds = holds_at(stream, 16.0)
     rotations = rotations_between(holds, _gyroscope(readings), readings.accelerometer)
@@ -84,9 +89,9 @@ def test_the_motions_between_poses_alone_calibrate_a_gyroscope() -> None:
 
 def test_slabs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut into pieces of any size for the sake of memory: the same holds to the last bit."""
-    whole = reduce(session())
-    monkeypatch.setattr(stillness, "SLAB", 777)
-    pieces = reduce(session())
+    whole = reduce_recording(session())
+    monkeypatch.setattr(stillness, "SAMPLES_PER_SLAB", 777)
+    pieces = reduce_recording(session())
     assert whole is not None
     assert pieces is not None
     for one, two in zip(holds_at(whole, 16.0), holds_at(pieces, 16.0), strict=True):
@@ -112,9 +117,9 @@ def test_the_limit_follows_what_the_hand_does(tremor: float) -> None:
 
 def test_candidates_are_all_different_and_grow() -> None:
     """From the strictest limit to the loosest; a limit that changes nothing is not repeated."""
-    stream = reduce(session())
+    stream = reduce_recording(session())
     assert stream is not None
-    found = list(candidates(stream))
+    found = list(usual_candidates(stream))
     factors = [factor for factor, _ in found]
     assert factors == sorted(factors)
     keys = {tuple((hold.start, hold.end) for hold in holds) for _, holds in found}
@@ -172,25 +177,30 @@ def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
 
 def test_the_parts_of_a_rest_have_one_number() -> None:
     """Whether two holds are one rest: by what lies between them, in time and in direction."""
-    stream = reduce(session())
+    stream = reduce_recording(session())
     assert stream is not None
     whole = holds_at(stream, 16.0)
     long = max(whole, key=lambda one: one.end - one.start)
     place = whole.index(long)
     middle = 0.5 * (long.start + long.end)
     parts = [replace(long, end=middle - 0.3), replace(long, start=middle + 0.3)]
-    numbers = rests([*whole[:place], *parts, *whole[place + 1 :]])
+    numbers = rest_numbers([*whole[:place], *parts, *whole[place + 1 :]])
     assert numbers[place] == numbers[place + 1]
     assert len(set(numbers)) == len(whole)
-    assert rests([]).dtype == np.int64
+    assert rest_numbers([]).dtype == np.int64
 
 
 def test_nothing_is_found_in_nothing() -> None:
     """An empty recording and one shorter than two seconds have no noise to go by."""
     series = session().accelerometer
-    assert reduce(Readings(replace(series, time=series.time[:0], values=series.values[:0]))) is None
     assert (
-        reduce(Readings(replace(series, time=series.time[:150], values=series.values[:150])))
+        reduce_recording(Readings(replace(series, time=series.time[:0], values=series.values[:0])))
+        is None
+    )
+    assert (
+        reduce_recording(
+            Readings(replace(series, time=series.time[:150], values=series.values[:150]))
+        )
         is None
     )
 
@@ -198,6 +208,6 @@ def test_nothing_is_found_in_nothing() -> None:
 def test_a_constant_reading_has_no_noise_and_no_division_by_it() -> None:
     """A dead device is still, and that is all."""
     dead = with_accelerometer(with_gyroscope(session(), np.zeros_like), np.zeros_like)
-    stream = reduce(dead)
+    stream = reduce_recording(dead)
     assert stream is not None
     assert len(holds_at(stream, 16.0)) == 1

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.quaternions import rotation_matrix
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, join
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, join_readings
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.recording import fit_collected, fit_readings
@@ -54,7 +54,7 @@ def _readings(seed: int, trembling: bool) -> Readings:
                 Series(part.time, part.gyroscope, "rad/s"),
             )
         )
-    return join(parts)
+    return join_readings(parts)
 
 
 @cache

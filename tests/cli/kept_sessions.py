@@ -11,7 +11,7 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.simulate import simulate_recording
 
 Orders = Mapping[float, tuple[str, ...]]
@@ -25,7 +25,7 @@ def printed() -> bytes:
     """What the device printed: a rest, 18 poses, a turn about each axis."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.csv"
-        simulate_recording(path, rotations=1, hold=3.0)
+        simulate_recording(path, rate=50.0, rotations=1, hold=3.0)
         return path.read_bytes()
 
 
@@ -66,7 +66,7 @@ def _sitting(
     data = printed() if data is None else data
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.imucal"
-        engine = begin(path, setup, ProcedureSettings(procedure(), gravity))
+        engine = begin_session(path, setup, ProcedureSettings(procedure(), gravity))
         if start:
             engine.command("start")
         due, size, end = list(orders), 2000, int(share * len(data))

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from imucal_wizard.core.quantities import amount, number, plus_minus, quantity
+from imucal_wizard.core.quantities import number, plus_minus, quantity, size_with_unit
 from imucal_wizard.core.units import STANDARD_GRAVITY
 
 MILLI_G = STANDARD_GRAVITY / 1000.0
@@ -32,8 +32,8 @@ def test_an_error_is_shown_in_the_unit_people_read(
 
 def test_a_size_keeps_its_own_unit() -> None:
     """Two digits; a unit that is itself a number is multiplied."""
-    assert amount(-5.06, "mg/g²") == "−5.1 mg/g²"
-    assert amount(2.0, "1e-3") == "2.0 × 1e-3"
+    assert size_with_unit(-5.06, "mg/g²") == "−5.1 mg/g²"
+    assert size_with_unit(2.0, "1e-3") == "2.0 × 1e-3"
 
 
 def test_a_value_has_the_decimals_of_its_error() -> None:

@@ -19,7 +19,7 @@ from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.teach import make_exercise, reveal
-from imucal_wizard.teach.guess import Guess, Outcome, judged
+from imucal_wizard.teach.guess import Guess, Outcome, judge_guess
 
 LONGEST = 400.0
 
@@ -55,6 +55,7 @@ def test_the_wizards_procedure_finds_a_hidden_second_order_term() -> None:
     assert first.rms_held_out is not None
     assert last.rms_held_out is not None
     assert last.rms_held_out < 0.3 * first.rms_held_out
+    assert last.floor is not None
     assert last.rms_held_out < 3.0 * last.floor
     (found,) = (one for one in said.bench.fit.parameters if one.name == "second-order_x")
     assert found.standard_error is not None
@@ -80,5 +81,5 @@ def test_an_exercise_that_chance_made_is_solved(tmp_path: Path) -> None:
     assert last.rms_held_out < 0.5 * first.rms_held_out
     (term,) = bench.fit.terms
     axis = "xyz"[int(abs(bench.fit.sizes[0]).argmax())]
-    outcome, _ = judged(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
+    outcome, _ = judge_guess(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
     assert outcome in (Outcome.RIGHT, Outcome.FAMILY)

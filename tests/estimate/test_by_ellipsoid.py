@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.methods.offset import fit_offset
-from imucal_wizard.simulate.scripts import TILTED
+from imucal_wizard.simulate.scripts import TILTED_POSES
 from tests.estimate.truth import (
     EIGHTEEN,
     TWENTY_SIX,
@@ -22,7 +22,7 @@ from tests.estimate.truth import (
 )
 
 GRAVITY = 9.80665
-EIGHT = np.array(TILTED)
+EIGHT = np.array(TILTED_POSES)
 """N's eight orientations, not tilted all alike."""
 
 

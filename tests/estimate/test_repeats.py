@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.readings import Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.measurement.field_quality import measured_once
+from imucal_wizard.measurement.field_quality import without_repeats
 from tests.estimate.field_truth import (
     NOISE,
     RATE,
@@ -30,7 +30,7 @@ def test_each_reading_counts_once_however_often_it_was_printed(times: float) -> 
     """The same readings in the same order, a line at most after they were measured."""
     rng = np.random.default_rng(0)
     series = recorded(six_circles(rng, 4.0), rng).series
-    found = measured_once(_printed(series, times, 0.0, rng))
+    found = without_repeats(_printed(series, times, 0.0, rng))
     assert len(found) == pytest.approx(len(series), abs=3)
     first = int(np.argmax((series.values == found.values[0]).all(axis=1)))
     same = series.values[first : first + len(found)]
@@ -42,7 +42,7 @@ def test_a_loop_that_jitters_is_seen_through() -> None:
     """A reading is late by up to a third of its own interval."""
     rng = np.random.default_rng(1)
     series = recorded(six_circles(rng, 4.0), rng).series
-    found = measured_once(_printed(series, 8.0, 0.33, rng))
+    found = without_repeats(_printed(series, 8.0, 0.33, rng))
     assert len(found) == pytest.approx(len(series), rel=0.02)
 
 
@@ -53,7 +53,7 @@ def test_coarse_readings_that_happen_to_be_equal_are_all_kept(step: float) -> No
     turning = six_circles(rng, 5.0)
     directions = np.concatenate([np.repeat(turning[:1], 400, axis=0), turning])
     series = recorded(directions, rng, step=step).series
-    assert measured_once(series) is series
+    assert without_repeats(series) is series
 
 
 def test_coarse_readings_printed_again_keep_as_many_as_were_measured() -> None:
@@ -62,7 +62,7 @@ def test_coarse_readings_printed_again_keep_as_many_as_were_measured() -> None:
     turning = six_circles(rng, 5.0)
     directions = np.concatenate([np.repeat(turning[:1], 200, axis=0), turning])
     series = recorded(directions, rng, noise=0.3 * NOISE, step=4.0).series
-    found = measured_once(_printed(series, 6.0, 0.0, rng))
+    found = without_repeats(_printed(series, 6.0, 0.0, rng))
     assert len(found) == pytest.approx(len(series), rel=0.02)
     rest = np.searchsorted(found.time, 200 / RATE)
     assert rest == pytest.approx(200, abs=4)
@@ -74,7 +74,7 @@ def test_repeats_make_no_errors_smaller_and_no_disturbances() -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         once = recorded(six_circles(rng, 8.0), rng).series
-        found = fit_magnetometer(measured_once(_printed(once, 5.0, 0.0, rng)))
+        found = fit_magnetometer(without_repeats(_printed(once, 5.0, 0.0, rng)))
         assert found.left_out == ()
         true = true_parameters()
         off += [(p.value - true[p.name]) / (p.standard_error or 1.0) for p in found.fit.parameters]

@@ -5,7 +5,7 @@ import pytest
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.measurement.requests import to_text
+from imucal_wizard.measurement.requests import requests_to_text
 from tests.guide.device import RATE, Device, kinds, machine_at, pose_asked, texts
 
 
@@ -218,7 +218,7 @@ def test_every_command_is_safe_in_every_step(step: StepKind, name: str) -> None:
     machine = machine_at(StepKind.POSES, device)
     if step is StepKind.MORE:
         machine.command("goto", "result")
-        machine.command("measure", to_text([pose_asked("+x"), pose_asked("-y")]))
+        machine.command("measure", requests_to_text([pose_asked("+x"), pose_asked("-y")]))
     else:
         machine.command("goto", step)
     machine.command(name)

@@ -7,7 +7,11 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import DIRECTIONS, TILTS
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.measurement.requests import MeasurementRequest, from_text, to_text
+from imucal_wizard.measurement.requests import (
+    MeasurementRequest,
+    requests_from_text,
+    requests_to_text,
+)
 from tests.guide.device import Device, machine_at, part, pose_asked, texts
 
 CORNERS = ("+x+y+z", "-x-y+z")
@@ -24,7 +28,7 @@ def at_result(*faces: str) -> tuple[Device, StateMachine]:
 
 def ask(machine: StateMachine, *asked: MeasurementRequest) -> None:
     """Ask for these."""
-    machine.command("measure", to_text(asked))
+    machine.command("measure", requests_to_text(asked))
 
 
 def turn(axis: str, count: int, start: str = "+z") -> MeasurementRequest:
@@ -169,8 +173,8 @@ def test_poses_that_need_a_warm_device_come_last() -> None:
 
 def test_before_a_result_nothing_more_is_asked_for() -> None:
     machine = machine_at(StepKind.POSES, Device())
-    events = machine.command("measure", to_text([pose_asked("+x")]))
-    assert "result first" in texts(events, EventKind.WARNING)[0]
+    events = machine.command("measure", requests_to_text([pose_asked("+x")]))
+    assert "only after the result" in texts(events, EventKind.WARNING)[0]
     assert machine.status().step is StepKind.POSES
 
 
@@ -186,7 +190,7 @@ def test_an_impossible_request_is_refused(text: str) -> None:
 
 def test_what_is_asked_for_comes_back_from_its_text() -> None:
     asked = (pose_asked("+x+y+z", "why", warm=True), turn("z", 6, "+x"))
-    assert from_text(to_text(asked)) == asked
+    assert requests_from_text(requests_to_text(asked)) == asked
 
 
 def test_however_the_samples_are_cut_the_holds_are_the_same() -> None:

@@ -95,7 +95,7 @@ def test_a_second_hand_held_hold_never_shares_samples_with_the_first() -> None:
     machine = machine_at(StepKind.POSES, device)
     machine.feed(device.place("+x").shake(3.0).taken())
     machine.command("take")
-    assert "too little" in machine.command("take")[0].text
+    assert "too few samples" in machine.command("take")[0].text
 
 
 def test_the_noise_can_be_measured_again_and_the_step_goes_on() -> None:
@@ -132,5 +132,5 @@ def test_limits_that_were_loosened_come_back_with_the_first_calm_hold() -> None:
     events = machine.feed(device.hold("+y").taken())
     assert machine.status().done == ("+x", "+y")
     assert machine.status().still.loosened == 1.0
-    assert "calm again" in texts(events, EventKind.WARNING)[0]
+    assert "limits are back" in texts(events, EventKind.WARNING)[0]
     assert kinds(events)[-1] is EventKind.HOLD_TAKEN

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.measurement.rounding import noise_before, rounding_variance, step_noise, steps_of
+from imucal_wizard.measurement.rounding import (
+    resolution_of,
+    rounding_noise,
+    rounding_variance,
+    variance_before_rounding,
+)
 
 
 def _rounded(sigma: float, places: int = 4000, samples: int = 400) -> tuple[FloatArray, FloatArray]:
@@ -31,7 +36,7 @@ def test_without_noise_it_is_a_twelfth_and_from_half_a_step_on_nothing() -> None
     assert shift[0] == pytest.approx(4.0 / 12.0, rel=5e-3)
     assert shift[1] < 1e-4 * shift[0]
     assert shift[2] == 0.0
-    assert step_noise(step)[0] == pytest.approx(np.sqrt(4.0 / 12.0))
+    assert rounding_noise(step)[0] == pytest.approx(np.sqrt(4.0 / 12.0))
 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.1, 0.3, 0.7, 3.0])
@@ -39,7 +44,9 @@ def test_the_noise_before_rounding_is_found_again(sigma: float) -> None:
     """From the mean variance of rounded readings over many places, to 5 %."""
     _, readings = _rounded(sigma)
     seen = readings.var(axis=1, ddof=1).mean()
-    assert noise_before(np.array([seen]), np.ones(1))[0] ** 0.5 == pytest.approx(sigma, rel=0.05)
+    assert variance_before_rounding(np.array([seen]), np.ones(1))[0] ** 0.5 == pytest.approx(
+        sigma, rel=0.05
+    )
 
 
 def test_the_step_of_coarse_readings_is_their_resolution() -> None:
@@ -49,19 +56,19 @@ def test_the_step_of_coarse_readings_is_their_resolution() -> None:
     values[:, 2] = 7.0
     values = np.repeat(values, 2, axis=0)
     values[100, 0] += 0.0301
-    assert steps_of(values) == pytest.approx([0.1, 0.1, 0.0])
+    assert resolution_of(values) == pytest.approx([0.1, 0.1, 0.0])
 
 
 def test_the_step_of_fine_readings_is_far_below_their_noise() -> None:
     """So that it changes nothing."""
     values = np.random.default_rng(2).standard_normal((5000, 3))
-    assert (steps_of(values) < 0.1).all()
+    assert (resolution_of(values) < 0.1).all()
 
 
 def test_a_recording_of_any_length_has_its_steps_taken_from_pieces_of_it() -> None:
     """The same steps from one sample, two, and a million."""
     rng = np.random.default_rng(3)
     long = np.round(rng.standard_normal((1_000_000, 1)), 1)
-    assert steps_of(long) == pytest.approx([0.1])
-    assert steps_of(long[:1]).tolist() == [0.0]
-    assert steps_of(np.array([[1.0], [1.5]])).tolist() == [0.5]
+    assert resolution_of(long) == pytest.approx([0.1])
+    assert resolution_of(long[:1]).tolist() == [0.0]
+    assert resolution_of(np.array([[1.0], [1.5]])).tolist() == [0.5]

@@ -8,8 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, moments
-from imucal_wizard.measurement.holds import Hold, HoldBuilder, hold_from, still_runs, trim_ends
+from imucal_wizard.measurement.blocks import BlockCutter, Blocks, block_moments, join_blocks
+from imucal_wizard.measurement.holds import (
+    Hold,
+    HoldBuilder,
+    hold_from,
+    runs_of_still_blocks,
+    trim_ends,
+)
 from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, measure_noise
 
 RATE = 100.0
@@ -72,7 +78,7 @@ def at_once(readings: Readings, limits: Limits) -> list[Hold]:
     """Holds of a file, all blocks together."""
     blocks = BlockCutter(RATE).feed(readings)
     still = WindowMaker().feed(blocks).still(limits)
-    return [hold_from(blocks.select(slice(*run))) for run in still_runs(still)]
+    return [hold_from(blocks.select(slice(*run))) for run in runs_of_still_blocks(still)]
 
 
 LIMITS = Limits(np.full(3, 20.0), np.full(3, 20.0))
@@ -114,7 +120,7 @@ def test_a_hold_keeps_nothing_of_the_shake_that_ends_it() -> None:
 def test_moments_of_counts_far_from_zero_keep_their_variance() -> None:
     rng = np.random.default_rng(0)
     pieces = 32768.0 + rng.normal(0.0, 0.3, (50, 10, 3))
-    mean, variance = moments(pieces)
+    mean, variance = block_moments(pieces)
     np.testing.assert_allclose(mean, pieces.mean(axis=1), rtol=1e-15)
     np.testing.assert_allclose(variance, pieces.var(axis=1), rtol=1e-9)
 
@@ -122,8 +128,8 @@ def test_moments_of_counts_far_from_zero_keep_their_variance() -> None:
 @pytest.mark.parametrize("size", [10, 167, 800])
 def test_moments_do_not_depend_on_how_many_blocks_are_formed_at_once(size: int) -> None:
     pieces = 32768.0 + np.random.default_rng(0).normal(0.0, 0.3, (30, size, 3))
-    mean, variance = moments(np.concatenate([pieces] * 40))
-    alone = [moments(piece[None]) for piece in pieces]
+    mean, variance = block_moments(np.concatenate([pieces] * 40))
+    alone = [block_moments(piece[None]) for piece in pieces]
     assert np.array_equal(mean, np.concatenate([one for one, _ in alone] * 40))
     assert np.array_equal(variance, np.concatenate([one for _, one in alone] * 40))
 
@@ -156,7 +162,7 @@ def test_a_missing_sample_breaks_every_window_it_touches() -> None:
 
 def test_a_run_after_a_break_shares_no_block_with_the_run_before() -> None:
     still = np.array([0] * 5 + [1] * 10 + [0] + [1] * 10, bool)
-    runs = still_runs(still)
+    runs = runs_of_still_blocks(still)
     assert runs == [(2, 14), (17, 25)]
 
 
@@ -188,7 +194,7 @@ def test_blocks_joined_are_the_blocks_cut_at_once() -> None:
     cutter = BlockCutter(RATE)
     parts: list[Blocks] = [cutter.feed(part) for part in pieces(readings, [333, 334, 1500])]
     joined = join_blocks(parts)
-    np.testing.assert_array_equal(joined.var_a, whole.var_a)
+    np.testing.assert_array_equal(joined.variance, whole.variance)
     np.testing.assert_array_equal(joined.temperature, whole.temperature)
     np.testing.assert_array_equal(joined.gap, whole.gap)
 
@@ -197,9 +203,9 @@ def test_blocks_joined_are_the_blocks_cut_at_once() -> None:
 def test_a_block_has_the_same_bits_alone_and_among_thousands(size: int) -> None:
     """A stream brings one block at a time, a file thousands; both are summed in the same order."""
     pieces = np.random.default_rng(5).normal(32768.0, 4.0, (size + 1, size, 3))
-    mean, variance = moments(pieces)
+    mean, variance = block_moments(pieces)
     for index in (0, size // 2, size):
-        alone = moments(pieces[index : index + 1])
+        alone = block_moments(pieces[index : index + 1])
         np.testing.assert_array_equal(alone[0][0], mean[index])
         np.testing.assert_array_equal(alone[1][0], variance[index])
 

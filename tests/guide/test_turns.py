@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from imucal_wizard.core.poses import DIRECTIONS, START_POSES
 from imucal_wizard.measurement.rotation_angle import (
     RotationAngle,
+    axis_elevation,
     integrated_rate,
-    level,
     rotation_between,
-    tilt,
+    tilt_about_axis,
     unwrapped,
 )
 from tests.guide.device import UNIT_AXES, turned
@@ -44,10 +44,10 @@ def test_whole_circles_come_from_the_integrated_rate(degrees: float) -> None:
 
 
 def test_an_upright_axis_has_no_tilt() -> None:
-    assert tilt(DIRECTIONS["+z"], "z") is None
-    assert level(DIRECTIONS["+z"], "z") == pytest.approx(90.0)
-    assert level(DIRECTIONS["+x+z"], "x") == pytest.approx(45.0)
-    assert level(DIRECTIONS["+y"], "z") == 0.0
+    assert tilt_about_axis(DIRECTIONS["+z"], "z") is None
+    assert axis_elevation(DIRECTIONS["+z"], "z") == pytest.approx(90.0)
+    assert axis_elevation(DIRECTIONS["+x+z"], "x") == pytest.approx(45.0)
+    assert axis_elevation(DIRECTIONS["+y"], "z") == 0.0
 
 
 @given(st.floats(-10.0, 10.0), st.floats(-30.0, 30.0))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.output import encode
+from imucal_wizard.core.output import encode_json
 from imucal_wizard.report.calibration_file import (
     SCHEMA,
     Calibration,
@@ -57,7 +57,7 @@ def test_every_finite_number_reads_back_to_the_same_bits(
     matrix: list[list[float]], bias: list[float]
 ) -> None:
     written = calibration(matrix, bias)
-    assert msgspec.json.decode(encode(written), type=Calibration) == written
+    assert msgspec.json.decode(encode_json(written), type=Calibration) == written
 
 
 def test_saving_replaces_the_file_whole(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
 from tests.acquire.streams import HEADER, at_rest, contract, printed
 from tests.run.performance import pieces, recorded, same, settings
@@ -52,7 +52,7 @@ def test_the_result_does_not_depend_on_how_the_bytes_were_cut(size: int) -> None
 
 
 def test_looking_and_writing_down_change_nothing(tmp_path: Path) -> None:
-    engine = begin(tmp_path / "a.imucal", None, settings())
+    engine = begin_session(tmp_path / "a.imucal", None, settings())
     engine.command("start")
     for arrival, data in pieces(recorded(), 2000):
         engine.receive(data, arrival)
@@ -187,7 +187,7 @@ def test_bytes_of_a_wrong_speed_are_named() -> None:
 
 def test_steps_holds_and_events_are_in_the_session(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
-    engine = _performed(5000, begin(path, None, settings(), source="x"))
+    engine = _performed(5000, begin_session(path, None, settings(), source="x"))
     engine.journal.close()
     with Session.open(path) as session:
         about = session.meta()
@@ -196,7 +196,7 @@ def test_steps_holds_and_events_are_in_the_session(tmp_path: Path) -> None:
     assert (about["step"], about["setup"]["format"]) == ("result", "csv")
     assert count == len(engine.collected().holds)
     assert {"hold-taken", "rotation-taken", "step-done"} <= kinds
-    assert b"".join(data for _, data in session_file.read_raw(path)[1]) == recorded()
+    assert b"".join(data for _, data in session_file.read_setup_and_pieces(path)[1]) == recorded()
 
 
 @pytest.mark.parametrize(("unit", "limit"), [("rad/s", 500.0), ("count", None)])

@@ -11,7 +11,7 @@ from imucal_wizard.guide.state import FieldStatus
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.run.session_replay import begin, resume
+from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualHand, VirtualImu
 from tests.waiting import wait_for
@@ -28,8 +28,8 @@ def _settings() -> ProcedureSettings:
 
 
 def _reader(path: Path, speed: float = FAST, *, magnetometer: bool = True) -> Reader:
-    imu = VirtualImu(speed=speed, seed=SEED, magnetometer=magnetometer, following=True)
-    reader = Reader(imu, begin(path, None, _settings()))
+    imu = VirtualImu(50.0, SEED, speed, magnetometer=magnetometer, following=True)
+    reader = Reader(imu, begin_session(path, None, _settings()))
     reader.start()
     wait_for(lambda: reader.snapshot().stream.samples > 0)
     reader.command("start")
@@ -79,7 +79,7 @@ def test_a_session_left_in_mid_circle_goes_on_where_it_was(tmp_path: Path) -> No
     wait_for(lambda: reader.finished)
     left = reader.snapshot().status.field
     assert left is not None
-    taken_up = resume(path)
+    taken_up = resume_session(path)
     taken_up.prepare(taken_up.engine)
     found = taken_up.engine.status().field
     taken_up.engine.close()
@@ -103,8 +103,8 @@ def test_a_resumed_field_step_is_completed(tmp_path: Path) -> None:
         reader.stop()
     wait_for(lambda: reader.finished)
     ((start, left), *_) = reader.collected().field_spans
-    taken_up = resume(path)
-    imu = VirtualImu(speed=FAST, seed=SEED, magnetometer=True, following=True)
+    taken_up = resume_session(path)
+    imu = VirtualImu(50.0, SEED, FAST, magnetometer=True, following=True)
     again = Reader(imu, taken_up.engine, prepare=taken_up.prepare)
     again.start()
     try:

@@ -21,8 +21,8 @@ from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.player import Player, ReadingsTape
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.run.review import fit_stream, review
-from imucal_wizard.run.session_replay import begin, resume
+from imucal_wizard.run.review import fit_stream, review_session
+from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.simulate import simulate_recording
 from tests.run.performance import pieces, same
 from tests.waiting import wait_for
@@ -37,7 +37,7 @@ def printed() -> bytes:
     """A rest, six faces, a turn about each axis, six circles; at 80 Hz the field in between."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "performed.csv"
-        simulate_recording(path, rate=50.0, poses="6", rotations=1, hold=3.0, magnetometer=True)
+        simulate_recording(path, rate=25.0, poses="6", rotations=1, hold=3.0, magnetometer=True)
         return path.read_bytes()
 
 
@@ -89,7 +89,7 @@ def performed() -> tuple[Engine, bytes]:
     """All of it, at once; the engine, and the session's file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.imucal"
-        live = begin(path, None, settings())
+        live = begin_session(path, None, settings())
         live.command("start")
         feed(live, 0, len(pieces(printed(), SIZE)))
         live.journal.close()
@@ -100,9 +100,9 @@ KILLED = """
 import os, signal, sys, time
 from pathlib import Path
 from imucal_wizard.sessions.session import COMMIT_SECONDS
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from tests.run.test_field_sessions import feed, settings
-engine = begin(Path(sys.argv[1]), None, settings())
+engine = begin_session(Path(sys.argv[1]), None, settings())
 engine.command("start")
 cut = int(sys.argv[2])
 feed(engine, 0, cut - 10)
@@ -128,7 +128,7 @@ def test_killed_in_the_middle_of_a_circle_it_goes_on_there(tmp_path: Path) -> No
     )
     assert ended.returncode == -signal.SIGKILL, ended.stderr
     assert ended.stdout.strip() == "field"
-    resumed = resume(path)
+    resumed = resume_session(path)
     engine = resumed.engine
     resumed.prepare(engine)
     status = engine.status()
@@ -149,7 +149,7 @@ def test_a_session_is_fitted_with_its_magnetometer(tmp_path: Path) -> None:
     live, data = performed()
     path = tmp_path / "a.imucal"
     path.write_bytes(data)
-    kept = review(path, RecordingOptions())
+    kept = review_session(path, RecordingOptions())
     assert alike(kept.collected, live.collected())
     report = fit_stream(kept.collected, kept.stream, FitOptions())
     expected = fitted(live).sensors["magnetometer"]
@@ -160,14 +160,14 @@ def test_a_session_is_fitted_with_its_magnetometer(tmp_path: Path) -> None:
 
 def test_a_step_begun_again_counts_only_from_there(tmp_path: Path) -> None:
     """What was turned before ``repeat`` is in no fit."""
-    engine = begin(tmp_path / "a.imucal", None, settings())
+    engine = begin_session(tmp_path / "a.imucal", None, settings())
     engine.command("start")
     feed(engine, 0, cut())
     before = engine.collected()
     engine.command("repeat")
     feed(engine, cut(), cut() + 20)
     engine.journal.close()
-    again = review(tmp_path / "a.imucal", RecordingOptions()).collected
+    again = review_session(tmp_path / "a.imucal", RecordingOptions()).collected
     assert alike(again, engine.collected())
     assert again.field_spans
     assert again.field_spans[0][0] >= before.field_spans[-1][1]

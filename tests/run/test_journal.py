@@ -8,7 +8,7 @@ from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run import journal
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.journal import WRITE_RETRY, Journal
+from imucal_wizard.run.journal import WRITE_RETRY_SECONDS, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.sessions import Session
@@ -110,10 +110,10 @@ def test_writing_is_retried_now_and_then_even_without_new_data(tmp_path: Path) -
     disk.fill()
     engine.receive(contract(600), 0.0)
     disk.clear()
-    disk.clock.now += 0.9 * WRITE_RETRY
+    disk.clock.now += 0.9 * WRITE_RETRY_SECONDS
     engine.idle(1.0)
     assert engine.snapshot().stream.unwritten
-    disk.clock.now += 0.2 * WRITE_RETRY
+    disk.clock.now += 0.2 * WRITE_RETRY_SECONDS
     engine.idle(2.0)
     assert engine.snapshot().stream.unwritten == ""
 
@@ -134,17 +134,17 @@ def test_the_end_is_written_with_a_last_attempt_or_said_to_be_missing(tmp_path: 
 
 
 def test_what_waits_in_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(journal, "MOST_OWED", 1 << 18)
+    monkeypatch.setattr(journal, "MAX_PENDING_BYTES", 1 << 18)
     disk = _Disk(tmp_path / "a.imucal")
     disk.fill()
     for number in range(20):
-        disk.clock.now += WRITE_RETRY
+        disk.clock.now += WRITE_RETRY_SECONDS
         disk.journal.raw(float(number), bytes(1 << 14))
-    assert "nothing more is written down" in disk.journal.problem
+    assert "no longer being saved" in disk.journal.problem
     disk.clear()
-    disk.clock.now += WRITE_RETRY
+    disk.clock.now += WRITE_RETRY_SECONDS
     disk.journal.raw(20.0, b"late")
-    assert "nothing more is written down" in disk.journal.problem
+    assert "no longer being saved" in disk.journal.problem
 
 
 @pytest.mark.parametrize("look", [0.0, 0.1, 0.6])
@@ -160,11 +160,11 @@ def test_a_disk_that_takes_a_part_gets_no_piece_twice(tmp_path: Path, look: floa
     disk.clock.look = look
     for room in (4, 11, 9):
         disk.leave(room)
-        disk.clock.now += WRITE_RETRY
+        disk.clock.now += WRITE_RETRY_SECONDS
         disk.journal.idle()
         assert disk.journal.problem
     disk.clear()
-    disk.clock.now += WRITE_RETRY
+    disk.clock.now += WRITE_RETRY_SECONDS
     disk.journal.idle()
     assert disk.journal.problem == ""
     disk.journal.close()

@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.run.pump import MOST, Pump
+from imucal_wizard.run.pump import MAX_WAITING_BYTES, Pump
 from tests.acquire.ports import Pty
 from tests.waiting import wait_for
 
@@ -83,9 +83,9 @@ def test_too_many_bytes_at_once_do_not_fill_the_memory() -> None:
     flood = _Flood()
     pump = Pump(flood)
     pump.open()
-    wait_for(lambda: pump._size >= MOST)
-    assert flood.reads <= MOST // 4096 + 2
-    assert len(pump.read()) <= MOST + 4096
-    wait_for(lambda: pump._size >= MOST)
+    wait_for(lambda: pump._size >= MAX_WAITING_BYTES)
+    assert flood.reads <= MAX_WAITING_BYTES // 4096 + 2
+    assert len(pump.read()) <= MAX_WAITING_BYTES + 4096
+    wait_for(lambda: pump._size >= MAX_WAITING_BYTES)
     pump.close()
     assert not any(thread.name == "Pump" for thread in threading.enumerate())

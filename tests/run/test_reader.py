@@ -12,7 +12,7 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.run.session_replay import begin, resume
+from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualImu
 from tests.acquire.ports import Pty, link
@@ -53,7 +53,7 @@ def _print(device: Pty, count: int, first: int = 0) -> None:
 def test_the_virtual_imu_is_read_written_down_and_taken_up_again(tmp_path: Path, run: Run) -> None:
     path = tmp_path / "a.imucal"
     imu = VirtualImu(speed=100.0, seed=3, following=True)
-    reader = run(Reader(imu, begin(path, None, settings())))
+    reader = run(Reader(imu, begin_session(path, None, settings())))
     reader.command("start")
     wait_for(lambda: reader.snapshot().status.step is StepKind.RESULT)
     reader.stop()
@@ -63,7 +63,7 @@ def test_the_virtual_imu_is_read_written_down_and_taken_up_again(tmp_path: Path,
     assert stream.rate == pytest.approx(100.0)
     measured = reader.collected()
     assert len(measured.turns) == 6
-    resumed = resume(path)
+    resumed = resume_session(path)
     resumed.prepare(resumed.engine)
     assert same(resumed.engine.collected(), measured)
     resumed.engine.journal.close()
@@ -71,7 +71,7 @@ def test_the_virtual_imu_is_read_written_down_and_taken_up_again(tmp_path: Path,
 
 def test_it_stops_at_once_and_closes_the_session(tmp_path: Path, pty: Pty, run: Run) -> None:
     path = tmp_path / "a.imucal"
-    reader = run(Reader(Pump(Transport(pty.path)), begin(path)))
+    reader = run(Reader(Pump(Transport(pty.path)), begin_session(path)))
     wait_for(lambda: reader.snapshot().stream.connected)
     _print(pty, 50)
     before = time.monotonic()
@@ -127,11 +127,11 @@ def test_what_was_measured_before_is_there_before_the_port_is_read(
     tmp_path: Path, pty: Pty, run: Run
 ) -> None:
     path = tmp_path / "a.imucal"
-    engine = begin(path, None, settings())
+    engine = begin_session(path, None, settings())
     engine.command("start")
     engine.receive(contract(1200), 0.0)
     engine.journal.close()
-    resumed = resume(path)
+    resumed = resume_session(path)
     reader = run(Reader(Pump(Transport(pty.path)), resumed.engine, prepare=resumed.prepare))
     wait_for(lambda: reader.snapshot().stream.connected)
     assert reader.snapshot().status.step is StepKind.UP_DOWN

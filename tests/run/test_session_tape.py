@@ -6,7 +6,7 @@ import pytest
 
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.player import LONGEST_PAUSE, Player, SessionTape
+from imucal_wizard.run.player import MAX_PAUSE_SECONDS, Player, SessionTape
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.sessions import KeptSession, Session
 from tests.cli.kept_sessions import Orders, sat
@@ -81,7 +81,7 @@ def test_replay_skips_the_pause_between_two_runs(tmp_path: Path) -> None:
         session.write_raw((session.last_arrival or 0.0) + 36_000.0, b"")
     past = SessionReplay(KeptSession.look(path))
     tape, engine = SessionTape(past), past.engine()
-    seconds = live.snapshot().status.elapsed + LONGEST_PAUSE + 5.0
+    seconds = live.snapshot().status.elapsed + MAX_PAUSE_SECONDS + 5.0
     tape.begin(engine)
     assert not tape.play(engine, seconds)
     tape.close()

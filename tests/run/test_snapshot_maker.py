@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.run.snapshot import StreamStatus
-from imucal_wizard.run.snapshot_maker import SECONDS, Attitude, Ring, Traces
+from imucal_wizard.run.snapshot_maker import TRACE_SECONDS, AttitudeFilter, Ring, Traces
 
 
 def _readings(time: FloatArray, a: FloatArray, g: FloatArray, unit: str = "m/s^2") -> Readings:
@@ -50,7 +50,7 @@ def test_traces_span_ten_seconds_with_a_bounded_number_of_points(rate: float) ->
     traces.feed(_readings(np.arange(count) / rate, _index(count), _index(count)))
     drawn = traces.drawn()
     assert len(drawn) <= 1010
-    assert (drawn[-1, 0] - drawn[0, 0]) / rate == pytest.approx(SECONDS, rel=0.02, abs=0.11)
+    assert (drawn[-1, 0] - drawn[0, 0]) / rate == pytest.approx(TRACE_SECONDS, rel=0.02, abs=0.11)
 
 
 def test_without_a_gyroscope_there_are_no_rates_to_draw() -> None:
@@ -70,7 +70,7 @@ def test_the_newest_field_stays_until_a_slow_magnetometer_says_another() -> None
 
 
 def test_the_drawing_follows_gravity() -> None:
-    attitude = Attitude()
+    attitude = AttitudeFilter()
     up = np.array([0.0, 1.0, 0.0])
     time = np.arange(50) / 100.0
     attitude.feed(_readings(time, np.tile(9.8 * up, (50, 1)), np.zeros((50, 3))), None)
@@ -79,7 +79,7 @@ def test_the_drawing_follows_gravity() -> None:
 
 
 def test_the_drawing_turns_with_the_gyroscope_about_the_vertical() -> None:
-    attitude = Attitude()
+    attitude = AttitudeFilter()
     time = np.arange(100) / 100.0
     still = np.tile([0.0, 0.0, 9.8], (100, 1))
     attitude.feed(_readings(time, still, np.zeros((100, 3))), None)
@@ -90,7 +90,7 @@ def test_the_drawing_turns_with_the_gyroscope_about_the_vertical() -> None:
 
 
 def test_upside_down_is_drawn_upside_down() -> None:
-    attitude = Attitude()
+    attitude = AttitudeFilter()
     time = np.arange(10) / 100.0
     for z in (9.8, -9.8):
         for _ in range(40):
@@ -101,7 +101,7 @@ def test_upside_down_is_drawn_upside_down() -> None:
 
 
 def test_with_counts_the_procedure_says_where_up_is() -> None:
-    attitude = Attitude()
+    attitude = AttitudeFilter()
     counts = np.tile([33000.0, 33000.0, 36500.0], (10, 1))
     readings = _readings(np.arange(10) / 100.0, counts, counts, "count")
     attitude.feed(readings, None)

@@ -13,7 +13,7 @@ from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.simulate import SensorModel, VirtualHand, VirtualImu
 from imucal_wizard.simulate.follow import tilt_about
-from imucal_wizard.simulate.hand import REACTION
+from imucal_wizard.simulate.hand import REACTION_SECONDS
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
 
@@ -91,7 +91,7 @@ def _asked(
 def _hears(hand: VirtualHand, asked: Instruction) -> None:
     """The hand is told of all samples so far, and its reaction time passes."""
     hand.follow(asked, hand.sample)
-    hand.advance(round(REACTION * 100.0))
+    hand.advance(round(REACTION_SECONDS * 100.0))
 
 
 def test_the_hand_rests_where_nothing_is_asked() -> None:

@@ -44,7 +44,7 @@ def _carried(rates: FloatArray, start: FloatArray, step: float) -> FloatArray:
     for first, middle, last in zip(rates[:-2:2], rates[1:-1:2], rates[2::2], strict=True):
         mean = (first + 4.0 * middle + last) / 6.0
         bend = np.cross(first, last) * step * step / 12.0
-        q = attitude.hamilton_product(q, attitude.exp(mean * step + bend))
+        q = attitude.hamilton_product(q, attitude.rotation_quaternion(mean * step + bend))
     return q
 
 

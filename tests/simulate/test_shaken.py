@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.core.readings import FloatArray, Readings, Series, join
+from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
@@ -45,7 +45,7 @@ def _held() -> tuple[StateMachine, Readings]:
         force = Series(t, samples.accelerometer, "m/s^2")
         parts.append(Readings(force, Series(t, samples.gyroscope, "rad/s")))
         machine.feed(parts[-1])
-    return machine, join(parts)
+    return machine, join_readings(parts)
 
 
 def _vibration(hold: Hold, readings: Readings) -> FloatArray:

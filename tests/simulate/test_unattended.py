@@ -14,7 +14,7 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.report.calibration_file import from_report
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate import VirtualImu
 from tests.run.performance import settings
@@ -41,7 +41,7 @@ def _unattended(speed: float, again: int = 0) -> _Run:  # noqa: ARG001 -- anothe
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.imucal"
         imu = VirtualImu(speed=speed, seed=3, following=True)
-        reader = Reader(imu, begin(path, None, settings()))
+        reader = Reader(imu, begin_session(path, None, settings()))
         reader.start()
         try:
             wait_for(lambda: reader.snapshot().stream.samples > 0)

@@ -13,12 +13,12 @@ from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.simulate.hidden import Hidden, parse_hidden
-from imucal_wizard.teach.draw import NOISE, choices, draw
-from imucal_wizard.teach.exercise import in_words, make_exercise, reveal
-from imucal_wizard.teach.guess import Outcome, judged, parse_guess
-from imucal_wizard.teach.seal import PADDED_BYTES, seal, unseal
+from imucal_wizard.teach.draw import GRADE_NOISE, draw_effect, hidden_choices
+from imucal_wizard.teach.exercise import make_exercise, reveal, truth_in_words
+from imucal_wizard.teach.guess import Outcome, judge_guess, parse_guess
+from imucal_wizard.teach.seal import PADDED_BYTES, seal_text, unseal_text
 
-GRADES = tuple(NOISE)
+GRADES = tuple(GRADE_NOISE)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_sizes_are_those_of_the_grade_and_units_those_of_the_simulator(grade: st
     """Every draw can be simulated, in the unit of the catalogue, inside the grade's range."""
     rng = np.random.default_rng(1)
     for _ in range(200):
-        hidden = draw(rng, grade, ("accelerometer", "gyroscope", "magnetometer"))
+        hidden = draw_effect(rng, grade, ("accelerometer", "gyroscope", "magnetometer"))
         letters = "".join("xyz"[axis] for axis in hidden.axes)
         parameters = {one.name: one for one in effect(hidden.term).parameters(hidden.sensor)}
         low, high = parameters[letters].grades[grade]
@@ -46,15 +46,18 @@ def test_sizes_are_those_of_the_grade_and_units_those_of_the_simulator(grade: st
 
 def test_every_effect_that_such_a_recording_shows_is_drawn_sooner_or_later() -> None:
     rng = np.random.default_rng(2)
-    drawn = {(hidden.sensor, hidden.term) for hidden in (draw(rng, "consumer") for _ in range(600))}
-    wanted = {(own[0].sensor, own[0].effect.name) for own in choices("consumer")}
+    drawn = {
+        (hidden.sensor, hidden.term)
+        for hidden in (draw_effect(rng, "consumer") for _ in range(600))
+    }
+    wanted = {(own[0].sensor, own[0].effect.name) for own in hidden_choices("consumer")}
     assert drawn == wanted
     assert len(wanted) >= 20
 
 
 def test_an_unknown_grade_is_refused() -> None:
     with pytest.raises(UsageError, match="consumer, industrial"):
-        choices("military")
+        hidden_choices("military")
 
 
 @given(st.text(max_size=60), st.text(min_size=1, max_size=20), st.binary(min_size=16, max_size=16))
@@ -63,11 +66,11 @@ def test_what_is_sealed_opens_with_its_key_and_with_no_other(
 ) -> None:
     """Surrogates aside, which are no text."""
     text, key = (s.encode("utf-8", "ignore").decode().rstrip() for s in (text, key))
-    sealed = seal(text, key, salt, rounds=10)
-    assert unseal(sealed, key, rounds=10) == text
+    sealed = seal_text(text, key, salt, rounds=10)
+    assert unseal_text(sealed, key, rounds=10) == text
     assert len(sealed.text) == PADDED_BYTES
     with pytest.raises(DataError, match="key"):
-        unseal(sealed, f"{key}?", rounds=10)
+        unseal_text(sealed, f"{key}?", rounds=10)
 
 
 def test_the_files_say_nothing_of_the_answer(exercise: Path) -> None:
@@ -76,7 +79,7 @@ def test_the_files_say_nothing_of_the_answer(exercise: Path) -> None:
     recording = exercise.with_suffix(".csv").read_text()
     sealed = exercise.read_text()
     comments = "".join(line for line in recording.splitlines() if line.startswith("#"))
-    for own in choices("consumer"):
+    for own in hidden_choices("consumer"):
         assert own[0].effect.name not in sealed + comments
     assert f"{truth.size:g}" not in comments
     assert set(json.loads(sealed)) == {
@@ -112,14 +115,14 @@ def test_without_a_key_one_is_made_and_opens_it(tmp_path: Path) -> None:
 )
 def test_a_guess_is_right_of_the_right_family_or_wrong(guess: str, outcome: Outcome) -> None:
     truth = parse_hidden("second-order:3:x")
-    assert judged(parse_guess(guess), truth)[0] is outcome
+    assert judge_guess(parse_guess(guess), truth)[0] is outcome
 
 
 def test_the_first_letter_is_enough_of_an_axis_with_several() -> None:
     truth = parse_hidden("gyroscope/g-sensitivity:0.05:xy")
-    assert judged(parse_guess("gyroscope/g-sensitivity:x"), truth)[0] is Outcome.RIGHT
-    assert judged(parse_guess("gyroscope/g-sensitivity:xy"), truth)[0] is Outcome.RIGHT
-    assert judged(parse_guess("gyroscope/g-sensitivity:xz"), truth)[0] is Outcome.FAMILY
+    assert judge_guess(parse_guess("gyroscope/g-sensitivity:x"), truth)[0] is Outcome.RIGHT
+    assert judge_guess(parse_guess("gyroscope/g-sensitivity:xy"), truth)[0] is Outcome.RIGHT
+    assert judge_guess(parse_guess("gyroscope/g-sensitivity:xz"), truth)[0] is Outcome.FAMILY
 
 
 def test_the_key_opens_the_answer_and_tells_a_guess_its_worth(
@@ -132,7 +135,7 @@ def test_the_key_opens_the_answer_and_tells_a_guess_its_worth(
     assert cli.main(arguments) == 0
     said = capsys.readouterr().out
     assert "right" in said
-    assert in_words(truth) in said
+    assert truth_in_words(truth) in said
 
 
 def test_an_exercise_and_its_answer_are_told_to_scripts(
@@ -211,7 +214,7 @@ def test_a_file_that_is_not_a_sealed_answer_is_refused(
     path = tmp_path / "x.mystery"
     path.write_text(text)
     assert cli.main(["simulate", "--reveal", str(path), "--key", "k"]) == 2
-    assert "no sealed answer" in capsys.readouterr().err
+    assert "not a sealed answer" in capsys.readouterr().err
 
 
 def test_an_exercise_with_a_magnetometer_betrays_nothing_by_its_columns(tmp_path: Path) -> None:
@@ -224,7 +227,7 @@ def test_an_exercise_with_a_magnetometer_betrays_nothing_by_its_columns(tmp_path
     (header,) = headers
     assert "mx[uT]" in header
     assert "current[A]" in header
-    drawn = {draw(np.random.default_rng(seed), "consumer").sensor for seed in range(100)}
+    drawn = {draw_effect(np.random.default_rng(seed), "consumer").sensor for seed in range(100)}
     assert drawn == {"accelerometer", "gyroscope"}
     guess = parse_guess("magnetometer/current:x")
-    assert judged(guess, Hidden("magnetometer", "current", 0.3, (0,)))[0] is Outcome.RIGHT
+    assert judge_guess(guess, Hidden("magnetometer", "current", 0.3, (0,)))[0] is Outcome.RIGHT

@@ -69,7 +69,7 @@ def test_every_hold_stands_in_the_pictures_with_what_the_fit_left_of_it(
 
 
 def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged: Benches) -> None:
-    bench = sagged.gyroscope
+    bench = sagged.bench("gyroscope")
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
     rest = ("at rest, x axis", "at rest, y axis", "at rest, z axis")

@@ -98,7 +98,10 @@ async def test_the_way_to_the_next_face_comes_before_the_advice() -> None:
 
 
 async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
-    way, wrong = "88° away: turn it about x, to the left", "it does not turn: turn it once round"
+    way, wrong = (
+        "88° away: turn it about x, to the left",
+        "the device does not turn: turn it once round",
+    )
     shown = replace(status(replace(field(), trouble=wrong)), guidance=way)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         await shows(pilot, f"▲ {wrong}", f"▸ {way}")
@@ -115,9 +118,11 @@ async def test_a_disturbance_is_not_said_twice() -> None:
 
 async def test_instructions_are_not_repeated_without_new_data() -> None:
     """The way on that is offered says it; the reason stands above already."""
-    wrong = "it does not turn: turn it once round"
+    wrong = "the device does not turn: turn it once round"
     event = Event(
-        EventKind.STUCK, 430.0, "Nothing new for 20 s. It does not turn: turn it once round."
+        EventKind.STUCK,
+        430.0,
+        "No progress for 20 s. The device does not turn: turn it once round.",
     )
     shown = replace(status(replace(field(), trouble=wrong)), last_event=event, detail="flat on it")
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
@@ -125,13 +130,11 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
 
 
 async def test_the_way_to_continue_is_always_shown() -> None:
-    trouble = (
-        "the field has changed and stays so: take away what came near, or begin the step again"
-    )
-    offers = (Offer("enough", "go on with what there is: it may carry less"),)
+    trouble = "the field has changed and stays changed: remove what came near, or repeat the step"
+    offers = (Offer("enough", "go on with these samples: the result is less certain"),)
     source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
     async with app_with(source).run_test(size=USUAL) as pilot:
-        await shows(pilot, "stays so", " g  go on with what there is")
+        await shows(pilot, "stays changed", " g  go on with these samples")
         await pilot.press("g")
         await until(pilot, lambda: source.commands == [("enough", "")])
 
@@ -157,10 +160,10 @@ async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str
     with pytest.raises(DataError, match=words) as told:
         refusals()[words]()
     trouble, way = str(told.value), "88° away: turn it about x, to the left"
-    offers = (Offer("enough", "go on: the magnetometer will hardly be calibrated"),)
+    offers = (Offer("enough", "go on: the calibration will probably fail"),)
     shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
-        await shows(pilot, f"▸ {way}", " g  go on: the magnetometer", "█ covered")
+        await shows(pilot, f"▸ {way}", " g  go on: the calibration", "█ covered")
         await until(pilot, lambda: trouble in " ".join(seen(pilot).split()))
 
 

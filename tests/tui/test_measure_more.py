@@ -7,7 +7,7 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import RotationStatus, Status
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.measurement.requests import from_text
+from imucal_wizard.measurement.requests import requests_from_text
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
 from tests.tui import fakes
@@ -42,7 +42,7 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         await shows(pilot, "▸MORE POSES")
         name, text = source.commands[-1]
         assert name == "measure"
-        wanted = from_text(text)[0]
+        wanted = requests_from_text(text)[0]
         source.say(
             Status(
                 step=StepKind.MORE, instruction="TURN IT UP", detail=wanted.words,
@@ -125,5 +125,5 @@ async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: F
         await shows(pilot, f"hold {number} is accused")
         await pilot.press("m")
         await until(pilot, lambda: bool(source.commands))
-    (asked,) = from_text(source.commands[-1][1])
+    (asked,) = requests_from_text(source.commands[-1][1])
     assert asked.turns == 0

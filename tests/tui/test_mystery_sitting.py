@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.acquire.files.session_file import read_raw
+from imucal_wizard.acquire.files.session_file import read_setup_and_pieces
 from imucal_wizard.cli import wizard
 from imucal_wizard.core.errors import DataError, SessionError, UsageError
 from imucal_wizard.teach import reveal
-from imucal_wizard.teach.exercise_session import exercise_session
+from imucal_wizard.teach.exercise_session import draw_exercise_session
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
 from imucal_wizard.tui.services import WizardServices
@@ -32,7 +32,7 @@ def test_the_answer_lies_sealed_beside_the_session(tmp_path: Path) -> None:
     assert workshop.sources.sealed is not None
     assert workshop.sources.session is not None
     assert workshop.sources.sealed == workshop.sources.session.with_suffix(".mystery")
-    truth = exercise_session(3).truth
+    truth = draw_exercise_session(3).truth
     assert reveal(workshop.sources.sealed, "newton") == truth
     with pytest.raises(DataError, match="does not open it"):
         reveal(workshop.sources.sealed, "leibniz")
@@ -42,8 +42,8 @@ def test_the_answer_lies_sealed_beside_the_session(tmp_path: Path) -> None:
 def test_the_session_does_not_name_what_is_hidden_and_goes_on_with_it(tmp_path: Path) -> None:
     workshop = begun(tmp_path)
     assert workshop.sources.session is not None
-    about, _ = read_raw(workshop.sources.session)
-    assert exercise_session(3).truth.term not in str(about)
+    about, _ = read_setup_and_pieces(workshop.sources.session)
+    assert draw_exercise_session(3).truth.term not in str(about)
     again = WizardServices(WizardOptions(sessions=tmp_path, speed=50.0))
     source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.sources.session)))
     source.start()
@@ -64,18 +64,20 @@ def test_a_damaged_exercise_is_said_to_be_one(tmp_path: Path) -> None:
 
 
 def test_the_same_number_hides_the_same_and_others_hide_others() -> None:
-    assert exercise_session(3).truth == exercise_session(3).truth
-    assert len({exercise_session(number).truth for number in range(12)}) > 6
+    assert draw_exercise_session(3).truth == draw_exercise_session(3).truth
+    assert len({draw_exercise_session(number).truth for number in range(12)}) > 6
 
 
 def test_with_a_magnetometer_the_effect_may_be_its_and_goes_on_with_the_session(
     tmp_path: Path,
 ) -> None:
     """Some of them are currents: an ammeter is there always, so that it gives nothing away."""
-    made = [exercise_session(number, magnetometer=True) for number in range(40)]
+    made = [draw_exercise_session(number, magnetometer=True) for number in range(40)]
     hidden = {one.truth.term for one in made if one.truth.sensor == "magnetometer"}
     assert {"current", "bias-temperature"} <= hidden
-    assert not any(exercise_session(number).truth.sensor == "magnetometer" for number in range(40))
+    assert not any(
+        draw_exercise_session(number).truth.sensor == "magnetometer" for number in range(40)
+    )
     number = next(one.number for one in made if one.truth.term == "current")
     options = WizardOptions(
         sessions=tmp_path, mystery=number, key="newton", speed=50.0, magnetometer=True

@@ -11,7 +11,7 @@ from imucal_wizard.core.poses import DIRECTIONS, FACES
 from imucal_wizard.core.quantities import number, unit_sign, value_and_error
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import AxisMotion, Event
-from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, lay_down, turn_up
+from imucal_wizard.guide.wording import TUMBLE, TURN_ROUND, lay_down, turn_up
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.drawing import IDENTITY, about, cube_rows, product, tilted, times
@@ -188,8 +188,8 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
 
 def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
     """Also the longest, the corners of the validation: they are read from two metres."""
-    others = ("HOLD STILL", "PUT IT DOWN", "ROTATE ABOUT Z", "TILT IT ANEW", "NOT CONNECTED")
-    field = (*map(lay_down, FACES), TURN_ROUND, TURN_ABOUT, DISTURBED)
+    others = ("HOLD STILL", "PUT IT DOWN", "ROTATE ABOUT Z", "TILT IT MORE", "NOT CONNECTED")
+    field = (*map(lay_down, FACES), TURN_ROUND, TUMBLE, DISTURBED)
     for words in (*map(turn_up, DIRECTIONS), *others, *field):
         rows = enlarged(words, 78, 4)
         assert len(rows) == 4

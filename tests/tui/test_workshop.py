@@ -12,7 +12,7 @@ import pytest
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import InputError, RecordingError, SessionError, UsageError
-from imucal_wizard.run.session_replay import begin
+from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.simulate import simulate_recording
 from imucal_wizard.tui.app import WizardApp
@@ -101,7 +101,9 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
 def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> None:
     """A board that was plugged in again may be the next number."""
     path = tmp_path / "a.imucal"
-    begin(path, source="/dev/ttyACM0", about={"kind": "port", "port": "/dev/ttyACM0"}).close()
+    begin_session(
+        path, source="/dev/ttyACM0", about={"kind": "port", "port": "/dev/ttyACM0"}
+    ).close()
     there = WizardServices(WizardOptions(resume=path, port=str(tmp_path / "ttyACM1")))
     source = there.open_source(SourceChoice(SourceKind.SESSION, str(path)))
     with running(source):
@@ -110,7 +112,7 @@ def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> 
 
 def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
-    begin(path).close()
+    begin_session(path).close()
     for options in (WizardOptions(), WizardOptions()):
         with pytest.raises(SessionError, match="add --port PORT"):
             WizardServices(options).open_source(SourceChoice(SourceKind.SESSION, str(path)))
@@ -118,7 +120,7 @@ def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Pat
 
 def test_a_session_of_the_virtual_imu_takes_no_port(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
-    begin(path, about={"kind": "virtual"}).close()
+    begin_session(path, about={"kind": "virtual"}).close()
     workshop = WizardServices(WizardOptions(resume=path, port="/dev/ttyACM0"))
     with pytest.raises(UsageError, match="leave --port out"):
         workshop.open_source(SourceChoice(SourceKind.SESSION, str(path)))

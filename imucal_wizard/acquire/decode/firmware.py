@@ -1,34 +1,34 @@
-"""What well-known firmware prints, as a table: a new one is one entry.
+"""The text formats of well-known firmware as a table; a new one is one entry.
 
 Sources: the print statements of the named firmware and its documentation.
 """
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from imucal_wizard.acquire.decode.base import Column, Format, Line
-from imucal_wizard.acquire.decode.labelled import Kind, LabelledDecoder
+from imucal_wizard.acquire.decode.labelled import LabelledDecoder, LineKind
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)
-class Preset:
+class FirmwareText:
     """A text format whose columns and units are known.
 
     Attributes:
-        name: as ``--format`` takes it.
-        title: who prints it.
-        kinds: the lines that make up one sample.
-        note: what a user of it should know, or ``""``.
-        patience: how many lines of each kind must have come before the format is plain.
+        name: name under which the user can choose it.
+        title: firmware that prints it.
+        kinds: the kinds of line that make up one sample.
+        note: message to its users, or ``""``.
+        min_lines: lines of each kind needed to recognise the format.
     """
 
     name: str
     title: str
-    kinds: tuple[Kind, ...]
+    kinds: tuple[LineKind, ...]
     note: str = ""
-    patience: int = 3
+    min_lines: int = 3
 
 
 def _three(letter: str, unit: str) -> tuple[Column, ...]:
@@ -44,17 +44,17 @@ _MICROSECONDS = Column("t", "us", "time")
 _VECTORNAV = (*_three("m", "G"), *_three("a", "m/s^2"), *_three("g", "rad/s"))
 _LSB = 9.8 / 8192  # the firmware makes the integer from m/s² with exactly this factor
 
-PRESETS: tuple[Preset, ...] = (
-    Preset(
+FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
+    FirmwareText(
         "raw-uni",
         "Adafruit_AHRS calibration, SensorLab imucal (MotionCal lines)",
         (
-            Kind(
+            LineKind(
                 "Raw:",
                 (*_three("a", "m/s^2"), *_skip(*(f"raw {place}" for place in range(4, 10)))),
                 (_LSB, _LSB, _LSB, 1, 1, 1, 1, 1, 1),
             ),
-            Kind(
+            LineKind(
                 "Uni:",
                 _skip("uni 1", "uni 2", "uni 3") + _three("g", "rad/s") + _three("m", "uT"),
             ),
@@ -62,33 +62,33 @@ PRESETS: tuple[Preset, ...] = (
         "The accelerometer is taken from the Raw: lines, which are eight times finer than Uni:, "
         "and overflows beyond 4 g.",
     ),
-    Preset(
+    FirmwareText(
         "raw",
         "MotionCal lines, Raw: alone",
-        (Kind("Raw:", _three("a", "count") + _three("g", "count") + _three("m", "count")),),
-        patience=10,
+        (LineKind("Raw:", _three("a", "count") + _three("g", "count") + _three("m", "count")),),
+        min_lines=10,
     ),
-    Preset(
+    FirmwareText(
         "uni",
         "MotionCal lines, Uni: alone",
-        (Kind("Uni:", _three("a", "m/s^2") + _three("g", "rad/s") + _three("m", "uT")),),
-        patience=10,
+        (LineKind("Uni:", _three("a", "m/s^2") + _three("g", "rad/s") + _three("m", "uT")),),
+        min_lines=10,
     ),
-    Preset(
+    FirmwareText(
         "sparkfun-scaled",
         "SparkFun ICM-20948 Example1_Basics",
         (
-            Kind(
+            LineKind(
                 "Scaled.",
                 (*_three("a", "mg"), *_three("g", "deg/s"), *_three("m", "uT"), _TEMPERATURE),
             ),
         ),
     ),
-    Preset(
+    FirmwareText(
         "sparkfun-raw",
         "SparkFun ICM-20948 Example1_Basics, raw counts",
         (
-            Kind(
+            LineKind(
                 "RAW.",
                 (*_three("a", "count"), *_three("g", "count"), *_three("m", "count"), _TEMPERATURE),
                 (1, 1, 1, 1, 1, 1, 1, 1, 1, 1 / 333.87),
@@ -96,37 +96,37 @@ PRESETS: tuple[Preset, ...] = (
         ),
         "Temperature is printed as counts: only its changes are right.",
     ),
-    Preset(
+    FirmwareText(
         "razor-ahrs",
         "SparkFun 9DoF Razor AHRS 1.4, raw text (#osrt)",
         (
-            Kind("#A-R=", _three("a", "count"), (-1, -1, -1)),
-            Kind("#M-R=", _three("m", "count")),
-            Kind("#G-R=", _three("g", "count")),
+            LineKind("#A-R=", _three("a", "count"), (-1, -1, -1)),
+            LineKind("#M-R=", _three("m", "count")),
+            LineKind("#G-R=", _three("g", "count")),
         ),
-        "This firmware prints gravity instead of specific force: the sign is turned.",
+        "This firmware prints gravity instead of specific force: the sign is inverted.",
     ),
-    Preset(
+    FirmwareText(
         "i2cdev",
         "i2cdevlib MPU6050_raw",
-        (Kind("a/g:", _three("a", "count") + _three("g", "count")),),
+        (LineKind("a/g:", _three("a", "count") + _three("g", "count")),),
     ),
-    Preset(
+    FirmwareText(
         "vnimu",
         "VectorNav VNIMU, uncompensated",
         (
-            Kind(
+            LineKind(
                 "$VNIMU,",
                 (*_VECTORNAV, _TEMPERATURE, *_skip("pressure")),
                 checked=True,
             ),
         ),
     ),
-    Preset(
+    FirmwareText(
         "vnymr",
         "VectorNav VNYMR, compensated",
         (
-            Kind(
+            LineKind(
                 "$VNYMR,",
                 (*_skip("yaw", "pitch", "roll"), *_VECTORNAV),
                 checked=True,
@@ -134,44 +134,44 @@ PRESETS: tuple[Preset, ...] = (
         ),
         "VNYMR is already compensated by the device: set it to VNIMU ($VNWRG,06,19*XX).",
     ),
-    Preset(
+    FirmwareText(
         "ximu3",
         "x-IMU3, ASCII mode",
         (
-            Kind("I,", (_MICROSECONDS, *_three("g", "deg/s"), *_three("a", "g"))),
-            Kind("M,", _skip("time") + _three("m", ""), often=False),
-            Kind("T,", (*_skip("time"), _TEMPERATURE), often=False),
+            LineKind("I,", (_MICROSECONDS, *_three("g", "deg/s"), *_three("a", "g"))),
+            LineKind("M,", _skip("time") + _three("m", ""), in_every_sample=False),
+            LineKind("T,", (*_skip("time"), _TEMPERATURE), in_every_sample=False),
         ),
     ),
-    Preset(
+    FirmwareText(
         "adafruit-mpu6050",
         "Adafruit_MPU6050 basic_readings",
         (
-            Kind("Acceleration X:", _three("a", "m/s^2")),
-            Kind("Rotation X:", _three("g", "rad/s")),
-            Kind("Temperature:", (_TEMPERATURE,)),
+            LineKind("Acceleration X:", _three("a", "m/s^2")),
+            LineKind("Rotation X:", _three("g", "rad/s")),
+            LineKind("Temperature:", (_TEMPERATURE,)),
         ),
     ),
-    Preset(
+    FirmwareText(
         "adafruit-bno055",
         "Adafruit_BNO055 read_all_data",
         (
-            Kind("Accl:", _three("a", "m/s^2")),
-            Kind("Gyro:", _three("g", "deg/s")),
-            Kind("Mag:", _three("m", "uT"), often=False),
-            Kind("temperature:", (_TEMPERATURE,), often=False),
+            LineKind("Accl:", _three("a", "m/s^2")),
+            LineKind("Gyro:", _three("g", "deg/s")),
+            LineKind("Mag:", _three("m", "uT"), in_every_sample=False),
+            LineKind("temperature:", (_TEMPERATURE,), in_every_sample=False),
         ),
-        "In its fusion modes the BNO055 has already taken its own offsets out: switch it to AMG, "
+        "In its fusion modes the BNO055 has already removed its own offsets: switch it to AMG, "
         "a non-fusion mode, before calibrating.",
     ),
 )
-"""Formats with a word at the start of each line."""
+"""Formats with a keyword at the start of each line."""
 
 
 class _Detector:
-    """So many lines of each kind that belongs to every sample."""
+    """Recognises a format by enough lines of each kind that belongs to every sample."""
 
-    def __init__(self, preset: Preset) -> None:
+    def __init__(self, preset: FirmwareText) -> None:
         self._preset = preset
         self._seen: Counter[str] = Counter()
 
@@ -181,18 +181,20 @@ class _Detector:
         self._seen.update(
             k.prefix for line in lines for k in kinds if line.text.startswith(k.prefix)
         )
-        return min(self._seen[k.prefix] for k in kinds if k.often) >= self._preset.patience
+        return (
+            min(self._seen[k.prefix] for k in kinds if k.in_every_sample) >= self._preset.min_lines
+        )
 
 
-def _decoder(preset: Preset, columns: tuple[Column, ...], whole: bool) -> LabelledDecoder:
+def _decoder(preset: FirmwareText, columns: tuple[Column, ...], whole: bool) -> LabelledDecoder:
     return LabelledDecoder(preset.kinds, columns, preset.name, whole=whole)
 
 
-def _detector(preset: Preset, _columns: tuple[Column, ...]) -> _Detector:
+def _detector(preset: FirmwareText, _columns: tuple[Column, ...]) -> _Detector:
     return _Detector(preset)
 
 
 FORMATS = tuple(
     Format(one.name, one.title, partial(_decoder, one), partial(_detector, one), one.note, rank=1)
-    for one in PRESETS
+    for one in FIRMWARE_TEXTS
 )

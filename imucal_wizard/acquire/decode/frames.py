@@ -1,18 +1,27 @@
-"""Bytes to frames: sync bytes, length, checksum; back in step after garbage; bounded memory."""
+"""Binary frames: cutting them out of a stream, recognising a protocol, decoding them to rows.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+Checksums of 16 bits with the polynomial 0x1021 (CRC-CCITT) are in the standard library:
+``binascii.crc_hqx``.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
+from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)
 class FrameShape:
-    """How the frames of a binary protocol are built.
+    """The layout of the frames of a binary protocol.
 
     Attributes:
         sync: the bytes with which each frame begins.
-        header: how many bytes tell the length.
-        length: length of the whole frame by its header, 0 where no frame has such a header.
-        valid: whether the checksum of a whole frame is right.
+        header: number of bytes that determine the length.
+        length: length of the whole frame from its header; 0 if no frame has this header.
+        valid: whether the checksum of a whole frame is correct.
     """
 
     sync: bytes
@@ -22,23 +31,19 @@ class FrameShape:
 
 
 class FrameCutter:
-    """Cuts frames out of a stream, independently of how the bytes were cut.
+    """Cuts frames out of a stream; the pieces in which the bytes arrive make no difference.
 
     At most one unfinished frame is kept. Bytes that begin no valid frame are dropped one by one,
-    so that garbage, or a sync byte inside the data, costs only the frames it spoilt.
+    so garbage, or a sync byte inside the data, costs only the frames that it damages.
 
     Args:
-        shape: how the frames are built.
-
-    Attributes:
-        gaps: how often bytes were dropped between two frames.
+        shape: layout of the frames.
     """
 
     def __init__(self, shape: FrameShape) -> None:
         self._shape = shape
         self._rest = b""
         self._any = self._in_step = False
-        self.gaps = 0
 
     def feed(self, data: bytes) -> list[tuple[bytes, bool]]:
         """The frames that these bytes complete, each with whether bytes were dropped before it."""
@@ -56,22 +61,75 @@ class FrameCutter:
                 place += 1
                 self._in_step = False
                 continue
-            gap = self._any and not self._in_step
-            self.gaps += gap
-            frames.append((frame, gap))
+            frames.append((frame, self._any and not self._in_step))
             self._any = self._in_step = True
             place += length
         self._rest = data[place:]
         return frames
 
     def broken(self) -> None:
-        """Drop the unfinished frame: the link broke in it."""
+        """Drop the unfinished frame after a break of the link."""
         self._rest = b""
         self._any = self._in_step = False
 
 
+class FrameDecoder(ABC):
+    """A decoder of frames. A subclass turns each frame into a row, or several frames into one.
+
+    Args:
+        name: name of the format.
+        shape: layout of the frames.
+        columns: the columns of the rows; empty until they are known.
+    """
+
+    first_malformed: MalformedLine | None = None
+
+    def __init__(self, name: str, shape: FrameShape, columns: tuple[Column, ...] = ()) -> None:
+        self.name = name
+        self.columns = columns
+        self._cutter = FrameCutter(shape)
+        self._rows: list[Sequence[float]] = []
+        self._skipped: list[int] = []
+        self._skip = 0
+        self._malformed = 0
+
+    def feed(self, data: bytes) -> DecodedRows:
+        """Decode the rows that these bytes complete."""
+        for frame, gap in self._cutter.feed(data):
+            self._read(frame, gap)
+        rows, self._rows = self._rows, []
+        skipped, self._skipped = self._skipped, []
+        malformed, self._malformed = self._malformed, 0
+        values = np.array(rows, np.float64).reshape(len(rows), len(self.columns))
+        return DecodedRows(values, malformed, (), tuple(skipped) if any(skipped) else ())
+
+    def broken(self) -> None:
+        """Drop the unfinished frame after a break of the link."""
+        self._cutter.broken()
+
+    @abstractmethod
+    def _read(self, frame: bytes, gap: bool) -> None:
+        """Read one valid frame: call ``_lost`` if samples were lost before it, then ``_row``.
+
+        Args:
+            frame: the whole frame.
+            gap: bytes were dropped before it.
+        """
+
+    def _row(self, values: Sequence[float]) -> None:
+        """Add one row."""
+        self._rows.append(values)
+        self._skipped.append(self._skip)
+        self._skip = 0
+
+    def _lost(self) -> None:
+        """Count one lost sample before the next row."""
+        self._malformed += 1
+        self._skip += 1
+
+
 class FrameDetector:
-    """Recognises a protocol by some valid frames in a row, with nothing between them."""
+    """Recognises a protocol by consecutive valid frames without any bytes between them."""
 
     FRAMES_IN_A_ROW = 3
 
@@ -80,7 +138,7 @@ class FrameDetector:
         self._row = 0
 
     def feed(self, data: bytes, _lines: object = ()) -> bool:
-        """Whether so many frames have come in a row."""
+        """Whether enough frames have arrived in a row."""
         for _, gap in self._cutter.feed(data):
             self._row = 1 if gap else self._row + 1
         return self._row >= self.FRAMES_IN_A_ROW

@@ -10,10 +10,10 @@ from imucal_wizard.acquire.decode.base import Column, Format, Line
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
-    column,
-    columns_named,
-    each_once,
+    column_of_name,
+    columns_of_names,
     quantity_of,
+    unique_channels,
 )
 
 
@@ -21,8 +21,7 @@ class JsonDecoder(TextDecoder):
     """``json``: ``{"t": 1.5, "ax": 0.1, …}``, also nested (``{"acc": [0.1, 0.2, 9.8]}``).
 
     Args:
-        columns: the columns, named by their keys, where they are known; else the keys of the
-            first object.
+        columns: the columns, named by their keys, if known; otherwise the keys of the first object.
         whole: the bytes begin with a whole line.
     """
 
@@ -37,7 +36,7 @@ class JsonDecoder(TextDecoder):
         except (ValueError, RecursionError):
             self._spoilt(line)
             return
-        flat = flattened(value) if isinstance(value, dict) else {}
+        flat = flatten_object(value) if isinstance(value, dict) else {}
         if not self.columns and len(flat) >= 3:
             self.columns = _columns(list(flat))
         if not self.columns or not any(c.name in flat for c in self.columns):
@@ -47,8 +46,8 @@ class JsonDecoder(TextDecoder):
         self._row(row, [_digits(v) for v in row])
 
 
-def flattened(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
-    """Nested objects and arrays as one level; the keys are joined with dots."""
+def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
+    """Nested objects and arrays flattened to one level; the keys are joined with dots."""
     if depth > 8:
         return {}
     if isinstance(value, dict):
@@ -59,7 +58,7 @@ def flattened(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
         return {key: value} if _is_number(value) else {}
     found: dict[str, Any] = {}
     for name, inner in parts:
-        found.update(flattened(inner, f"{key}.{name}" if key else name, depth + 1))
+        found.update(flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
     return found
 
 
@@ -72,31 +71,31 @@ def _real(value: Any) -> float:
 
 
 def _digits(value: float) -> int:
-    """Decimals of the shortest text that gives this number."""
+    """Decimals of the shortest text that represents this number."""
     text = repr(value)
     return 17 if "e" in text else len(text.partition(".")[2].rstrip("0"))
 
 
 def _columns(keys: list[str]) -> tuple[Column, ...]:
-    """The columns of the keys; of a path, its last parts say which sensor and axis."""
+    """The columns of the keys; the last parts of a path name the sensor and the axis."""
     found = [_column(key) for key in keys]
     if not any(quantity_of(one.channel) == "accelerometer" for one in found):
         found = [
             one if one.channel else other
-            for one, other in zip(found, columns_named(keys), strict=True)
+            for one, other in zip(found, columns_of_names(keys), strict=True)
         ]
-    return each_once(found)
+    return unique_channels(found)
 
 
 def _column(key: str) -> Column:
     parts = key.split(".")
     tails = [".".join(parts[-length:]) for length in range(len(parts), 0, -1)]
-    found = next((c for c in map(column, tails) if c.channel), Column(""))
+    found = next((c for c in map(column_of_name, tails) if c.channel), Column(""))
     return Column(found.channel, found.unit, key)
 
 
 class _Detector:
-    """Most of the newest lines look like objects."""
+    """Recognises the format by lines that look like objects."""
 
     _WINDOW, _AGREE = 8, 3
 

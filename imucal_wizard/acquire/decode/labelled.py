@@ -1,61 +1,62 @@
-"""Lines that begin with words: one sample per line, or several kinds of lines per sample."""
+"""Numbers behind labels: one sample per line, or several kinds of line per sample."""
 
 import math
 import re
 from collections import Counter, deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from imucal_wizard.acquire.decode.base import Column, Format, Line
-from imucal_wizard.acquire.decode.delimited import are_numbers, split
+from imucal_wizard.acquire.decode.delimited import are_numbers, split_fields
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import NUMBER, printed_decimals, printed_number
 from imucal_wizard.acquire.decode.vocabulary import (
-    belongs,
     channel_of,
     quantity_of,
     sensor_word,
+    unit_belongs,
 )
 from imucal_wizard.core import units
+from imucal_wizard.core.records import dataclass
 
-LEARN_LINES = 24
-"""Lines with numbers from which the kinds of an unknown device are learned."""
+MIN_LABELLED_LINES = 24
+"""Lines with numbers from which the kinds of line of an unknown device are learned."""
 _WORD = re.compile(r"[A-Za-z]+")
 _BRACKETED_UNIT = re.compile(r"[\[(]\s*([A-Za-zµμ°/^0-9²*]+)\s*[\])]")
 
 
 @dataclass(frozen=True)
-class Kind:
+class LineKind:
     """One kind of line.
 
     Attributes:
-        prefix: what such a line begins with; ``""`` for one that begins with a number.
+        prefix: beginning of such a line; ``""`` if it begins with a number.
         columns: one per number on the line.
-        scales: what each number is multiplied by before its unit holds; all 1 when empty.
-        often: part of every sample; else it comes more rarely and holds for the next sample.
-        checked: carries an NMEA checksum ``*HH``, the exclusive or of all between ``$`` and ``*``.
+        scales: factor of each number before its unit applies; all 1 if empty.
+        in_every_sample: belongs to every sample; otherwise it is rarer and applies to the next one.
+        checked: whether the line ends with an NMEA checksum ``*HH``, the exclusive or of all
+            characters between ``$`` and ``*``.
     """
 
     prefix: str
     columns: tuple[Column, ...]
     scales: tuple[float, ...] = ()
-    often: bool = True
+    in_every_sample: bool = True
     checked: bool = False
 
 
 class LabelledDecoder(TextDecoder):
-    """Numbers behind words. A sample is complete when each of its kinds of line has come.
+    """Decodes labelled numbers; a sample is complete when all its kinds of line have arrived.
 
     Args:
-        kinds: the kinds of line; learned from the first lines where it is empty.
-        columns: channels and units by place that override those of the kinds.
+        kinds: the kinds of line; if empty, they are learned from the first lines.
+        columns: channels and units in order that override those of the kinds.
         name: name of the format.
         whole: the bytes begin with a whole line.
     """
 
     def __init__(
         self,
-        kinds: tuple[Kind, ...] = (),
+        kinds: tuple[LineKind, ...] = (),
         columns: tuple[Column, ...] = (),
         name: str = "labels",
         *,
@@ -63,14 +64,14 @@ class LabelledDecoder(TextDecoder):
     ) -> None:
         super().__init__(name, whole=whole)
         self._override = columns
-        self._kinds: tuple[Kind, ...] = ()
+        self._kinds: tuple[LineKind, ...] = ()
         self._learning: list[str] = []
         self._values: dict[int, list[float]] = {}
         self._printed: dict[int, list[int]] = {}
         if kinds:
             self._use(kinds)
 
-    def _use(self, kinds: tuple[Kind, ...]) -> None:
+    def _use(self, kinds: tuple[LineKind, ...]) -> None:
         self._kinds = kinds
         own = tuple(c for kind in kinds for c in kind.columns)
         self.columns = self._override if len(self._override) == len(own) else own
@@ -90,12 +91,12 @@ class LabelledDecoder(TextDecoder):
     def _part(self, place: int, text: str) -> None:
         """One line of a known kind."""
         kind = self._kinds[place]
-        body = unchecked(text) if kind.checked else text
+        body = verified_body(text) if kind.checked else text
         fields = [] if body is None else NUMBER.findall(body[len(kind.prefix) :])
         if len(fields) != len(kind.columns):
             self._spoilt(text.encode())
             return
-        if kind.often and place in self._values:  # a line of the sample before was lost
+        if kind.in_every_sample and place in self._values:  # a line of the previous sample was lost
             self._spoilt(text.encode())
             self._forget()
         scales = kind.scales or (1.0,) * len(fields)
@@ -111,8 +112,8 @@ class LabelledDecoder(TextDecoder):
         self._complete()
 
     def _complete(self) -> None:
-        """Give the sample away once every kind that is part of each sample has come."""
-        if any(k.often and i not in self._values for i, k in enumerate(self._kinds)):
+        """Complete the sample once every kind that belongs to each sample has arrived."""
+        if any(k.in_every_sample and i not in self._values for i, k in enumerate(self._kinds)):
             return
         values: list[float] = []
         printed: list[int] = []
@@ -128,7 +129,7 @@ class LabelledDecoder(TextDecoder):
         self._forget()
 
     def _forget(self) -> None:
-        """Begin a new sample; one of which only some lines have arrived is none."""
+        """Begin a new sample and drop an incomplete one."""
         self._values.clear()
         self._printed.clear()
 
@@ -136,9 +137,9 @@ class LabelledDecoder(TextDecoder):
         if not NUMBER.search(text) or first:
             return
         self._learning.append(text)
-        if len(self._learning) < LEARN_LINES:
+        if len(self._learning) < MIN_LABELLED_LINES:
             return
-        kinds = learned(self._learning)
+        kinds = learn_line_kinds(self._learning)
         if not kinds:
             self._learning.pop(0)
             return
@@ -148,17 +149,17 @@ class LabelledDecoder(TextDecoder):
             self._read(line.encode(), False)
 
 
-def learned(lines: list[str]) -> tuple[Kind, ...]:
-    """The kinds of line that make up a sample, by how often each comes.
+def learn_line_kinds(lines: list[str]) -> tuple[LineKind, ...]:
+    """The kinds of line that make up a sample, from how often each occurs.
 
     Args:
-        lines: some consecutive lines with numbers.
+        lines: consecutive lines with numbers.
 
     Returns:
-        Kinds with a channel that is known, in order of appearance; one without channels where
-        there is no other; nothing where no kind repeats.
+        Kinds with known channels in order of appearance; one kind without channels if there is no
+        other; nothing if no kind repeats.
     """
-    about = [described(line) for line in lines]
+    about = [describe_line(line) for line in lines]
     counts = Counter((prefix, len(columns)) for prefix, columns in about)
     first = {(prefix, len(columns)): columns for prefix, columns in reversed(about)}
     repeated = {key: first[key] for key in dict.fromkeys(counts) if counts[key] > 1}
@@ -166,11 +167,11 @@ def learned(lines: list[str]) -> tuple[Kind, ...]:
     if sum(len(columns) for columns in useful.values()) < 3:
         bare = [key for key in repeated if key[1] >= 3]
         best = max(bare, key=lambda key: counts[key], default=None)
-        return (Kind(best[0], repeated[best]),) if best else ()
+        return (LineKind(best[0], repeated[best]),) if best else ()
     needed = [counts[k] for k, v in useful.items() if any(c.channel in ("ax", "gx") for c in v)]
     usual = max(needed or counts.values())
     return tuple(
-        Kind(prefix, columns, often=counts[prefix, width] >= 0.5 * usual)
+        LineKind(prefix, columns, in_every_sample=counts[prefix, width] >= 0.5 * usual)
         for (prefix, width), columns in useful.items()
     )
 
@@ -178,7 +179,7 @@ def learned(lines: list[str]) -> tuple[Kind, ...]:
 def _distinct(
     kinds: dict[tuple[str, int], tuple[Column, ...]],
 ) -> dict[tuple[str, int], tuple[Column, ...]]:
-    """Each channel in the first kind that has it; kinds that bring nothing new are left out."""
+    """Keep each channel in the first kind that has it; drop kinds without new channels."""
     seen: set[str] = set()
     kept = {}
     for key, columns in kinds.items():
@@ -189,8 +190,8 @@ def _distinct(
     return kept
 
 
-def unchecked(sentence: str) -> str | None:
-    """The body of a sentence whose checksum is right, without it; None when it is wrong."""
+def verified_body(sentence: str) -> str | None:
+    """The body of an NMEA sentence without its checksum; None if the checksum is wrong."""
     body, star, given = sentence.partition("*")
     total = 0
     for character in body[1:]:
@@ -202,12 +203,12 @@ def unchecked(sentence: str) -> str | None:
     return body if right else None
 
 
-def described(line: str) -> tuple[str, tuple[Column, ...]]:
-    """The words at the start of a line and a column for each of its numbers.
+def describe_line(line: str) -> tuple[str, tuple[Column, ...]]:
+    """The label at the start of a line, and a column for each of its numbers.
 
-    ``AccelX:0.1,AccelY:…``, ``Accl: x= 0.1 | y= …``, ``Acceleration X: 0.1, Y: … m/s^2`` and
-    ``Acc (mg) [ 1, 2, 3 ], Gyr (DPS) [ …`` are understood; a number whose words mean nothing here
-    gets a column without channel.
+    ``AccelX:0.1,AccelY:…``, ``Accl: x= 0.1 | y= …``, ``Acceleration X: 0.1, Y: … m/s^2`` and ``Acc
+    (mg) [ 1, 2, 3 ], Gyr (DPS) [ …`` are understood; a number with an unknown label gets a column
+    without channel.
     """
     found: list[Column] = []
     position, sensor, place, unit = 0, "", 0, ""
@@ -227,15 +228,15 @@ def described(line: str) -> tuple[str, tuple[Column, ...]]:
             sensor, place = told, 0
         bracket = _BRACKETED_UNIT.search(label)
         if bracket or _WORD.search(label):
-            unit = units.canonical(bracket[1]) if bracket else unit
+            unit = units.canonical_unit(bracket[1]) if bracket else unit
         name = " ".join(_WORD.findall(label)) or channel or (found[-1].name if found else "")
-        found.append(Column(channel, unit if belongs(channel, unit) else "", name))
+        found.append(Column(channel, unit if unit_belongs(channel, unit) else "", name))
     found, _ = _unit_behind(found, line[position:], last=True)
     return prefix, _once(found)
 
 
 def _channel(label: str, sensor: str, place: int) -> tuple[str, str]:
-    """The channel of the number after a label, and the sensor its words (or those before) name."""
+    """The channel of the number after a label, and the sensor that a label names."""
     words = _WORD.findall(_BRACKETED_UNIT.sub(" ", label))
     if not words:
         axis = "xyz"[place : place + 1]
@@ -255,16 +256,16 @@ def _channel(label: str, sensor: str, place: int) -> tuple[str, str]:
 
 
 def _unit_behind(columns: list[Column], text: str, last: bool = False) -> tuple[list[Column], str]:
-    """Take a unit that stands behind the numbers it belongs to, and the text without it.
+    """Take a unit behind the numbers to which it belongs; returns the text without it.
 
-    A single letter between numbers is rather the next label (``g 0.1 0.2``) than a unit.
+    A single letter between numbers is more likely the next label (``g 0.1 0.2``) than a unit.
     """
     match = re.match(r"[\s\])|]*([A-Za-zµμ°/^0-9²]+)(?=[\s,;|\])]|$)", text)
-    word = units.canonical(match[1]) if match else ""
+    word = units.canonical_unit(match[1]) if match else ""
     if match is None or not columns or (len(match[1]) == 1 and not last):
         return columns, text
     sensor = quantity_of(columns[-1].channel)
-    if not belongs(columns[-1].channel, word):
+    if not unit_belongs(columns[-1].channel, word):
         return columns, text
     changed = [
         Column(c.channel, word, c.name) if quantity_of(c.channel) == sensor and not c.unit else c
@@ -274,7 +275,7 @@ def _unit_behind(columns: list[Column], text: str, last: bool = False) -> tuple[
 
 
 def _once(columns: list[Column]) -> tuple[Column, ...]:
-    """Every channel at its first place only."""
+    """Keep every channel at its first position only."""
     seen: set[str] = set()
     kept = []
     for c in columns:
@@ -284,27 +285,27 @@ def _once(columns: list[Column]) -> tuple[Column, ...]:
 
 
 class _Detector:
-    """Most lines with words and numbers are of a kind that repeats."""
+    """Recognises the format by labelled lines most of which are of a repeating kind."""
 
     def __init__(self, _columns: tuple[Column, ...]) -> None:
-        self._lines: deque[str] = deque(maxlen=LEARN_LINES)
+        self._lines: deque[str] = deque(maxlen=MIN_LABELLED_LINES)
 
     def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
         """Whether the format is certain."""
         new = [line.text for line in lines if not line.first and _has_words(line.raw)]
         self._lines.extend(text for text in new if NUMBER.search(text))
         known = list(self._lines)
-        if not new or len(known) < LEARN_LINES or not learned(known):
+        if not new or len(known) < MIN_LABELLED_LINES or not learn_line_kinds(known):
             return False
-        kinds = Counter(described(line)[0] for line in known)
-        return sum(n for n in kinds.values() if n > 1) >= 0.7 * LEARN_LINES
+        kinds = Counter(describe_line(line)[0] for line in known)
+        return sum(n for n in kinds.values() if n > 1) >= 0.7 * MIN_LABELLED_LINES
 
 
 def _has_words(line: bytes) -> bool:
-    """Whether a line is neither an object nor numbers alone."""
+    """Whether a line is neither an object nor only numbers."""
     if line.lstrip().startswith(b"{") and b":" in line:
         return False
-    fields = split(line)
+    fields = split_fields(line)
     return not are_numbers(fields, [printed_number(field) for field in fields])
 
 

@@ -1,4 +1,4 @@
-"""Bytes to lines, lines to rows: what all text formats share."""
+"""Lines of text formats: cutting bytes into lines, decoding lines to rows."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -8,61 +8,61 @@ import numpy as np
 from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
 from imucal_wizard.core.readings import FloatArray
 
-MAX_LINE = 65_536
-"""Bytes; a longer line is no sample and is replaced by one that nobody can read."""
-DECIMALS_FROM = 100
-"""The printed decimals are counted on this many first rows."""
+MAX_LINE_BYTES = 65_536
+"""Bytes; a longer line is not a sample and is replaced by an unreadable one."""
+MAX_DECIMALS_ROWS = 100
+"""First rows on which the printed decimals are counted."""
 _UNREADABLE = b"\x01"
 _MIN_TABLE = 2048
-"""Bytes from which reading many lines at once is faster than one by one."""
+"""Bytes from which reading many lines at once is faster than reading them one by one."""
 _PIECE_BYTES = 32_768
 """Bytes in which a spoilt line costs the fast way of reading."""
 
 
 class LineCutter:
-    """Keeps the unfinished line between calls. Lines end in LF, CR or CR LF."""
+    """Cuts bytes into lines and keeps the unfinished one. Lines end in LF, CR or CR LF."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     def feed(self, data: bytes) -> bytes:
-        """The lines that these bytes complete, each with LF at its end."""
+        """The lines that these bytes complete, each ending in LF."""
         data = self._rest + data
         held = False
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n")
-            held = data.endswith(b"\r")  # its line feed may be the next byte
+            held = data.endswith(b"\r")  # the line feed may be the next byte
             data = data[:-1].replace(b"\r", b"\n") if held else data.replace(b"\r", b"\n")
         end = data.rfind(b"\n") + 1
-        self._rest = data[end : end + MAX_LINE + 1] + (b"\r" if held else b"")
+        self._rest = data[end : end + MAX_LINE_BYTES + 1] + (b"\r" if held else b"")
         return data[:end]
 
 
-def lines_of(block: bytes) -> list[bytes]:
-    """The lines of a block without their ends; one that is too long is made unreadable."""
+def split_lines(block: bytes) -> list[bytes]:
+    """The lines of a block without their ends; lines that are too long become unreadable."""
     lines = block.split(b"\n")
     lines.pop()
-    if len(block) > MAX_LINE:
-        lines = [line if len(line) <= MAX_LINE else _UNREADABLE for line in lines]
+    if len(block) > MAX_LINE_BYTES:
+        lines = [line if len(line) <= MAX_LINE_BYTES else _UNREADABLE for line in lines]
     return lines
 
 
 class TextDecoder(ABC):
-    """A decoder of lines. A subclass turns one line into a row; rows never depend on the cuts.
+    """A decoder of lines. A subclass converts one line to a row.
 
     Args:
         name: name of the format.
-        columns: the columns, where they are known.
-        whole: the bytes begin with a whole line; else the first line is not trusted.
+        columns: the columns, if known.
+        whole: whether the bytes begin with a whole line; otherwise the first line is not trusted.
 
     Attributes:
-        misfit: the first malformed line.
+        first_malformed: the first malformed line.
     """
 
     def __init__(self, name: str, columns: tuple[Column, ...] = (), *, whole: bool = False) -> None:
         self.name = name
         self.columns = columns
-        self.misfit: MalformedLine | None = None
+        self.first_malformed: MalformedLine | None = None
         self._cutter = LineCutter()
         self._first = not whole
         self._parts: list[FloatArray] = []
@@ -81,7 +81,7 @@ class TextDecoder(ABC):
         values = self._table_of(block)
         for piece in self._pieces(block) if values is None else ():
             values = self._table_of(piece) if len(piece) < len(block) else None
-            for line in lines_of(piece) if values is None else ():
+            for line in split_lines(piece) if values is None else ():
                 self._line(line)
         return self._batch()
 
@@ -89,25 +89,25 @@ class TextDecoder(ABC):
         """A block in pieces of whole lines, small ones as long as each line is read by itself."""
         start = 0
         while start < len(block):
-            size = _PIECE_BYTES if self._count >= DECIMALS_FROM else _MIN_TABLE
+            size = _PIECE_BYTES if self._count >= MAX_DECIMALS_ROWS else _MIN_TABLE
             end = block.find(b"\n", start + size) + 1 or len(block)
             yield block[start:end]
             start = end
 
     def broken(self) -> None:
-        """The link broke here: the line before it is dropped, the next one may be half of one."""
+        """The link was interrupted: drop the unfinished line; the next one may be incomplete."""
         self._cutter = LineCutter()
         self._break()
 
     def _break(self) -> None:
-        """The next line may be half of one."""
+        """Mark the next line as possibly incomplete."""
         self._first = True
 
     def _table_of(self, block: bytes) -> FloatArray | None:
-        """Many lines at once, where that gives the same rows; None to read them one by one."""
+        """Read many lines at once if that gives the same rows; None to read them one by one."""
         if (
             len(block) < _MIN_TABLE
-            or self._count < DECIMALS_FROM
+            or self._count < MAX_DECIMALS_ROWS
             or self._first
             or self._skip
             or (values := self._table(block)) is None
@@ -124,7 +124,7 @@ class TextDecoder(ABC):
         self._number += 1
         if not line:
             return
-        if line.endswith(b"\x00"):  # how sessions of earlier versions marked a broken link
+        if line.endswith(b"\x00"):  # sessions of earlier versions marked an interrupted link so
             self._break()
             return
         first, self._first = self._first, False
@@ -135,32 +135,35 @@ class TextDecoder(ABC):
         """Read one line: call ``_row``, ``_spoilt`` or neither."""
 
     def _table(self, _block: bytes) -> FloatArray | None:
-        """All lines of a block at once where a format can; None to have them read one by one."""
+        """All lines of a block at once if the format can; None to read them one by one."""
         return None
 
     def _row(self, values: list[float], printed: list[int]) -> None:
-        """One good row, and the decimals its fields were printed with."""
+        """Add one good row and the decimals with which its fields were printed."""
         if not self._count and not self._disproved:
-            self.misfit = None  # what came before was a banner, or the end of a line
+            self.first_malformed = None  # earlier lines were a banner or the end of a line
         self._rows.append(values)
         self._skipped.append(self._skip)
         self._skip = 0
         self._count += 1
-        if self._count <= DECIMALS_FROM and printed:
+        if self._count <= MAX_DECIMALS_ROWS and printed:
             before = self._decimals or [-1] * len(printed)
             self._decimals = [max(pair) for pair in zip(before, printed, strict=True)]
 
     def _spoilt(self, line: bytes, *, sample: bool = True) -> None:
-        """One line that does not fit; before the first good row it is a banner.
+        """Count one malformed line; before the first good row it is a banner.
 
         Args:
             line: the line.
-            sample: it should have been a row, so that the rows after it come one sample later.
+            sample: whether it should have been a row, so that the following rows are one sample
+                later.
         """
         if self._count:
             self._malformed += 1
             self._skip += sample
-            self.misfit = self.misfit or MalformedLine(self._number, line, len(self.columns))
+            self.first_malformed = self.first_malformed or MalformedLine(
+                self._number, line, len(self.columns)
+            )
 
     def _collect(self) -> None:
         if self._rows:

@@ -1,4 +1,4 @@
-"""The one vocabulary of columns: which channel a name means, and in which unit it is."""
+"""The vocabulary of columns: the channel and the unit that a name means."""
 
 import re
 from dataclasses import replace
@@ -16,7 +16,7 @@ CHANNELS: dict[str, tuple[str, ...]] = {
     "throttle": ("throttle",),
 }
 """The channels of each sensor, in axis order."""
-SENSORS: dict[str, str] = {
+SENSOR_LETTERS: dict[str, str] = {
     word: channel
     for channel, words in {
         "a": "a acc accl accel accelerometer acceleration acceler accelero xl",
@@ -25,7 +25,7 @@ SENSORS: dict[str, str] = {
     }.items()
     for word in words.split()
 }
-SINGLE: dict[str, str] = {
+SINGLE_CHANNELS: dict[str, str] = {
     word: channel
     for channel, words in {
         "t": "t time timestamp timestamps ts micros millis tick ticks clock uptime timeus timems "
@@ -41,7 +41,7 @@ SINGLE: dict[str, str] = {
 _AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
 _SENSOR_AXIS = re.compile(r"(?P<sensor>[a-z]+)(?P<axis>[xyz012])")
 _LABELLED = re.compile(r"[:=]\s*[^\s:=]")
-"""``AccelX:0.12`` is a reading with its label and no name."""
+"""``AccelX:0.12`` is a reading with its label, not a name."""
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 
 _PHRASES: dict[tuple[str, ...], str] = {
@@ -70,30 +70,30 @@ _BESIDE_SENSORS = _set_of(
     "imu sensor sensors data field msg message raw cal uncal uncalibrated calibrated total ln wr "
     "shimmer adc smooth value val measurement axis header dev device including gravity"
 )
-"""What may stand in a name beside sensor and axis and changes nothing of what is measured."""
+"""Words in a name, besides sensor and axis, that do not change its meaning."""
 
-# the device has already taken gravity out of these, or left only gravity in
+# derived quantities, and accelerations from which the device has removed gravity
 _NOT_A_READING = re.compile(
     r"linear|(?<!including)gravity|quat|euler|orient|angle|yaw|pitch|roll|heading"
     r"|^(?:ypr|rpy|areal|aworld)$"
 )
 
 
-def no_reading(word: str) -> bool:
-    """Whether a name, squeezed, says that this is made of readings and is none itself."""
+def is_derived(word: str) -> bool:
+    """Whether a squeezed name means a derived quantity and not a reading."""
     return bool(_NOT_A_READING.search(word))
 
 
 def channel_of(name: str) -> str:
-    """``ax`` for "AccelX", "acc_x", "imu/acceleration.x", "acc.0"; ``""`` for what it is not."""
-    word = squeezed(name)
-    if no_reading(word):
+    """The channel of a name (``ax`` for "AccelX", "acc_x", "imu/acceleration.x"), or ``""``."""
+    word = squeeze_name(name)
+    if is_derived(word):
         return ""
-    if word in SINGLE:
-        return SINGLE[word]
+    if word in SINGLE_CHANNELS:
+        return SINGLE_CHANNELS[word]
     match = _SENSOR_AXIS.fullmatch(word)
-    if match is not None and match["sensor"] in SENSORS:
-        return SENSORS[match["sensor"]] + _AXES[match["axis"]]
+    if match is not None and match["sensor"] in SENSOR_LETTERS:
+        return SENSOR_LETTERS[match["sensor"]] + _AXES[match["axis"]]
     if _LABELLED.search(name):
         return ""
     words = [found.lower() for found in _WORD.findall(name)]
@@ -101,28 +101,28 @@ def channel_of(name: str) -> str:
 
 
 def sensor_word(word: str) -> str:
-    """``a``, ``g`` or ``m`` for a word that names a sensor, ``temp`` for one that names heat."""
+    """``a``, ``g`` or ``m`` for the name of a sensor, ``temp`` for a temperature, or ``""``."""
     word = word.lower()
-    if no_reading(word):
+    if is_derived(word):
         return ""
-    single = SINGLE.get(word, "")
-    return single if single == "temp" else SENSORS.get(word, "")
+    single = SINGLE_CHANNELS.get(word, "")
+    return single if single == "temp" else SENSOR_LETTERS.get(word, "")
 
 
-def squeezed(name: str) -> str:
-    """Nothing but the small letters and digits of a name."""
+def squeeze_name(name: str) -> str:
+    """A name reduced to lower-case letters and digits."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
 def _time_of(words: list[str]) -> str:
-    """``t`` for the words of "Time since start in ms", "field.header.stamp"."""
+    """``t`` if the words mean a time ("Time since start in ms", "header.stamp"), or ``""``."""
     if not _OF_TIME & set(words):
         return ""
     return "t" if set(words) <= _OF_TIME | _BESIDE_TIME else ""
 
 
 def _axis_of(words: list[str]) -> str:
-    """The channel of several words, one of which is the axis and at least one the sensor."""
+    """The channel of several words that name one sensor and one axis; or ``""``."""
     words = _parted(words)
     letters = [word for word in words if word in ("x", "y", "z")]
     if len(letters) > 1 or not words:
@@ -132,22 +132,22 @@ def _axis_of(words: list[str]) -> str:
     rest = [w for w in rest if w not in ("x", "y", "z")]
     if rest[1:] == ["rs", "s"]:  # EuRoC's w_RS_S_x: from the reference frame to the sensor's
         rest = rest[:1]
-    sensors = {SENSORS.get(w, "") for w in rest}
+    sensors = {SENSOR_LETTERS.get(w, "") for w in rest}
     return sensors.pop() + axis if len(sensors) == 1 and axis and "" not in sensors else ""
 
 
 def _parted(words: list[str]) -> list[str]:
-    """The words, with ``accx`` as two and ``imu0`` as one that says nothing."""
+    """The words, with ``accx`` split in two."""
     parts: list[str] = []
     for word in words:
         match = _SENSOR_AXIS.fullmatch(word)
-        known = match is not None and match["sensor"] in SENSORS
+        known = match is not None and match["sensor"] in SENSOR_LETTERS
         parts += [match["sensor"], match["axis"]] if match is not None and known else [word]
     return parts
 
 
 def _joined(words: list[str]) -> list[str]:
-    """The words, with each phrase that names a sensor as that sensor's letter."""
+    """The words, with each phrase that names a sensor replaced by its letter."""
     for phrase, letter in _PHRASES.items():
         for place in range(len(words) - len(phrase) + 1):
             if tuple(words[place : place + len(phrase)]) == phrase:
@@ -196,19 +196,19 @@ _LINEAR = re.compile(r"linear[\W_]*(?=acc)", re.IGNORECASE)
 _SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
 
-def column(name: str, file: str = "") -> Column:
-    """What one name in a header stands for.
+def column_of_name(name: str, file: str = "") -> Column:
+    """The column that a name in a header means.
 
     Args:
         name: the name.
-        file: name of the file, which says of which sensor the bare axes ``x``, ``y``, ``z`` are.
+        file: name of the file, which may name the sensor of the bare axes ``x``, ``y``, ``z``.
 
     Returns:
-        The column; its channel is ``""`` for a name that means nothing here, its unit ``""``
-        where the name does not say it. An unknown word in brackets stays as it is.
+        The column; its channel is ``""`` for an unknown name, its unit ``""`` if the name has
+        none. An unknown word in brackets stays as it is.
     """
     name = name.strip().strip("\"'").strip()
-    bare, unit = parts(name)
+    bare, unit = split_unit(name)
     index = _INDEXED.match(bare)
     bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
     channel = ""
@@ -218,32 +218,32 @@ def column(name: str, file: str = "") -> Column:
     if not channel and bare.lower() in ("x", "y", "z") and (sensor := _sensor_of_file(file)):
         channel = sensor + bare.lower()
     if channel and not unit:
-        unit = _IMPLIED.get(squeezed(bare), "degC" if channel == "temp" else "")
-    unit = units.unit_of(quantity_of(channel) or "", unit)
+        unit = _IMPLIED.get(squeeze_name(bare), "degC" if channel == "temp" else "")
+    unit = units.unit_for_sensor(quantity_of(channel) or "", unit)
     return Column(channel, unit if channel else "", name)
 
 
 def _sensor_of_file(file: str) -> str:
-    """The sensor that the name of a file such as ``Gyroscope.csv`` tells, or ""."""
+    """The sensor named by a file such as ``Gyroscope.csv``, or ""."""
     words = [word.lower() for word in _WORD.findall(PurePath(file).stem)]
     sensors = {sensor_word(w) for w in words if w.startswith(("acc", "gyr", "mag"))} - {""}
     return sensors.pop() if len(sensors) == 1 else ""
 
 
-def parts(name: str) -> tuple[str, str]:
-    """The name without its unit, and the unit; an index in brackets stays with the name."""
+def split_unit(name: str) -> tuple[str, str]:
+    """A name without its unit, and the unit; an index in brackets stays with the name."""
     if _INDEXED.match(name):
         return name, ""
     match = _BRACKETED.match(name) or _IN_UNIT.match(name)
     if match is None:
         return name, ""
-    unit = units.canonical(match["unit"])
+    unit = units.canonical_unit(match["unit"])
     return match["name"].strip(), unit
 
 
 def _of_unit(channel: str, bare: str, unit: str) -> str:
-    """The channel where the unit decides: ``X (rad/s)`` turns, ``T (°C)`` is no time."""
-    word = squeezed(bare)
+    """The channel, corrected by the unit: ``X (rad/s)`` is a rate, ``T (°C)`` is not a time."""
+    word = squeeze_name(bare)
     if word == "t" and unit in units.TEMPERATURE:
         return "temp"
     if channel or word not in ("x", "y", "z"):
@@ -252,8 +252,8 @@ def _of_unit(channel: str, bare: str, unit: str) -> str:
     return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
 
 
-def belongs(channel: str, unit: str) -> bool:
-    """Whether a unit can be one of this channel's."""
+def unit_belongs(channel: str, unit: str) -> bool:
+    """Whether a unit is valid for this channel."""
     sensor = quantity_of(channel)
     if not unit or sensor is None:
         return False
@@ -263,7 +263,7 @@ def belongs(channel: str, unit: str) -> bool:
 
 
 def quantity_of(channel: str) -> str | None:
-    """Which quantity of ``units.FACTORS`` a channel belongs to; None for counters and unknowns."""
+    """The quantity of ``units.FACTORS`` of a channel; None for counters and unknown channels."""
     names = {"t": "time", "temp": "temperature", "current": "current", "throttle": "throttle"}
     if channel in names:
         return names[channel]
@@ -272,29 +272,33 @@ def quantity_of(channel: str) -> str | None:
     return None
 
 
-def columns_named(names: list[str], file: str = "") -> tuple[Column, ...]:
-    """The columns that names stand for, each channel once.
+def columns_of_names(names: list[str], file: str = "") -> tuple[Column, ...]:
+    """The columns of several names, each channel once.
 
-    A first column without a name is the index that tables are written with. Where there is no
-    other accelerometer, ``linear_acceleration.x`` is one: ROS calls specific force so. (On phones
-    it is what is left without gravity, which the size of gravity shows.)
+    A first column without a name is the index of a table. If there is no other accelerometer,
+    ``linear_acceleration.x`` is one: it is the name of specific force in ROS. (On phones it
+    excludes gravity, which the magnitude of gravity shows.)
     """
-    columns = [column(name, file) for name in names]
+    columns = [column_of_name(name, file) for name in names]
     if names[:1] == [""]:
         columns[0] = Column("counter", name="column 1")
     if not any(quantity_of(one.channel) == "accelerometer" for one in columns):
-        again = [replace(column(_LINEAR.sub("", one.name)), name=one.name) for one in columns]
+        again = [
+            replace(column_of_name(_LINEAR.sub("", one.name)), name=one.name) for one in columns
+        ]
         columns = [
             new if quantity_of(new.channel) == "accelerometer" else one
             for one, new in zip(columns, again, strict=True)
         ]
-    return each_once(columns)
+    return unique_channels(columns)
 
 
-def each_once(columns: list[Column]) -> tuple[Column, ...]:
-    """Each channel at its first place only; of several times the one that says most."""
+def unique_channels(columns: list[Column]) -> tuple[Column, ...]:
+    """Each channel at its first position only; of several times, the most specific one."""
     times = [one for one in columns if one.channel == "t"]
-    best = min(times, key=lambda t: ("rtc" in t.name.lower(), not belongs("t", t.unit)), default="")
+    best = min(
+        times, key=lambda t: ("rtc" in t.name.lower(), not unit_belongs("t", t.unit)), default=""
+    )
     seen: set[str] = set()
     kept = []
     for one in columns:
@@ -309,30 +313,29 @@ def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | No
     """The columns that a line of names declares.
 
     Returns:
-        None where a field is a number, or where not two of the names are known, one of them an
-        axis.
+        None if a field is a number, or unless two of the names are known, one of them an axis.
     """
     if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
         return None
-    columns = columns_named(fields, file)
+    columns = columns_of_names(fields, file)
     channels = {one.channel for one in columns if one.channel}
     axes = any(len(channel) == 2 and quantity_of(channel) for channel in channels)
     return columns if len(channels) >= 2 and axes else None
 
 
-def with_units(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
-    """The columns with the units that stand in a line of their own below the names.
+def with_unit_line(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
+    """The columns with the units from a separate line below the names.
 
     Returns:
-        None where most words are no units of their columns.
+        None if most words are not units of their columns.
     """
     found = tuple(
-        replace(one, unit=units.unit_of(quantity_of(one.channel) or "", word))
+        replace(one, unit=units.unit_for_sensor(quantity_of(one.channel) or "", word))
         if one.channel
         else one
         for one, word in zip(columns, words, strict=True)
     )
-    good = [belongs(one.channel, one.unit) for one in found if one.channel]
+    good = [unit_belongs(one.channel, one.unit) for one in found if one.channel]
     return found if sum(good) > len(good) / 2 else None
 
 
@@ -340,6 +343,6 @@ def _with_suffix(name: str, axis: str) -> tuple[str, str]:
     """The channel and unit of a name that ends in its unit: ``acc_x_mg``, ``timestamp_ms``."""
     two = _TWO_WORDS.match(name)
     head, _, tail = (two["name"], "_", two["unit"]) if two else name.rpartition("_")
-    unit = _SUFFIXES.get(squeezed(tail), "") if head else ""
+    unit = _SUFFIXES.get(squeeze_name(tail), "") if head else ""
     channel = channel_of(head + axis) if unit else ""
     return channel, unit if channel else ""

@@ -1,14 +1,14 @@
-"""WitMotion's binary frames: ``55 | type | four int16 | sum``, some types for each sample.
+"""WitMotion's binary frames: ``55 | type | four int16 | sum``, several types per sample.
 
 Source: the protocol in the vendor's data sheets (WT901 and others), USB, serial and Bluetooth SPP.
 """
 
 import struct
+from collections import Counter
+from itertools import pairwise
 
-import numpy as np
-
-from imucal_wizard.acquire.decode.base import Column, DecodedRows, Format, MalformedLine
-from imucal_wizard.acquire.decode.frames import FrameCutter, FrameDetector, FrameShape, sum8
+from imucal_wizard.acquire.decode.base import Column, Format
+from imucal_wizard.acquire.decode.frames import FrameDecoder, FrameDetector, FrameShape, sum8
 
 _FRAME_BYTES = 11
 _TYPES = range(0x50, 0x60)
@@ -24,10 +24,10 @@ _USED = {
     ),
     _FIELD: ((1.0,) * 3, tuple(Column("m" + axis, "count", "m" + axis) for axis in "xyz")),
 }
-"""Factors and columns of the numbers in each type of frame. The scale of the field differs from
-model to model, so it stays in counts."""
+"""Factors and columns of the numbers in each frame type. The scale of the magnetometer differs
+between models, so it stays in counts."""
 _LEARNED_CYCLES = 3
-"""Whole samples from which the types of frame that make up one are learned."""
+"""Whole samples from which the frame types of a sample are learned."""
 
 SHAPE = FrameShape(
     sync=b"\x55",
@@ -37,57 +37,46 @@ SHAPE = FrameShape(
 )
 
 
-class WitMotionDecoder:
-    """One sample is one cycle of frame types; it is complete with the last of those used.
+class WitMotionDecoder(FrameDecoder):
+    """One sample is one cycle of frame types; the last type in use completes it.
 
     Args:
-        columns: the columns, where the user has named them otherwise.
+        columns: the columns, if the user has named them differently.
     """
 
-    name = "witmotion"
-    misfit: MalformedLine | None = None
-
     def __init__(self, columns: tuple[Column, ...] = ()) -> None:
+        super().__init__("witmotion", SHAPE)
         self._override = columns
-        self._cutter = FrameCutter(SHAPE)
         self._types: tuple[int, ...] = ()
         self._learning: list[tuple[bytes, bool]] = []
         self._sample: dict[int, list[float]] = {}
         self._incomplete = False
-        self._skip = 0
-        self._rows: list[list[float]] = []
-        self._skipped: list[int] = []
-        self._malformed = 0
-        self.columns: tuple[Column, ...] = ()
-
-    def feed(self, data: bytes) -> DecodedRows:
-        """Decode the samples that these bytes complete."""
-        for frame, gap in self._cutter.feed(data):
-            if self._types:
-                self._take(frame, gap)
-            else:
-                self._learn(frame, gap)
-        rows, self._rows = self._rows, []
-        skipped, self._skipped = self._skipped, []
-        malformed, self._malformed = self._malformed, 0
-        values = np.array(rows, np.float64).reshape(len(rows), len(self.columns))
-        return DecodedRows(values, malformed, (), tuple(skipped) if any(skipped) else ())
 
     def broken(self) -> None:
-        """Drop the unfinished frame and sample."""
-        self._cutter.broken()
+        """Drop the unfinished frame and sample after a break of the link."""
+        super().broken()
         self._sample.clear()
 
+    def _read(self, frame: bytes, gap: bool) -> None:
+        if self._types:
+            self._take(frame, gap)
+        else:
+            self._learn(frame, gap)
+
     def _learn(self, frame: bytes, gap: bool) -> None:
-        """Wait for some whole cycles, which show the types of frame in each."""
+        """Wait for several whole cycles, which show the frame types of a sample."""
         self._learning.append((frame, gap))
         types = [one[1] for one, _ in self._learning]
         starts = [i for i, kind in enumerate(types) if kind == _ACCELERATION]
         if len(starts) <= _LEARNED_CYCLES:
             del self._learning[: -_LEARNED_CYCLES * len(_TYPES)]
             return
-        cycle = types[starts[0] : starts[-1]]
-        self._types = tuple(kind for kind in dict.fromkeys(cycle) if kind in _USED)
+        cycles = Counter(
+            tuple(kind for kind in dict.fromkeys(types[a:b]) if kind in _USED)
+            for a, b in pairwise(starts)
+        )
+        # a cycle that lost a frame is rarer than whole ones, or shorter
+        self._types = max(cycles, key=lambda cycle: (cycles[cycle], len(cycle)))
         own = tuple(column for kind in self._types for column in _USED[kind][1])
         self.columns = self._override if len(self._override) == len(own) else own
         waiting, self._learning = self._learning[starts[0] :], []
@@ -95,7 +84,7 @@ class WitMotionDecoder:
             self._take(*one)
 
     def _take(self, frame: bytes, gap: bool) -> None:
-        """One frame; a sample of which a frame was lost is dropped."""
+        """Take one frame; drop a sample if one of its frames was lost."""
         kind = frame[1]
         if kind not in self._types:
             return
@@ -116,15 +105,13 @@ class WitMotionDecoder:
         if len(self._sample) < len(self._types):
             self._drop()
             return
-        self._rows.append([value for one in self._types for value in self._sample[one]])
-        self._skipped.append(self._skip)
-        self._skip = 0
+        self._row([value for one in self._types for value in self._sample[one]])
         self._sample.clear()
 
     def _drop(self) -> None:
-        """Count the sample of which a frame was lost, once."""
-        self._malformed += not self._incomplete
-        self._skip += not self._incomplete
+        """Count an incomplete sample once."""
+        if not self._incomplete:
+            self._lost()
         self._incomplete = True
         self._sample.clear()
 

@@ -1,17 +1,20 @@
-"""Files to readings, one file per file format."""
+"""Recordings from files: text, binary captures, sessions."""
 
-from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.acquire.files.recording_files import read_files
 
-__all__ = ["RecordingOptions", "read_files"]
+__all__ = ["RecordingOptions", "is_session", "read_files"]
+_SQLITE = b"SQLite format 3\0"
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What is known about the files beyond their content; each goes over what a header says.
+    """The user's statements about the files; each overrides a header.
 
     Attributes:
         columns: names of the columns in their order (``ax``, ``t[ms]``, ``-`` for none).
@@ -38,8 +41,17 @@ class RecordingOptions:
         }.get(sensor)
 
 
+def is_session(path: Path) -> bool:
+    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_SQLITE)) == _SQLITE
+    except OSError:
+        return False
+
+
 def __getattr__(name: str) -> object:
-    """``read_files`` on demand: it needs numpy, which the first screen does not.
+    """``read_files``, imported on demand because it needs numpy.
 
     Raises:
         AttributeError: there is no such name here.

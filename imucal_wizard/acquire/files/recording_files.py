@@ -1,57 +1,57 @@
-"""The one way in: files of one session, in whatever format, to one ``Readings``.
+"""Reads the files of one session, in any format, to one ``Readings``.
 
-The bytes go through the same decoders, columns, units and clocks as those of a stream; a file only
-has no arrivals, a first line that is whole, and nobody who could be asked.
+The bytes go through the same decoders, columns, units and clocks as those of a stream. A file has
+no arrival times, its first line is complete, and no questions can be asked.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from imucal_wizard.acquire.decode import format_names, formats
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
-from imucal_wizard.acquire.decode.delimited import split
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column
+from imucal_wizard.acquire.decode.delimited import split_fields
+from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     NotTextError,
+    decode_text,
+    decompress,
     read_bytes,
-    text_of,
-    unpacked,
 )
-from imucal_wizard.acquire.files.session_file import is_session, read_raw
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
-from imucal_wizard.core.output import harmless, sanitise
-from imucal_wizard.core.readings import Readings, Series, join
+from imucal_wizard.core.output import sanitise, without_control_characters
+from imucal_wizard.core.readings import Readings, Series, join_readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
-from imucal_wizard.measurement.data_quality import findings, refuse
+from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
 IMU_TK = "imu_tk"
 """Text pairs of imu_tk: one file for each sensor, lines ``t x y z`` with the time in seconds."""
 _PAIR = ("accelerometer", "gyroscope")
 _SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
 _BESIDE = ("temperature", "current")
-"""What stands beside the sensors and may come in several files."""
+"""Auxiliary quantities that may occur in several files."""
 _FED_BYTES = 1 << 20
 """Bytes fed at once."""
 _MAX_MISFITS = 0.3
-"""A file in which more than this share of the lines does not fit is not what it was taken for."""
+"""Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
-"""More than this share is no accident of a good link."""
+"""Share of malformed lines above which the link was bad."""
 
 
 @dataclass(frozen=True, eq=False)
 class FileSamples:
-    """What one file holds.
+    """The content of one file.
 
     Attributes:
         series: the samples of each sensor by its name.
-        warnings: what was noticed.
+        warnings: messages to the user.
     """
 
     series: dict[str, Series]
@@ -59,7 +59,7 @@ class FileSamples:
 
 
 def file_formats() -> tuple[str, ...]:
-    """Names of the formats that can be chosen; a session is known by its content."""
+    """Names of the formats that can be chosen; sessions are recognised by their content."""
     return (IMU_TK, *format_names())
 
 
@@ -68,12 +68,13 @@ def read_files(
 ) -> Readings:
     """The readings in the files of one session.
 
-    Files that hold different sensors, each with its own times, become one recording.
+    Files with different sensors, each with its own times, become one recording.
 
     Args:
         paths: the files.
-        options: what is known about them beyond their content.
-        field_alone: a magnetometer alone is enough; the accelerometer then has no samples.
+        options: the user's statements about them.
+        field_alone: whether a magnetometer alone is sufficient; the accelerometer then has no
+            samples.
 
     Raises:
         RecordingError: a file cannot be read, or lacks something; the message says what.
@@ -108,10 +109,10 @@ def read_files(
     readings = _readings(series, warnings)
     warnings += _apart(readings)
     try:
-        refuse(readings)
+        refuse_without_gravity(readings)
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
-    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *findings(readings)))))
+    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check_recording(readings)))))
 
 
 def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
@@ -131,15 +132,15 @@ def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
             return _read_session(path, options)
         return _read(path, options, place)
     except RecordingError as error:
-        says = str(error)
-        if str(path) not in says:
-            raise RecordingError(f"{path}: {says}", settings=error.settings) from None
+        message = str(error)
+        if str(path) not in message:
+            raise RecordingError(f"{path}: {message}", settings=error.settings) from None
         raise
 
 
 def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     """The samples in a file of text or of binary frames."""
-    data = unpacked(read_bytes(path))
+    data = decompress(read_bytes(path))
     name = options.as_format or AUTO
     setup = with_options(StreamSetup(format=name if name != IMU_TK else "csv"), options)
     if options.as_format == IMU_TK:
@@ -150,7 +151,7 @@ def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     if name in formats() and formats()[name].binary:
         return _samples([(0.0, data)], setup)
     try:
-        text, notes = text_of(data)
+        text, notes = decode_text(data)
     except NotTextError:
         if found := _binary_format(data):
             return _samples([(0.0, data)], replace(setup, format=found))
@@ -175,21 +176,21 @@ def _samples(
     """The samples in the bytes of a recording.
 
     Args:
-        pieces: arrival time (of no meaning) and bytes.
+        pieces: arrival times (not used) and bytes.
         setup: what is known of them.
-        file: name of the file, which may say of which sensor its bare axes are.
+        file: name of the file, which may name the sensor of its bare axes.
 
     Raises:
-        RecordingError: something is not known; the message says what to give.
+        RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
-    samples = decoded(intake, pieces)
+    samples = decode_pieces(intake, pieces)
     names = [c.name for c in intake.columns]
-    by_file = tuple(column(name, file) for name in names)
+    by_file = tuple(column_of_name(name, file) for name in names)
     bare = {name.lower() for name in names} >= {"x", "y", "z"}
-    if bare and not setup.columns and by_file != tuple(map(column, names)):
+    if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
         intake = Intake(replace(setup, columns=by_file), recording=True)
-        samples = decoded(intake, pieces)
+        samples = decode_pieces(intake, pieces)
     if samples is None:
         raise _unreadable(intake, setup)
     misfits = _misfits(intake)
@@ -199,46 +200,46 @@ def _samples(
     return FileSamples(samples.series, (*samples.warnings, *misfits))
 
 
-def decoded(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
-    """The samples in bytes with their arrival times, in order; None where there are none."""
+def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
+    """The samples in pieces of bytes with their arrival times; None if there are none."""
     parts = [intake.feed(data, arrival) for arrival, data in pieces]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
-    readings = join(found)
+    readings = join_readings(found)
     series = {name: getattr(readings, name) for name in _SERIES}
     there = {name: one for name, one in series.items() if one is not None and len(one)}
     return FileSamples(there, intake.warnings)
 
 
 def _misfits(intake: Intake) -> tuple[str, ...]:
-    """One warning about the lines that do not fit the columns.
+    """A warning about lines that do not fit the columns.
 
     Raises:
         RecordingError: they are too many.
     """
     count, rows = intake.malformed, intake.malformed + intake.rows
-    misfit = intake.misfit
+    malformed = intake.first_malformed
     if not count:
         return ()
     many = "1 line does" if count == 1 else f"{count} of {rows} lines do"
-    says = f"{many} not fit the columns"
-    if misfit is not None:
-        says += f", first line {misfit.number}: '{sanitise(misfit.line, 48)}'"
+    message = f"{many} not fit the columns"
+    if malformed is not None:
+        message += f", first line {malformed.number}: '{sanitise(malformed.line, 48)}'"
     if count > max(2, _MAX_MISFITS * rows):
         raise RecordingError(
-            f"{says}; name the columns of this file, or mend it", settings=("columns",)
+            f"{message}; name the columns of this file, or repair it", settings=("columns",)
         )
     if count > _MANY_MISFITS * rows:
-        return (f"{says}; left out. Check the cable and the speed before the next recording",)
-    return (f"{says}; left out",)
+        return (f"{message}; left out. Check the cable and the speed before the next recording",)
+    return (f"{message}; left out",)
 
 
 def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
-    """Why no samples came out, and which settings would help."""
+    """The reason why there are no samples, and the settings that would help."""
     notes, needs = intake.warnings, intake.needs
-    if intake.misfit is not None and (not needs or "columns" in needs):
-        return _other_width(intake.misfit)
+    if intake.first_malformed is not None and (not needs or "columns" in needs):
+        return _other_width(intake.first_malformed)
     if needs == ("sensor",):
         return RecordingError(f"no sensor is left. {' '.join(notes)}")
     if not needs:
@@ -264,30 +265,32 @@ def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     return RecordingError(" ".join(sentences), settings=tuple(settings))
 
 
-def _other_width(misfit: MalformedLine) -> RecordingError:
-    """What to say where no line has as many fields as columns are named."""
-    width = len(split(misfit.line))
-    says = f"{misfit.width} columns are named, but the first line of data has {width}"
-    if misfit.width < width <= 2 * misfit.width and b"." not in misfit.line:
+def _other_width(malformed: MalformedLine) -> RecordingError:
+    """The error if no line has as many fields as columns are named."""
+    width = len(split_fields(malformed.line))
+    message = f"{malformed.width} columns are named, but the first line of data has {width}"
+    if malformed.width < width <= 2 * malformed.width and b"." not in malformed.line:
         return RecordingError(
-            f"{says} fields and no decimal point: its numbers seem to be written with a decimal"
+            f"{message} fields and no decimal point: its numbers seem to be written with a decimal"
             " comma between commas; export it again with points, or with semicolons between the"
             " columns"
         )
     return RecordingError(
-        f"{says}: '{sanitise(misfit.line, 48)}'; name all {width} columns (- for one to leave out)",
+        f"{message}: '{sanitise(malformed.line, 48)}'; name all {width} columns (- skips a column)",
         settings=("columns",),
     )
 
 
 def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
-    """The samples of a session, from the bytes that were written down.
+    """The samples of a session, decoded from its bytes.
 
     Raises:
         SessionError: the file cannot be read.
         RecordingError: its bytes do not give samples.
     """
-    about, pieces = read_raw(path)
+    from imucal_wizard.acquire.files.session_file import read_setup_and_pieces  # SQLite
+
+    about, pieces = read_setup_and_pieces(path)
     try:
         setup = StreamSetup.from_json(about.get("setup", {}))
     except (UsageError, AttributeError) as error:
@@ -295,7 +298,7 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     if not pieces:
         raise RecordingError("nothing was received in this session; resume it and measure")
     intake = Intake(with_options(setup, options))
-    samples = decoded(intake, pieces)
+    samples = decode_pieces(intake, pieces)
     if samples is None:
         raise RecordingError(
             _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)
@@ -319,11 +322,11 @@ def _why_nothing(intake: Intake) -> str:
 
 
 def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
-    """The setup with what the user said over it.
+    """The setup with the user's statements.
 
     Raises:
         RecordingError: every column is left out.
-        UsageError: a name is no column.
+        UsageError: a name is not a column.
     """
     columns = setup.columns
     if options.columns:
@@ -346,7 +349,7 @@ def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
 def _merged(
     paths: Sequence[Path], samples: Sequence[FileSamples]
 ) -> tuple[dict[str, Series], list[str]]:
-    """Each sensor from the file that holds it.
+    """Each sensor from the file that contains it.
 
     Raises:
         RecordingError: two files hold the same sensor.
@@ -355,7 +358,7 @@ def _merged(
     source: dict[str, Path] = {}
     warnings: list[str] = []
     for path, one in zip(paths, samples, strict=True):
-        prefix = f"{harmless(path.name)}: " if len(paths) > 1 else ""
+        prefix = f"{without_control_characters(path.name)}: " if len(paths) > 1 else ""
         warnings += [prefix + text for text in one.warnings]
         for sensor, found in one.series.items():
             if sensor in _BESIDE and sensor in series:
@@ -370,7 +373,7 @@ def _merged(
 
 
 def _apart(readings: Readings) -> list[str]:
-    """A warning when the times of two sensors do not meet.
+    """A warning if the times of two sensors hardly overlap.
 
     Raises:
         RecordingError: they do not overlap at all.

@@ -1,8 +1,9 @@
-"""The inside of a session file: an SQLite database with the bytes as they came.
+"""The format of a session file: an SQLite database with the received bytes.
 
-Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (what the
-operator asked for, after which piece of bytes), ``hold``, ``rotation`` and ``event`` (what was made
-of them, for people and other programs; the program itself makes it again from the bytes).
+Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (the
+operator's commands, each with the number of the last piece of bytes before it), ``hold``,
+``rotation`` and ``event`` (results, for people and other programs; this program computes them
+again from the bytes).
 """
 
 import json
@@ -11,22 +12,22 @@ import shlex
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from imucal_wizard.acquire.files import is_session
 from imucal_wizard.core.errors import SessionError
-from imucal_wizard.core.output import harmless
-from imucal_wizard.core.quantities import how_often
+from imucal_wizard.core.output import without_control_characters
+from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.core.records import dataclass
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
-"""``IMUC`` in the header of the file, by which it is known."""
+"""``IMUC`` in the header of the file, which identifies sessions."""
 VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
 """How long opening a session waits for another program that is writing it."""
-_SQLITE = b"SQLite format 3\0"
 
 SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -44,11 +45,11 @@ CREATE TABLE event (id INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NU
 
 @dataclass(frozen=True)
 class Command:
-    """What the operator asked for, and when.
+    """A command of the operator and its position in the stream.
 
     Attributes:
         after_raw: number of the last piece of bytes taken before it.
-        sample_index: how many samples the procedure had been fed.
+        sample_index: number of samples that the procedure had received.
         name: the command.
         argument: its argument.
     """
@@ -59,24 +60,15 @@ class Command:
     argument: str
 
 
-def is_session(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(_SQLITE)) == _SQLITE
-    except OSError:
-        return False
-
-
 def connect(path: Path) -> sqlite3.Connection:
-    """Open an existing session file and make sure that it is one.
+    """Open an existing session file and verify it.
 
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
     """
     try:
         there = path.exists()
-    except OSError as error:  # a name that is too long, a folder that is closed to this user
+    except OSError as error:  # a name that is too long, a folder without permission
         raise SessionError(
             f"{path} cannot be read ({error.strerror}); check the name and who owns its folder"
         ) from error
@@ -84,7 +76,7 @@ def connect(path: Path) -> sqlite3.Connection:
         raise SessionError(f"{path}: there is no such session; check the name")
     if not is_session(path):
         raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")
-    with explaining(path), ExitStack() as on_failure:
+    with explain_errors(path), ExitStack() as on_failure:
         connection = sqlite3.connect(
             path, timeout=_BUSY_SECONDS, isolation_level=None, check_same_thread=False
         )
@@ -108,7 +100,7 @@ def _identify(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def session_error(path: Path, error: Exception) -> SessionError:
-    """What an error of the database means, and what to do."""
+    """The error of the database as a message that says what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
         return SessionError(
             f"{path} is being written by another imucal-wizard; close that one first"
@@ -124,8 +116,8 @@ def session_error(path: Path, error: Exception) -> SessionError:
 
 
 @contextmanager
-def explaining(path: Path) -> Iterator[None]:
-    """Turn errors of the database within into errors that say what to do.
+def explain_errors(path: Path) -> Iterator[None]:
+    """Convert errors of the database to errors that say what to do.
 
     Raises:
         SessionError: instead of an error of the database.
@@ -137,20 +129,20 @@ def explaining(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def understanding(path: Path) -> Iterator[None]:
-    """The same while values are taken from it: one of another kind than was written is damage.
+def explain_damage(path: Path) -> Iterator[None]:
+    """The same while values are read: a value of the wrong type is damage.
 
     Raises:
         SessionError: the file is damaged.
     """
     try:
-        with explaining(path):
+        with explain_errors(path):
             yield
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise session_error(path, error) from error
 
 
-def meta(connection: sqlite3.Connection) -> dict[str, Any]:
+def read_meta(connection: sqlite3.Connection) -> dict[str, Any]:
     """All settings by name."""
     rows = connection.execute("SELECT key, value FROM meta")
     try:
@@ -159,7 +151,7 @@ def meta(connection: sqlite3.Connection) -> dict[str, Any]:
         raise sqlite3.DatabaseError(f"a setting is garbled: {error}") from error
 
 
-def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
+def read_pieces(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
     """Number, arrival time in seconds and bytes of each piece, in order."""
     for number, arrival, data in connection.execute(
         "SELECT id, arrival, data FROM raw ORDER BY id"
@@ -171,7 +163,7 @@ def raw(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
 
 
 def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
-    """All that the operator asked for, in order."""
+    """All commands of the operator, in order."""
     for row in connection.execute(
         "SELECT after_raw, sample_index, name, argument FROM command ORDER BY id"
     ):
@@ -188,7 +180,7 @@ def corrections_note(path: Path) -> tuple[str, ...]:
     """
     if not is_session(path):
         return ()
-    with understanding(path), closing(connect(path)) as connection:
+    with explain_damage(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
         (count,) = connection.execute(
             "SELECT COUNT(*) FROM command WHERE name IN ('undo', 'repeat')"
@@ -196,18 +188,20 @@ def corrections_note(path: Path) -> tuple[str, ...]:
     if not count:
         return ()
     message = (
-        f"in the wizard something was taken back or repeated {how_often(count)}; here all samples "
-        f"of {harmless(path.name)} count, those as well"
+        f"in the wizard something was taken back or repeated {times_in_words(count)}; here all "
+        f"samples of {without_control_characters(path.name)} count, those as well"
     )
     return (message,)
 
 
-def read_raw(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
+def read_setup_and_pieces(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
     """The settings of a session and its bytes with their arrival times.
 
     Raises:
         SessionError: the file cannot be read.
     """
-    with understanding(path), closing(connect(path)) as connection:
+    with explain_damage(path), closing(connect(path)) as connection:
         connection.execute("PRAGMA query_only = 1")
-        return meta(connection), [(arrival, data) for _, arrival, data in raw(connection)]
+        return read_meta(connection), [
+            (arrival, data) for _, arrival, data in read_pieces(connection)
+        ]

@@ -5,12 +5,11 @@ from how many areas it holds (Archimedes: the area of a zone is its height), so 
 equal and about as wide as high, 20°.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 RINGS = (4, 11, 16, 19, 19, 16, 11, 4)
 """Areas in each ring from the bottom (−z) to the top; in proportion to the ring's circumference."""
@@ -53,17 +52,6 @@ def centres() -> FloatArray:
     turn = 2.0 * np.pi * (place + 0.5) / np.repeat(_COUNTS, _COUNTS)
     ring = np.sqrt(1.0 - z * z)
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
-
-
-def folds(count: int = 20, seed: int = 0) -> NDArray[np.intp]:
-    """Which areas are left out together: five scattered ones in each of ``count`` folds, (100,).
-
-    Every fold leaves out orientations whole, and the neighbours of each remain.
-    """
-    order = np.random.default_rng(seed).permutation(BINS)
-    fold = np.empty(BINS, np.intp)
-    fold[order] = np.arange(BINS) % count
-    return fold
 
 
 @dataclass(frozen=True)

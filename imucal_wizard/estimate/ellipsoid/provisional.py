@@ -6,12 +6,11 @@ of the middle of the readings). What no reading has seen keeps the prior's doubt
 from a new direction is not taken for a disturbance.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
@@ -25,7 +24,7 @@ from imucal_wizard.estimate.ellipsoid.surface import (
     sphere_near,
     symmetric_matrix,
 )
-from imucal_wizard.measurement.field_quality import LARGEST_SHELL_SCATTER
+from imucal_wizard.measurement.field_quality import MAX_SHELL_SCATTER
 
 SOFT_IRON_PRIOR = 0.12
 """Prior standard deviation of the matrix's entries beyond a multiple of the identity."""
@@ -125,7 +124,7 @@ def provisional(readings: FloatArray, last: Provisional | None = None) -> Provis
     found = None if last is None else _settled(cloud, start, _moved(last, cloud), ROUNDS_AGAIN)
     if found is None:
         found = _settled(cloud, start, start, PROVISIONAL_ROUNDS)
-    return None if found is None or found.noise > LARGEST_SHELL_SCATTER else found
+    return None if found is None or found.noise > MAX_SHELL_SCATTER else found
 
 
 def _settled(

@@ -5,12 +5,11 @@ readings are made dimensionless first, ``z = (y − centre) / span``, so that co
 with the same accuracy.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.magnitude import TRIANGLE
 
 ELLIPSOID_SIZE = 9

@@ -6,12 +6,13 @@ block shows a field that swings. The misfit of the model, which is the same when
 comes again, is measured beside it, so that a poor model is not taken for a disturbance.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 

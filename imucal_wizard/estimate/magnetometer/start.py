@@ -5,14 +5,13 @@ sample, which samples are disturbed, and which parameters the directions determi
 here, and what this chapter refuses is refused for every method.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, bin_of
 from imucal_wizard.estimate.ellipsoid.robust import robust_start
@@ -31,10 +30,10 @@ from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
     check_scatter,
-    no_shell,
+    missing_shell,
     stuck_samples,
 )
-from imucal_wizard.measurement.rounding import rounding_shift, steps_of
+from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 from imucal_wizard.model.identifiability import BIAS, SCALE, amplification, basis_of
 
 MIN_UNDISTURBED = 0.6
@@ -144,12 +143,12 @@ def field_start(series: Series) -> FieldStart:
         with np.errstate(all="ignore"):
             return _started(series, make_cloud(series.values))
     except np.linalg.LinAlgError:
-        raise no_shell(series.values) or DataError(NO_ELLIPSOID) from None
+        raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
 
 
 def _started(series: Series, cloud: Cloud) -> FieldStart:
     theta = _robust(cloud, series.values)
-    steps = steps_of(series.values) / cloud.span
+    steps = resolution_of(series.values) / cloud.span
     kept = np.ones(len(series), bool)
     for _ in range(DISTURBANCE_ROUNDS):
         distance, seen = locate(theta, cloud.points)
@@ -197,14 +196,14 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
     try:
         theta, sigma = robust_start(points, WHOLE.quadrics)
     except DataError as error:
-        raise no_shell(readings) or error from None
+        raise missing_shell(readings) or error from None
     if stuck:
         check_saturation(stuck, locate(theta, cloud.points)[0])
     check_scatter(sigma, radius_of(theta), readings)
     try:
         return _refined(points, theta, sigma)
     except DataError as error:
-        raise no_shell(readings) or error from None
+        raise missing_shell(readings) or error from None
 
 
 def _check_many(cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray]) -> None:

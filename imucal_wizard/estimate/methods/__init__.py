@@ -6,13 +6,13 @@ sensor, which is no method of this package, does not pay for them.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.records import dataclass
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.result import SensorFit

@@ -13,12 +13,11 @@ and step 2 fits ``W⁻²`` to the samples about its centre,
 repair.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.surface import PLACES, positive_root
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method

@@ -14,13 +14,13 @@ several minima, the more the flatter the field.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import quarter_turns, rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.distributions import exceeded
 

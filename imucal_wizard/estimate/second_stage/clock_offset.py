@@ -6,11 +6,12 @@ does so only for the right offset τ. A is the attitude integrated from the gyro
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 
 OFFSETS_TRIED = np.linspace(-0.5, 0.5, 51)
 """Offsets tried, s: more is not one device's."""

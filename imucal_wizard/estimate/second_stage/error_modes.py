@@ -5,12 +5,11 @@ variance one, with ``C = Σ d_k d_kᵀ``; each d_k is an error mode of one stand
 that rests on two calibrations (the alignment of two sensors, a heading) moves with all their modes.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, symmetric_matrix
 from imucal_wizard.estimate.magnitude import TRIANGLE, triangle
 from imucal_wizard.estimate.result import SensorFit

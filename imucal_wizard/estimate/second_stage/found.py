@@ -1,10 +1,9 @@
 """What the second stage found, as report, JSON and text show it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.estimate.second_stage.clock_offset import ClockOffset
 from imucal_wizard.estimate.second_stage.error_modes import ErrorModes

@@ -6,13 +6,13 @@ upright there is none.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quaternions import rotation_matrix
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.second_stage.alignment import Alignment

@@ -1,1 +1,1 @@
-"""The magnetometer's step: turned through circles by hand, judged while it turns."""
+"""The magnetometer's step: circles turned by hand, evaluated while the device turns."""

@@ -1,4 +1,4 @@
-"""Problems of the magnetometer's step in words: disturbances, faults, silence."""
+"""Checks of the magnetometer's step: disturbances, faults, silence."""
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.procedure import (
@@ -15,17 +15,18 @@ from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.field_quality import (
+    CONSTANT_FIELD,
     check_field,
     check_readings,
     check_saturation,
     check_scatter,
-    no_shell,
+    missing_shell,
     stuck_samples,
 )
 
 
 def how_far(off: float, magnitude: float | None, unit: str) -> str:
-    """By how much the field is off: "12 µT too much", "8 % too little"."""
+    """The deviation of the field: "12 µT too much", "8 % too little"."""
     sense = "much" if off > 0.0 else "little"
     if magnitude is None or unit == COUNT:
         return f"{100.0 * abs(off):.0f} % too {sense}"
@@ -39,7 +40,7 @@ def disturbance_text(off: float, magnitude: float | None, unit: str) -> str:
 
 
 def left_out_spans(survey: Survey, unit: str) -> tuple[tuple[float, float, str], ...]:
-    """The disturbed spans: from, to, s, and how far the field was off."""
+    """The disturbed spans: start and end, s, and the deviation of the field."""
     magnitude = None if survey.fit is None else survey.fit.magnitude
     return tuple(
         (start, end, f"the field was {how_far(off, magnitude, unit)}")
@@ -48,44 +49,39 @@ def left_out_spans(survey: Survey, unit: str) -> tuple[tuple[float, float, str],
 
 
 def silence(seconds: float) -> str:
-    """Message about a sensor that has sent nothing for so long."""
+    """Message about a sensor that has sent nothing for some seconds, or ""."""
     if seconds < SILENT_SECONDS:
         return ""
-    return f"the magnetometer has sent nothing for {seconds:.0f} s: look at its wiring"
+    return f"the magnetometer has sent nothing for {seconds:.0f} s: check its wiring"
 
 
 def constant(seconds: float) -> str:
-    """Message about a sensor that has sent one value for so long while it was turned."""
-    if seconds < SILENT_SECONDS:
-        return ""
-    return (
-        "the magnetometer sends one and the same value: it is not there, or asleep. Look at its "
-        "wiring, address and sketch"
-    )
+    """Message about a sensor whose value stayed the same during rotation, or ""."""
+    return CONSTANT_FIELD if seconds >= SILENT_SECONDS else ""
 
 
 def resting(seconds: float) -> str:
-    """Message about a device that lies still."""
-    return "it does not turn: turn it once round" if seconds >= RESTING_SECONDS else ""
+    """Message about a device that lies still, or ""."""
+    return "the device does not turn: turn it once round" if seconds >= RESTING_SECONDS else ""
 
 
 def lasting(seconds: float) -> str:
-    """Message about a disturbance that stays."""
+    """Message about a disturbance that does not end, or ""."""
     if seconds < LASTING_SECONDS:
         return ""
     return (
-        "the field has changed and stays so: take away what came near, or begin the step again "
-        "in another place"
+        "the field has changed and stays changed: remove what came near, or repeat the step in "
+        "another place"
     )
 
 
 def fault(survey: Survey, unit: str, *, flat: bool) -> str:
-    """The reason for which a calibration would be refused, or "".
+    """The reason for which the fit would reject these samples, or "".
 
     Args:
         survey: the samples.
-        unit: theirs.
-        flat: whether more than one circle has been turned, so that a plane is too little.
+        unit: of the samples.
+        flat: whether samples in one plane are a fault, because there is more than one circle.
     """
     try:
         _check(survey, unit, flat=flat)
@@ -95,16 +91,18 @@ def fault(survey: Survey, unit: str, *, flat: bool) -> str:
 
 
 def _check(survey: Survey, unit: str, *, flat: bool) -> None:
-    """The same as an error.
+    """The same check as an error.
 
     Raises:
-        DataError: something is wrong.
+        DataError: the reason.
     """
     readings, fit = survey.samples, survey.fit
     if flat:
         check_readings(readings)
         if fit is None:
-            raise no_shell(readings) or DataError("the magnetometer's readings are of no field")
+            raise missing_shell(readings) or DataError(
+                "the magnetometer's readings are of no field"
+            )
     if fit is None or survey.worst > MAX_SHOWN_DOUBT:
         return
     distance = fit.look(readings)[0]
@@ -117,14 +115,14 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
 
 
 class Disturbance:
-    """Follows a disturbance from its beginning to its end.
+    """Follows a disturbance from its start to its end.
 
     Args:
-        context: where it is said.
+        context: takes the events.
 
     Attributes:
-        now: what disturbs at this block, or "".
-        lasting: for how long it has, s.
+        now: message about the present disturbance, or "".
+        lasting: duration of the present disturbance, s.
     """
 
     def __init__(self, context: Context) -> None:
@@ -137,18 +135,18 @@ class Disturbance:
         self.lasting = self._quiet = 0.0
 
     def follow(self, survey: Survey, unit: str, seconds: float) -> None:
-        """Follow the judgement of the newest block.
+        """Take the evaluation of the newest block.
 
         Args:
             survey: the samples.
-            unit: theirs.
-            seconds: since the last look.
+            unit: of the samples.
+            seconds: since the last call.
         """
         if not len(survey.disturbed) or not survey.disturbed[-1]:
             self._calm_down(seconds)
             return
         if not self.now:
-            text = "The field is disturbed: what comes now is left out."
+            text = "The field is disturbed: new samples are left out."
             self._context.emit(EventKind.WARNING, text)
         magnitude = None if survey.fit is None else survey.fit.magnitude
         self.now = disturbance_text(float(survey.off[-1]), magnitude, unit)
@@ -160,5 +158,5 @@ class Disturbance:
         if self.now and self._quiet >= DISTURBANCE_QUIET_SECONDS - TIME_TOLERANCE:
             self.forget()
             self._context.emit(
-                EventKind.FIELD_BACK, "The field is as before: what comes now counts."
+                EventKind.FIELD_BACK, "The disturbance is over: new samples count again."
             )

@@ -1,8 +1,8 @@
 """Which motion fills the largest gap.
 
-A device turned once about the vertical carries the field round a circle about the direction that
-points down: its angle from there is what the dip leaves of a right angle. So every pose has its own
-circle on the sphere, and the best pose is the one whose circle crosses most of what is empty.
+When the device turns once about the vertical, the field runs round a circle about the direction
+that points down in the body frame. Its angle from there is 90° minus the dip. So every pose has its
+own circle on the sphere; the best pose is the one whose circle crosses the most empty areas.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.limits.procedure import FACE_GAIN_SHARE
-from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, turn_towards
+from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, rotation_towards
 from imucal_wizard.core.quantities import true_minus
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.estimate.ellipsoid.coverage import GAP, bin_of
 from imucal_wizard.guide.field.survey import Survey
 
 STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
-"""Of a circle, rad: some for each area that it crosses."""
+"""Angles on a circle, rad; several for each area that the circle crosses."""
 
 
 def down_component(survey: Survey) -> float | None:
-    """Mean share of the field that points down (the sine of the dip); None before it is known."""
+    """Mean share of the field that points down (the sine of the dip); None if not known yet."""
     up = survey.log.up[: len(survey.disturbed)]
     rows = np.isfinite(up).all(axis=1) & ~survey.disturbed
     if survey.fit is None or not rows.any():
@@ -37,7 +37,7 @@ def gains(counts: NDArray[np.intp], down: float, poses: Iterable[str]) -> dict[s
     Args:
         counts: samples in each area, shape (100,).
         down: see ``down_component``.
-        poses: what points down, by the names of ``poses.DIRECTIONS``.
+        poses: names in ``poses.DIRECTIONS`` of what points down.
     """
     empty = np.zeros(len(counts))
     few = counts < len(GAP)
@@ -56,11 +56,11 @@ def crossed(direction: FloatArray, down: float) -> NDArray[np.intp]:
     across /= np.linalg.norm(across)
     level = np.outer(across, np.cos(STEPS)) + np.outer(np.cross(direction, across), np.sin(STEPS))
     path = np.sqrt(max(1.0 - down * down, 0.0)) * level + down * direction[:, None]
-    return np.unique(bin_of(path))
+    return distinct(bin_of(path))
 
 
 def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> str | None:
-    """The missing face whose circle fills most, a near one before a far one.
+    """The missing face whose circle fills the most areas; of similar ones the nearest.
 
     Args:
         survey: the samples.
@@ -73,11 +73,11 @@ def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> 
     fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
     enough = FACE_GAIN_SHARE * max(fills.values())
     near = [face for face in missing if fills[face] >= enough]
-    return min(near, key=lambda face: round(turn_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+    return min(near, key=lambda face: round(rotation_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
 
 
 def next_motion(survey: Survey) -> str | None:
-    """The face, edge or corner to hold down that fills most; None if all areas are full."""
+    """The face, edge or corner whose circle fills the most areas; None if all are full."""
     down = down_component(survey)
     fills = {} if down is None else gains(survey.counts, down, DIRECTIONS)
     best = max(fills, key=fills.__getitem__, default=None)
@@ -85,12 +85,12 @@ def next_motion(survey: Survey) -> str | None:
 
 
 def opposite(pose: str) -> str:
-    """The opposite pose: it is up when this one is down."""
+    """The pose that is up when this one is down."""
     return pose.translate(str.maketrans("+-", "-+"))
 
 
 def sentence(pose: str) -> str:
-    """The instruction in plain words."""
+    """The instruction for a circle with this pose down."""
     faces = [true_minus(pose[i : i + 2].upper()) for i in range(0, len(pose), 2)]
     if len(faces) == 1:
         return f"put {faces[0]} on the table and turn it once round"

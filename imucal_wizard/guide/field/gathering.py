@@ -1,4 +1,4 @@
-"""From blocks to the samples of circles: which are new, on which face, how far it has turned."""
+"""Assigns the magnetometer's samples to circles by the face that is down."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from imucal_wizard.core.limits.procedure import (
     STIR_SECONDS,
     STIR_SHARE,
 )
-from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between, nearest
+from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between, nearest_pose
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
@@ -36,15 +36,15 @@ class FaceWatch:
 
     @property
     def steady(self) -> str | None:
-        """The face that lies on the table."""
+        """The face that has been down long enough to lie on the table, or None."""
         return self.face if self.seconds >= FACE_STEADY_SECONDS else None
 
     def follow(self, up: FloatArray | None, seconds: float) -> None:
         """Take the next block.
 
         Args:
-            up: up direction in the body frame, or None where it is not known.
-            seconds: how long the block lasts.
+            up: up direction in the body frame, or None if it is not known.
+            seconds: duration of the block.
         """
         face = None if up is None else self._pointing_down(up)
         self.seconds = self.seconds + seconds if face == self.face else 0.0
@@ -54,23 +54,23 @@ class FaceWatch:
         now = self.face
         if now is not None and np.degrees(angle_between(-up, DIRECTIONS[now])) < FACE_STAYS_DEG:
             return now
-        return nearest(-up, FACES, FACE_NEAR_DEG)
+        return nearest_pose(-up, FACES, FACE_NEAR_DEG)
 
 
 class Gathering:
     """Gathers the samples of the step.
 
     Args:
-        context: what all steps see.
+        context: shared by all steps.
 
     Attributes:
-        survey: what the samples say.
-        faces: which face lies on the table.
-        circle: the circle under way, or None.
+        survey: evaluation of the samples.
+        faces: the face that is down.
+        circle: the present circle, or None.
         unit: of the samples.
-        still: for how long the device has been at rest, s.
-        silent: for how long no sample has come, s.
-        constant: for how long no new one has come while the device turned, s.
+        still: duration of the present rest, s.
+        silent: time since the last sample, s.
+        constant: time without a changed value while the device turned, s.
     """
 
     def __init__(self, context: Context) -> None:
@@ -78,7 +78,7 @@ class Gathering:
         self.clear()
 
     def clear(self) -> None:
-        """Nothing has been measured."""
+        """Forget all samples."""
         self.survey = Survey()
         self.faces = FaceWatch()
         self.circle: KeptCircle | None = None
@@ -89,7 +89,7 @@ class Gathering:
         self._recent: list[tuple[float, FloatArray]] = []
 
     def look(self) -> None:
-        """Judge all samples again, without circles that were taken back."""
+        """Evaluate all samples again, without the circles that were taken back."""
         circles = self._context.measurements.circles
         if self.circle is not None and self.circle not in circles:
             self.circle = None
@@ -98,7 +98,7 @@ class Gathering:
 
     @property
     def turned(self) -> float:
-        """How much of the circle under way has been turned, degrees."""
+        """Angle turned in the present circle, degrees."""
         return 0.0 if self.circle is None else self.survey.turned(self.circle.number)
 
     def follow(self, block: Block) -> None:
@@ -112,7 +112,7 @@ class Gathering:
         self.still = self.still + block.seconds if self._rests() else 0.0
         start = float(block.summary.start[0])
         if abs(start - self._end) > MAX_BLOCK_GAP:
-            self.circle = None  # how far it was turned in between is unknown
+            self.circle = None  # the angle turned during the gap is unknown
         self._end = block.end
         before, after = self._turn(block)
         spoke = block.field is not None and len(block.field) > 0
@@ -131,7 +131,7 @@ class Gathering:
         )
 
     def _rests(self) -> bool:
-        """Whether the device does not turn; a smooth turn is seen by a gyroscope or the field."""
+        """Whether the device rests; a smooth rotation shows in the gyroscope or in the field."""
         fit = self.survey.fit
         if not self._context.still or fit is None or not self._recent:
             return self._context.still
@@ -139,7 +139,7 @@ class Gathering:
         return bool(np.ptp(second, axis=0).max() < STIR_SHARE * fit.magnitude)
 
     def _new(self, block: Block) -> FloatArray:
-        """Readings that are numbers, and not merely the last one written down again, (n, 3)."""
+        """Finite readings that differ from the one before, shape (n, 3)."""
         if block.field is None:
             return np.zeros((0, 3))
         self.unit, values = block.field.unit, block.field.values
@@ -165,7 +165,7 @@ class Gathering:
         return before, self._angle
 
     def _belongs_to(self) -> KeptCircle:
-        """The circle that a sample is of now: a face that comes to lie there begins a new one."""
+        """The circle of the present samples; a new face on the table begins a new circle."""
         face, circle = self.faces.steady, self.circle
         if circle is None:
             return self._begin(face or "")

@@ -1,6 +1,4 @@
-"""The magnetometer's samples, by the block of the stream in which they came."""
-
-from dataclasses import dataclass
+"""Storage of the magnetometer's samples, by blocks of the stream."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +9,17 @@ from imucal_wizard.core.limits.procedure import (
     MIDDLE_SAMPLES,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, by_area
 
 _INITIAL_ROWS = 256
 
 
 class Growing:
-    """An array that grows at its end; views of earlier rows stay valid.
+    """An array that rows are appended to; views of earlier rows stay valid.
 
     Args:
-        width: columns.
+        width: number of columns.
     """
 
     def __init__(self, width: int) -> None:
@@ -32,7 +31,7 @@ class Growing:
 
     @property
     def rows(self) -> FloatArray:
-        """All rows, shape (n, width); a view that later rows do not change."""
+        """All rows, shape (n, width), as a view that later rows do not change."""
         return self._table[: self._count]
 
     def add(self, rows: FloatArray) -> None:
@@ -47,7 +46,7 @@ class Growing:
 
 
 class FieldRecord:
-    """Keeps the samples for the fit, which looks at rests and rotations, too."""
+    """All samples of the session; the fit also uses those outside the magnetometer's step."""
 
     def __init__(self) -> None:
         self._rows = Growing(4)
@@ -59,7 +58,7 @@ class FieldRecord:
         self._rows.add(np.column_stack([series.time, series.values]))
 
     def series(self) -> Series | None:
-        """All of them, or None."""
+        """All samples, or None if there are none."""
         if not len(self._rows):
             return None
         rows = self._rows.rows
@@ -67,11 +66,11 @@ class FieldRecord:
 
 
 MAX_SAMPLES = MAX_SAMPLES_PER_AREA * BINS
-"""Samples kept before it is known where they lie."""
+"""Samples kept before their areas are known."""
 
 
 class Thinned:
-    """Samples and the block each belongs to, in the order of time."""
+    """A bounded number of samples with the block of each, in time order."""
 
     def __init__(self) -> None:
         self.values: FloatArray = np.zeros((0, 3))
@@ -88,17 +87,17 @@ class Thinned:
             self.keep(np.arange(len(self)) % 2 == 0)
 
     def keep(self, rows: BoolArray) -> None:
-        """Drop all others."""
+        """Keep only these samples."""
         self.values, self.block = self.values[rows], self.block[rows]
 
     def thin(self, areas: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Leave at most ``MAX_SAMPLES_PER_AREA`` in an area, spread over the time.
+        """Keep at most ``MAX_SAMPLES_PER_AREA`` samples of each area, spread over time.
 
         Args:
             areas: area of each sample.
 
         Returns:
-            The areas of the samples that stay.
+            The areas of the samples that are kept.
         """
         count = np.bincount(areas, minlength=BINS)
         if count.max(initial=0) <= MAX_SAMPLES_PER_AREA:
@@ -118,14 +117,14 @@ class FieldBlock:
     """A block with samples of the magnetometer.
 
     Attributes:
-        start: s.
-        end: s.
-        values: new readings in it, shape (n, 3).
+        start: begin, s.
+        end: end, s.
+        values: new readings, shape (n, 3).
         circle: number of the circle it belongs to.
-        down: whether that circle's face lies on the table.
-        before: angle about the vertical at its beginning, degrees; NaN where unknown.
-        after: the same at its end.
-        up: up direction in the body frame, shape (3,); NaN where unknown.
+        down: whether the face of that circle is on the table.
+        before: angle about the vertical at the start of the block, degrees; NaN if unknown.
+        after: the same at the end of the block.
+        up: up direction in the body frame, shape (3,); NaN if unknown.
     """
 
     start: float
@@ -139,7 +138,7 @@ class FieldBlock:
 
 
 class Log:
-    """The blocks in the order of time."""
+    """The blocks in time order."""
 
     def __init__(self) -> None:
         self._rows = Growing(14)
@@ -158,42 +157,42 @@ class Log:
 
     @property
     def start(self) -> FloatArray:
-        """When each began, s, shape (n,)."""
+        """Start of each block, s, shape (n,)."""
         return self._rows.rows[:, 0]
 
     @property
     def end(self) -> FloatArray:
-        """When each ended, s."""
+        """End of each block, s."""
         return self._rows.rows[:, 1]
 
     @property
     def circle(self) -> FloatArray:
-        """Number of the circle each belongs to."""
+        """Number of each block's circle."""
         return self._rows.rows[:, 2]
 
     @property
     def down(self) -> BoolArray:
-        """Whether the circle's face lay on the table."""
+        """Whether the face of the circle was on the table."""
         return self._rows.rows[:, 3] > 0.0
 
     @property
     def angles(self) -> tuple[FloatArray, FloatArray]:
-        """Angle about the vertical at the beginning and at the end of each, degrees."""
+        """Angle about the vertical at the start and at the end of each block, degrees."""
         return self._rows.rows[:, 4], self._rows.rows[:, 5]
 
     @property
     def count(self) -> FloatArray:
-        """New samples in each."""
+        """Number of new samples in each block."""
         return self._rows.rows[:, 6]
 
     @property
     def averaged(self) -> FloatArray:
-        """How many samples ``reading`` is the mean of."""
+        """Number of samples averaged in ``reading``."""
         return self._rows.rows[:, 7]
 
     @property
     def reading(self) -> FloatArray:
-        """Reading in the middle of each, shape (n, 3)."""
+        """Mean reading in the middle of each block, shape (n, 3)."""
         return self._rows.rows[:, 8:11]
 
     @property
@@ -202,7 +201,7 @@ class Log:
         return self._rows.rows[:, 11:14]
 
     def stretches(self, rows: BoolArray) -> list[slice]:
-        """Chosen blocks that follow one another, as stretches of indices."""
+        """The chosen blocks as runs of consecutive blocks without a gap."""
         chosen = np.flatnonzero(rows)
         if not len(chosen):
             return []

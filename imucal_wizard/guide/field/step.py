@@ -15,7 +15,7 @@ from imucal_wizard.core.limits.procedure import (
     SLIGHT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
-from imucal_wizard.core.poses import DIRECTIONS, FACES, turn_towards
+from imucal_wizard.core.poses import DIRECTIONS, FACES, rotation_towards
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
@@ -24,7 +24,7 @@ from imucal_wizard.guide.field.gathering import Gathering
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.measurements import KeptCircle, KeptHold
 from imucal_wizard.guide.state import GOOD, FieldStatus, Offer, Status
-from imucal_wizard.guide.wording import TURN_ABOUT, TURN_ROUND, how_to_turn, label, lay_down
+from imucal_wizard.guide.wording import TUMBLE, TURN_ROUND, how_to_turn, label, lay_down
 from imucal_wizard.measurement.stillness import Block
 
 
@@ -41,15 +41,15 @@ class Patience:
 
     @property
     def over(self) -> bool:
-        """Whether the way on is open."""
+        """Whether the waiting has lasted long enough."""
         return self.waiting >= FIELD_PATIENCE - TIME_TOLERANCE
 
     def wait(self, seconds: float, progress: float) -> bool:
-        """Let some seconds pass; whether that was the last straw.
+        """Count time; returns whether the patience has just run out.
 
         Args:
-            seconds: how many.
-            progress: how far it has come by now, in any measure.
+            seconds: time since the last call.
+            progress: present progress, in any unit.
         """
         was_over = self.over
         if progress > self._most:
@@ -60,17 +60,17 @@ class Patience:
 
 
 class FieldStage:
-    """Takes circles until coverage and fit suffice.
+    """Takes circles until coverage and fit error are good.
 
     Args:
-        context: what all steps see.
+        context: shared by all steps.
 
     Attributes:
-        gathered: the samples and what they say.
-        wanted: the face to be laid on the table, or None.
-        advice: which motion fills the largest gap.
-        trouble: why no calibration can come of it so far, or "".
-        turned: how much of the circle under way has been turned, degrees.
+        gathered: the samples and their evaluation.
+        wanted: the face to lay on the table, or None.
+        advice: the motion that fills the largest gap.
+        trouble: why these samples give no calibration, or "".
+        turned: angle turned in the present circle, degrees.
     """
 
     seconds = 0.0
@@ -90,19 +90,19 @@ class FieldStage:
 
     @property
     def done(self) -> tuple[str, ...]:
-        """Faces with a whole circle."""
+        """Faces with a complete circle."""
         whole = {circle.face for circle in self._context.measurements.circles if circle.complete}
         return tuple(face for face in FACES if face in whole)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Faces without."""
+        """Faces without a complete circle."""
         done = self.done
         return tuple(face for face in FACES if face not in done)
 
     @property
     def good(self) -> bool:
-        """Coverage and fit suffice."""
+        """Whether coverage and fit error are good."""
         survey = self.gathered.survey
         if self.trouble or survey.quality is None or survey.worst > MAX_ACCEPTED_DOUBT:
             return False
@@ -111,16 +111,16 @@ class FieldStage:
 
     @property
     def finished(self) -> bool:
-        """Coverage and fit suffice, or the operator has accepted them."""
+        """Whether coverage and fit error are good, or the operator has accepted them."""
         return self._accepted or self.good
 
     @property
     def tally(self) -> tuple[float, float]:
-        """Whole circles, and six."""
+        """Complete circles, and six."""
         return float(len(self.done)), float(len(FACES))
 
     def hardly_begun(self, circle: KeptCircle) -> bool:
-        """Whether there is too little in a circle for undo to be about it."""
+        """Whether a circle is too short to be what undo means."""
         survey = self.gathered.survey
         if circle.complete:
             return False
@@ -129,7 +129,7 @@ class FieldStage:
         return survey.seconds(circle.number) < SLIGHT_SECONDS
 
     def enter(self) -> None:
-        """Continue with the circles that were not taken back; an accepted step is open again."""
+        """Continue with the circles that were not taken back; reopen an accepted step."""
         if not self._context.measurements.circles:
             self.gathered.clear()
         self._reopened = (self._reopened or self._accepted) and bool(
@@ -140,7 +140,7 @@ class FieldStage:
         self._look()
 
     def completed(self, kept: KeptHold) -> None:
-        """No hold is asked for."""
+        """This step needs no hold."""
 
     def accept(self) -> None:
         """Accept the present coverage."""
@@ -148,12 +148,12 @@ class FieldStage:
         self._accepted = True
 
     def end(self) -> None:
-        """No more samples: those there are have to do, if they are enough to try."""
+        """The data have ended: accept the samples if a fit can be tried with them."""
         self._look()
         self._accepted |= self.gathered.survey.kept >= MIN_FIELD_SAMPLES
 
     def follow(self, block: Block) -> None:
-        """Take the next block; look at everything five times a second."""
+        """Take the next block; evaluate all samples five times a second."""
         self.gathered.follow(block)
         self._unseen += block.seconds
         if self._unseen >= FIELD_UPDATE_SECONDS - TIME_TOLERANCE:
@@ -184,11 +184,11 @@ class FieldStage:
 
     @property
     def _elsewhere(self) -> bool:
-        """Another face than the one asked for is down: it need not turn there."""
+        """Whether another face than the wanted one is down; the device need not turn there."""
         return self.wanted is not None and self.wanted != self.gathered.faces.face
 
     def _choose(self) -> None:
-        """The face to go to, or any motion once there is none; the asked-for stays until taken."""
+        """Choose the next face, or a motion if all faces are done; a chosen face stays."""
         survey, missing, faces = self.gathered.survey, self.missing, self.gathered.faces
         if faces.steady in missing:
             self.wanted = faces.steady
@@ -198,7 +198,7 @@ class FieldStage:
         self.advice = coverage.sentence(motion) if motion else ""
 
     def _complete(self) -> None:
-        """A circle that has become a whole one, or one that was done before."""
+        """Report a circle that has just become complete."""
         circle = self.gathered.circle
         if circle is None or not circle.face:
             return
@@ -217,34 +217,34 @@ class FieldStage:
         self._context.emit(kind, f"{label(circle.face)} {text}{following}")
 
     def _be_patient(self, seconds: float) -> None:
-        """Offer the way on when nothing new has come for a while."""
+        """Offer to go on when there has been no progress for a while."""
         progress = (
             self.gathered.survey.covered + (self.turned + 360.0 * len(self.done)) // PROGRESS_DEG
         )
         if self._patience.wait(seconds, progress):
             why = _sentence(self.trouble or self._disturbance.now or self.advice)
             self._context.emit(
-                EventKind.STUCK, f"Nothing new for {FIELD_PATIENCE:.0f} s. {why}".rstrip()
+                EventKind.STUCK, f"No progress for {FIELD_PATIENCE:.0f} s. {why}".rstrip()
             )
 
     def offers(self) -> tuple[Offer, ...]:
-        """The way on, once nothing more comes."""
+        """The ways to go on, if there is no progress."""
         if self.finished or not (self._patience.over or self._reopened):
             return ()
         survey = self.gathered.survey
         if survey.kept < MIN_FIELD_SAMPLES:
-            return (Offer("skip", "leave it out: the magnetometer is not calibrated"),)
+            return (Offer("skip", "skip: the magnetometer is not calibrated"),)
         if self._fault or survey.quality is None:
-            return (Offer("enough", "go on: the magnetometer will hardly be calibrated"),)
-        return (Offer("enough", "go on with what there is: it may carry less"),)
+            return (Offer("enough", "go on: the calibration will probably fail"),)
+        return (Offer("enough", "go on with these samples: the result is less certain"),)
 
     def view(self) -> Status:
         """The instruction and the progress."""
         up, face, down = self._context.up, self.wanted, self.gathered.faces.face
         pose = None if face is None or face == down else coverage.opposite(face)
         if face is None:
-            instruction = TURN_ABOUT
-            detail = "through directions that it has not seen, away from iron and magnets"
+            instruction = TUMBLE
+            detail = "into the gaps of the sphere, away from iron and magnets"
         else:
             instruction = TURN_ROUND if face == down else lay_down(face)
             detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
@@ -257,7 +257,7 @@ class FieldStage:
         )
         if up is None or pose is None:
             return status
-        off_by = turn_towards(up, DIRECTIONS[pose])[2]
+        off_by = rotation_towards(up, DIRECTIONS[pose])[2]
         return replace(status, guidance=how_to_turn(up, pose), off_by=off_by)
 
     def _field_status(self) -> FieldStatus:
@@ -288,5 +288,5 @@ class FieldStage:
 
 
 def _sentence(text: str) -> str:
-    """Words as a sentence of their own; µT and names of axes stay as they are."""
+    """The text as a sentence; µT and names of axes keep their case."""
     return f"{text[:1].upper()}{text[1:]}." if text else ""

@@ -1,7 +1,7 @@
 """Evaluation of the magnetometer's samples: ellipsoid, coverage, disturbances.
 
-Everything is judged again with every new ellipsoid: a sample that looked disturbed while little was
-known may turn out good, and the other way round.
+Each new ellipsoid evaluates all samples again: a sample that looked disturbed may be good, and the
+other way round.
 """
 
 from collections.abc import Collection
@@ -16,7 +16,7 @@ from imucal_wizard.core.limits.procedure import (
     MIN_DISTURBANCE,
     SECTOR_DEG,
 )
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, distinct
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, Quality, bin_of, quality
 from imucal_wizard.estimate.ellipsoid.provisional import MISFIT, Provisional, provisional
 from imucal_wizard.estimate.magnetometer.field_disturbances import (
@@ -30,13 +30,13 @@ SECTORS = round(360.0 / SECTOR_DEG)
 
 
 def covered(before: FloatArray, after: FloatArray) -> float:
-    """How much of a circle arcs cover together, degrees from 0 to 360.
+    """The part of a circle that arcs cover together, degrees from 0 to 360.
 
-    Going to and fro covers an arc once, and what is left out of a circle is missing.
+    Moving to and fro covers an arc only once.
 
     Args:
         before: angle at which each arc begins, degrees, unwrapped, shape (n,).
-        after: angle at which it ends.
+        after: angle at which each arc ends.
     """
     if not len(before):
         return 0.0
@@ -44,21 +44,21 @@ def covered(before: FloatArray, after: FloatArray) -> float:
     last = np.floor(np.maximum(before, after) / SECTOR_DEG).astype(int)
     length = np.minimum(last - first + 1, SECTORS)
     within = np.arange(length.sum()) - np.repeat(np.cumsum(length) - length, length)
-    touched = len(np.unique((np.repeat(first, length) + within) % SECTORS))
-    # the first sector is touched by a device that does not turn
+    touched = len(distinct((np.repeat(first, length) + within) % SECTORS))
+    # a device that does not turn touches one sector
     return 360.0 if touched == SECTORS else (touched - 1) * SECTOR_DEG
 
 
 def headings(vectors: FloatArray, up: FloatArray, noise: float) -> FloatArray | None:
-    """Angle about the vertical from readings of the field alone, for a stream without a gyroscope.
+    """Angle about the vertical from the field alone, for a stream without a gyroscope.
 
     Args:
-        vectors: readings in the order of time, corrected or not, shape (n, 3).
+        vectors: readings in time order, corrected or not, shape (n, 3).
         up: mean up direction in the body frame, shape (3,).
-        noise: of one reading, same unit.
+        noise: standard deviation of one reading, same unit.
 
     Returns:
-        Degrees, unwrapped, shape (n,); None where the readings make no arc.
+        Degrees, unwrapped, shape (n,); None if the readings form no arc.
     """
     if len(vectors) < 4:
         return None
@@ -75,7 +75,7 @@ def headings(vectors: FloatArray, up: FloatArray, noise: float) -> FloatArray | 
 def _circle(flat: FloatArray) -> tuple[float, float, float] | None:
     """Centre and radius of the circle through points, shape (n, 2), by Pratt's algebraic fit.
 
-    Unlike Kåsa's it does not prefer small circles where only an arc is seen.
+    Unlike Kåsa's fit it is not biased towards small circles if only an arc is known.
     V. Pratt, Computer Graphics 21 (1987) 145.
     """
     middle = flat.mean(axis=0)
@@ -85,7 +85,7 @@ def _circle(flat: FloatArray) -> tuple[float, float, float] | None:
     if not size > 0.0:
         return None
     design = np.column_stack([square / size**2, x / size, y / size, np.ones(len(x))])
-    # B² + C² − 4AD = 1 is what Pratt keeps fixed
+    # Pratt's constraint: B² + C² − 4AD = 1
     inverse = np.array([[0.0, 0, 0, -0.5], [0, 1, 0, 0], [0, 0, 1, 0], [-0.5, 0, 0, 0]])
     values, vectors = np.linalg.eig(inverse @ (design.T @ design))
     real = np.where(np.abs(values.imag) < 1e-9, values.real, np.inf)
@@ -99,17 +99,17 @@ def _circle(flat: FloatArray) -> tuple[float, float, float] | None:
 
 
 class Survey:
-    """The samples of the step and what follows from them.
+    """The samples of the step and their evaluation.
 
     Attributes:
-        log: its blocks.
-        fit: the ellipsoid by now, or None.
-        worst: how badly it is known anywhere, as a share of the field.
-        quality: the four figures, or None as long as they would say nothing.
-        samples: those that are looked at, shape (n, 3).
+        log: the blocks of the step.
+        fit: the provisional ellipsoid, or None.
+        worst: the largest uncertainty of the ellipsoid, as a share of the field.
+        quality: the four figures, or None while the ellipsoid is too uncertain.
+        samples: the samples that are evaluated, shape (n, 3).
         clean: which of them are not disturbed, shape (n,).
         counts: samples in each area, shape (100,).
-        off: how far each block is off, as a share of the field, shape (n,); NaN unknown.
+        off: deviation of each block as a share of the field, shape (n,); NaN if unknown.
         disturbed: which blocks are left out, shape (n,).
     """
 
@@ -121,7 +121,7 @@ class Survey:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing is known."""
+        """Forget the evaluation."""
         self.fit: Provisional | None = None
         self.worst = np.inf
         self.quality: Quality | None = None
@@ -139,12 +139,12 @@ class Survey:
 
     @property
     def kept(self) -> int:
-        """Samples that count."""
+        """Number of samples that count."""
         return int(self.log.count[: len(self._alive)][self._alive & ~self.disturbed].sum())
 
     @property
     def left_out(self) -> int:
-        """Samples left out as disturbed."""
+        """Number of samples left out as disturbed."""
         return int(self.log.count[: len(self._alive)][self._alive & self.disturbed].sum())
 
     @property
@@ -156,16 +156,16 @@ class Survey:
 
     @property
     def covered(self) -> int:
-        """How many areas hold samples."""
+        """Number of areas with samples."""
         return int((self.counts > 0).sum())
 
     def update(self, circles: Collection[int]) -> None:
         """Evaluate all samples again.
 
         Args:
-            circles: numbers of those that have not been taken back.
+            circles: numbers of the circles that were not taken back.
         """
-        # what divides by nothing ends as a number that is none, and counts for nothing
+        # a division by zero gives NaN, which every comparison below rejects
         with np.errstate(all="ignore"):
             self._update(circles)
 
@@ -189,7 +189,7 @@ class Survey:
         self._samples.thin(areas)
 
     def _judged(self, fit: Provisional) -> BoolArray:
-        """Blocks farther off than noise and doubt allow, and those beside them."""
+        """Blocks that deviate by more than noise and uncertainty allow, and their neighbours."""
         doubt = fit.doubt(self.log.reading)
         limit = np.sqrt(fit.noise**2 / self.log.averaged + doubt**2 + MISFIT**2)
         size = np.abs(self.off)
@@ -202,20 +202,20 @@ class Survey:
         return float(np.ptp(self.log.end[rows])) if rows.any() else 0.0
 
     def turned(self, circle: int) -> float:
-        """How much of a circle has been turned with its face on the table, degrees."""
+        """Angle turned in a circle with its face on the table, degrees."""
         rows = (self.log.circle == circle) & self.log.down & ~self._out
         before, after = (angles[rows] for angles in self.log.angles)
         if len(before) and not np.isfinite(before).all():
             angles = self._by_field(rows)
             if angles is None:
                 return 0.0
-            beside = np.diff(np.flatnonzero(rows)) == 1  # across what is left out nothing is known
+            beside = np.diff(np.flatnonzero(rows)) == 1  # the angle across a gap is unknown
             before, after = angles[:-1][beside], angles[1:][beside]
         return covered(before, after)
 
     @property
     def _out(self) -> BoolArray:
-        """Moments left out; the newest, which have not been judged yet, are not."""
+        """Blocks that are left out; the newest, not evaluated yet, are not."""
         out = np.zeros(len(self.log), bool)
         out[: len(self.disturbed)] = self.disturbed
         return out
@@ -229,11 +229,11 @@ class Survey:
         return headings(readings, up, noise)
 
     def spans(self) -> tuple[tuple[float, float], ...]:
-        """Times from and to which samples count, s."""
+        """Start and end of the spans whose samples count, s."""
         return self._times(self._alive & ~self.disturbed)
 
     def left(self) -> tuple[tuple[float, float, float], ...]:
-        """Times from and to which they do not, s, and how far they were off, share of the field."""
+        """Start, end, s, and largest deviation, share of the field, of the spans left out."""
         rows = self._alive & self.disturbed
         out = []
         for part, (start, end) in zip(self.log.stretches(rows), self._times(rows), strict=True):

@@ -25,7 +25,7 @@ from imucal_wizard.core.poses import (
     DIRECTIONS,
     POSE_TOLERANCE_DEG,
     START_POSES,
-    turn_towards,
+    rotation_towards,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
@@ -45,7 +45,7 @@ from imucal_wizard.guide.state import RotationStatus, Status
 from imucal_wizard.guide.wording import how_to_turn, label, signed, turn_up
 from imucal_wizard.measurement.rotation_angle import (
     RotationAngle,
-    level,
+    axis_elevation,
     rotation_between,
     unwrapped,
 )
@@ -53,7 +53,7 @@ from imucal_wizard.measurement.stillness import Block
 
 
 def senses(rotations: Sequence[KeptRotation]) -> tuple[bool, bool]:
-    """Whether it has been turned to the left, and to the right."""
+    """Whether there are rotations to the left, and to the right."""
     angles = [rotation.angle for rotation in rotations]
     return any(angle > 0.0 for angle in angles), any(angle < 0.0 for angle in angles)
 
@@ -62,8 +62,8 @@ def rotation_advice(rotations: Sequence[KeptRotation], *, scale_known: bool) -> 
     """Advice for the next rotation, or "".
 
     Args:
-        rotations: those taken about this axis.
-        scale_known: the gyroscope's readings have a unit.
+        rotations: the rotations taken about this axis.
+        scale_known: whether the gyroscope's readings have a unit.
     """
     left, right = senses(rotations)
     if left != right:
@@ -86,13 +86,13 @@ class RotationJudge:
         self._minimum = step.minimum_deg
 
     def poised(self, up: FloatArray | None, axis: str) -> bool:
-        """Whether an axis lies level, so that gravity shows a turn about it."""
-        return up is not None and level(up, axis) <= MAX_AXIS_TILT_DEG
+        """Whether an axis is level, so that gravity shows a rotation about it."""
+        return up is not None and axis_elevation(up, axis) <= MAX_AXIS_TILT_DEG
 
     def scale(self, axis: str) -> float | None:
-        """Radians per second for a reading of one; None while it is not known.
+        """Radians per second per unit of reading; None if not known.
 
-        For counts it is what the rotations so far say of this axis (least squares).
+        For counts it is the least-squares estimate from the rotations taken about this axis.
         """
         if self._context.units.gyroscope_known:
             return 1.0
@@ -102,16 +102,16 @@ class RotationJudge:
         return sum(angle * through for angle, through in pairs) / squares if squares > 0 else None
 
     def fault(self, motion: KeptRotation, axis: str) -> str | None:
-        """The reason why a motion is no rotation about the axis.
+        """Why a motion is not a rotation about the axis.
 
-        Fills in the angle, the fastest rate and, where it was about the axis, the axis.
+        For a rotation about the axis it sets axis, angle and fastest rate of the motion.
 
         Returns:
-            None when it is one, the reason when it is not, "" when none was meant.
+            None for a rotation, the reason for a failed one, "" for a motion that was no attempt.
         """
         before = self._context.direction(motion.before)
         after = self._context.direction(motion.after)
-        if before is None or after is None or level(before, axis) > MAX_AXIS_TILT_DEG:
+        if before is None or after is None or axis_elevation(before, axis) > MAX_AXIS_TILT_DEG:
             return ""
         if not np.isfinite(motion.rate).all():
             return motion.problem
@@ -122,7 +122,7 @@ class RotationJudge:
             return self._strayed(share, before, after, axis)
         angle = self._angle(motion, before, after, axis)
         if angle is None:
-            return f"{axis} stands upright at its end: keep it level"
+            return f"{axis} was upright at the end: keep it level"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
             return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
@@ -131,10 +131,10 @@ class RotationJudge:
         return motion.problem or self._too_small(motion)
 
     def _contradicted(self, motion: KeptRotation, axis: str) -> bool:
-        """Whether gravity shows a turn about the axis that the gyroscope denies.
+        """Whether gravity shows a rotation about the axis that the gyroscope does not show.
 
-        Its columns are swapped then, or one is dead. The rotation counts: asking for another would
-        ask for ever, and the fit finds out which it is.
+        Then columns are swapped, or one is dead. The rotation counts, because a repeat would fail
+        too; the fit finds the cause.
         """
         context = self._context
         if not context.units.gyroscope_known:
@@ -158,7 +158,7 @@ class RotationJudge:
         angle = rotation_between(before, after, axis, 0.0 if scale is None else scale * through)
         if angle is not None and scale is not None:
             if abs(angle - scale * through) > MAX_ANGLE_DISAGREEMENT * abs(angle):
-                # gravity counts the circles
+                # gravity gives the number of whole turns
                 seen = gravity_angle(motion.acceleration, self._context.up_estimate, axis)
                 angle = angle if seen is None else unwrapped(angle, seen)
             return angle
@@ -167,7 +167,7 @@ class RotationJudge:
             and through * angle < 0.0
             and abs(angle) > math.radians(AMBIGUOUS_SENSE_DEG)
         ):
-            # More than half a circle, seen from the other side: the sense is the gyroscope's.
+            # Beyond half a turn gravity shows the opposite sense: the gyroscope's is right.
             return unwrapped(angle, math.copysign(math.pi, through))
         return angle
 
@@ -186,10 +186,10 @@ class RotationJudge:
         return f"only {signed(motion.angle)}: turn at least {self._minimum:.0f}°"
 
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
-        """A motion about another axis; a mere change of place is no attempt."""
+        """The reason for a motion about another axis; "" for a mere change of place."""
         start = DIRECTIONS[START_POSES[axis]]
-        moved = turn_towards(before, after)[2]
-        if moved < MIN_ATTEMPT_DEG or turn_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
+        moved = rotation_towards(before, after)[2]
+        if moved < MIN_ATTEMPT_DEG or rotation_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
             return ""
         other = AXES[int(np.argmax(share))]
         if other == axis:
@@ -201,9 +201,9 @@ class RotationsStage:
     """Takes the rotations about each axis in turn.
 
     Args:
-        context: what all steps see.
-        step: what a rotation needs, and how many are wanted about each axis.
-        needs: how many are wanted about which axes, where that is not the same for all.
+        context: shared by all steps.
+        step: what a rotation needs, and how many are needed about each axis.
+        needs: how many are needed by axis, if that is not the same for all.
         since: only rotations that end after this sample time, s, count.
     """
 
@@ -227,7 +227,7 @@ class RotationsStage:
 
     @property
     def axis(self) -> str:
-        """About which axis rotations are wanted now; the last one when there are enough."""
+        """The axis of the next rotation; the last axis if there are enough."""
         short = (axis for axis, need in self._needs.items() if len(self._taken(axis)) < need)
         return next(short, next(reversed(self._needs), AXES[-1]))
 
@@ -238,22 +238,22 @@ class RotationsStage:
 
     @property
     def finished(self) -> bool:
-        """There are enough rotations about each axis."""
+        """Whether there are enough rotations about each axis."""
         return all(len(self._taken(axis)) >= need for axis, need in self._needs.items())
 
     @property
     def tally(self) -> tuple[float, float]:
-        """Rotations taken, rotations wanted, all axes together."""
+        """Rotations taken, rotations needed, all axes together."""
         done = sum(min(len(self._taken(axis)), need) for axis, need in self._needs.items())
         return float(done), float(sum(self._needs.values()))
 
     def enter(self) -> None:
-        """Nothing is under way."""
+        """Forget the present rotation."""
         self._turn = None
         self._angle = self._rate = self._fastest = 0.0
 
     def follow(self, block: Block) -> None:
-        """Follow the angle and the rate of the turn under way."""
+        """Follow the angle and the rate of the present rotation."""
         context, index = self._context, AXES.index(self.axis)
         before = context.start
         if block.rate is None or before is None:
@@ -278,7 +278,7 @@ class RotationsStage:
             self._angle = math.degrees(self._turn.add(context.up, turned))
 
     def completed(self, kept: KeptHold) -> None:
-        """The device rests again: judge the motion that led here."""
+        """Judge the motion that ended in this hold."""
         context, motion = self._context, self._context.motion
         kept.between |= kept.step is self._step.kind
         self.enter()
@@ -306,7 +306,7 @@ class RotationsStage:
         return f" {advice.capitalize()}." if advice else ""
 
     def _begin(self, kept: KeptHold) -> None:
-        """A hold that ends no rotation: a place to start from, or to go on from."""
+        """Report a hold that ends no rotation, but may start one."""
         context, axis = self._context, self.axis
         up = context.direction(kept)
         if context.start_lost:
@@ -320,18 +320,18 @@ class RotationsStage:
             context.emit(EventKind.HOLD_TAKEN, f"Held. Now turn {start} up to rotate about {axis}.")
 
     def _advice(self) -> str:
-        """Advice about the rotations that are still missing about this axis, or ""."""
+        """Advice about the rotations still needed about this axis, or ""."""
         return rotation_advice(
             self._taken(self.axis), scale_known=self._context.units.gyroscope_known
         )
 
     def view(self) -> Status:
-        """The rotation under way, or how to begin one."""
+        """The present rotation, or how to begin one."""
         context, axis = self._context, self.axis
         start = START_POSES[axis]
         moving = self._turn is not None
         up = context.up
-        off_by = None if up is None else turn_towards(up, DIRECTIONS[start])[2]
+        off_by = None if up is None else rotation_towards(up, DIRECTIONS[start])[2]
         poised = moving or self._judge.poised(up, axis)
         return Status(
             instruction=f"ROTATE ABOUT {axis.upper()}" if poised else turn_up(start),
@@ -351,7 +351,7 @@ class RotationsStage:
         if context.start is None or not context.still or context.held < self.seconds:
             return f"first hold still for {self.seconds:.0f} s"
         if not self._judge.poised(context.up, axis):
-            return f"{axis} must lie level: gravity shows only turns about a level axis"
+            return f"keep {axis} level: gravity shows only rotations about a level axis"
         left, _ = senses(self._taken(axis))
         sense = "right" if left and len(self._taken(axis)) % 2 else "left"
         return f"turn it to the {sense} and stop"

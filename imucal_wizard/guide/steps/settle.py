@@ -1,7 +1,7 @@
-"""The settle step: some seconds of rest, and the limits of rest that follow from their noise.
+"""The settle step: some seconds of rest, whose noise gives the limits of rest.
 
-No noise is known yet, so rest is judged against coarse limits, against the run's own typical
-spread, and against where it began: a device that turns slowly shows a small spread for ever.
+The noise is not known yet, so rest is judged by coarse limits, by the run's own typical spread, and
+by its mean at the start: a device that turns slowly has a small spread all the time.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from imucal_wizard.core.limits.procedure import (
     JUMP_FACTOR,
     MAX_DRIFT_G,
     MAX_UNIT_FACTOR,
-    MIN_MAKESHIFT_WINDOWS,
+    MIN_PROVISIONAL_WINDOWS,
     MIN_SETTLE_WINDOWS,
 )
 from imucal_wizard.core.readings import FloatArray
@@ -27,7 +27,7 @@ from imucal_wizard.measurement.stillness import Block, Limits, Noise, Windows, m
 
 
 class Settling:
-    """The windows of the present run."""
+    """The windows of the present still run."""
 
     def __init__(self, units: Scales, resolution: Resolution, *, keep: int) -> None:
         self._units = units
@@ -40,11 +40,11 @@ class Settling:
         self._longest: list[Windows] = []
 
     def add(self, block: Block, one_g: float) -> str:
-        """Take a block that is within the coarse limits; why it is a movement all the same, or "".
+        """Take a block within the coarse limits; returns why it is a movement nevertheless, or "".
 
         Args:
             block: the newest block and window.
-            one_g: what the accelerometer reads for one gravity, in its unit.
+            one_g: reading of the accelerometer for one gravity, in its unit.
         """
         reason = self._departs(block, one_g)
         if reason:
@@ -58,12 +58,12 @@ class Settling:
         return reason
 
     def remember(self, block: Block) -> None:
-        """Note any full window, still or not, for a noise taken on command."""
+        """Keep any full window, still or not, for a hold taken on command."""
         if block.full:
             self._all = [*self._all[-self._keep + 1 :], block.window]
 
     def broken(self) -> None:
-        """It moved: the run begins again."""
+        """Begin the run again after a movement."""
         if len(self._run) > len(self._longest):
             self._longest = self._run
         self._run, self._first, self._newest = [], [], []
@@ -74,7 +74,7 @@ class Settling:
         return self._longest
 
     def noise(self, *, any_window: bool = False) -> Noise | None:
-        """The noise of the run, or of the newest windows whether still or not."""
+        """The noise of the run, or of the newest windows, still or not."""
         return window_noise(self._all if any_window else self._run)
 
     def _departs(self, block: Block, one_g: float) -> str:
@@ -84,7 +84,7 @@ class Settling:
         if typical is None:
             return ""
         if self._calmer(typical):
-            return "it has become calm only now"
+            return "the device has just become calm"
         step_a, step_g = self._resolution.steps
         floor_a = np.maximum(step_a, MAX_DRIFT_G * one_g / 3.0)
         limit = np.maximum(JUMP_FACTOR * typical.std_a, floor_a)
@@ -110,7 +110,7 @@ class Settling:
 
 
 def window_noise(windows: list[Windows]) -> Noise | None:
-    """The noise in single windows; None without any."""
+    """The noise in single windows; None without windows."""
     return measure_noise(stacked_windows(windows)) if windows else None
 
 
@@ -127,21 +127,21 @@ def stacked_windows(windows: list[Windows]) -> Windows:
 
 
 WINDOWS_PER_SECOND = 20
-"""Windows kept for each second of the rest wanted: twice as many as it has."""
+"""Windows kept per second of rest: twice as many as there are."""
 
 
 class SettleStage:
     """Measures the noise and sets the limits of the steps that follow.
 
     Args:
-        context: what all steps see.
+        context: shared by all steps.
         step: what the step needs.
-        known: noise that is known beforehand; then the step is done before it begins.
+        known: noise that is known already; the step is then done.
 
     Attributes:
-        noise: what the limits are made of, or None.
-        makeshift: the noise is that of a rest shorter than asked for.
-        why: why the device is not at rest now, or "".
+        noise: the noise that gives the limits, or None.
+        provisional: the noise is that of a rest shorter than the step needs.
+        why: why the device is not at rest, or "".
     """
 
     def __init__(self, context: Context, step: Step, known: Noise | None = None) -> None:
@@ -150,12 +150,12 @@ class SettleStage:
         self._settling = Settling(context.units, context.resolution, keep=1)
         self.noise = known
         self.finished = known is not None
-        self.makeshift = False
+        self.provisional = False
         self.why = ""
 
     @property
     def tally(self) -> tuple[float, float]:
-        """Seconds of rest, seconds wanted."""
+        """Seconds of rest, seconds needed."""
         done = self.seconds if self.finished else min(self._context.held, self.seconds)
         return done, self.seconds
 
@@ -169,40 +169,40 @@ class SettleStage:
         self.prepare()
 
     def prepare(self) -> None:
-        """Coarse limits, as soon as the reading of one gravity is known."""
+        """Set coarse limits as soon as the reading of one gravity is known."""
         if self._context.up_estimate.known:
             self._context.watch.set_limits(self.coarse())
 
     def assume(self) -> None:
-        """Limits from noise that was known beforehand, as soon as one gravity is."""
+        """Set limits from known noise as soon as the reading of one gravity is known."""
         context = self._context
         if self.noise is not None and context.watch.limits is None and context.up_estimate.known:
             context.watch.set_limits(self.fine(self.noise))
 
     def coarse(self) -> Limits:
-        """Limits before any noise is known."""
+        """Limits before the noise is known."""
         context = self._context
         return coarse_limits(
             context.up_estimate.radius, context.units, gyroscope=context.has_gyroscope
         )
 
     def fine(self, noise: Noise) -> Limits:
-        """Limits from the noise and the resolution known so far."""
+        """Limits from the noise and the resolution."""
         context = self._context
         return limits_of(noise, context.resolution.steps, context.up_estimate.radius, context.units)
 
     def do_without(self) -> None:
-        """Without a measured noise: the limits it had before, or coarse ones."""
+        """Skip the measurement: use the noise measured before, or coarse limits."""
         limits = self.coarse() if self.noise is None else self.fine(self.noise)
         self._context.watch.set_limits(limits)
 
     def refine(self) -> None:
-        """A smaller step than all before was seen: the floor of the limits may change."""
+        """Adapt the limits to a finer resolution."""
         if self.noise is not None and self.finished:
             self._context.watch.adapt(self.fine(self.noise))
 
     def admits(self, block: Block) -> bool:
-        """Whether a window within the coarse limits belongs to the run; keeps the reason."""
+        """Whether a window belongs to the run; keeps the reason if not."""
         self._settling.remember(block)
         if not self._context.watch.still:
             self._settling.broken()
@@ -212,12 +212,12 @@ class SettleStage:
         return not self.why
 
     def follow(self, block: Block) -> None:
-        """Nothing more than `admits` has seen."""
+        """``admits`` has taken the block."""
 
     def completed(self, kept: KeptHold) -> None:
-        """Ten seconds of rest are over: set the limits."""
+        """Set the limits: the rest was long enough."""
         self.noise = self._settling.noise(any_window=kept.hold.hand_held)
-        self.makeshift = False
+        self.provisional = False
         if self.noise is None:
             return
         context = self._context
@@ -229,24 +229,24 @@ class SettleStage:
         self._doubt()
 
     def make_do(self) -> bool:
-        """Settle for the longest rest so far, when the whole length never came."""
+        """Use the longest rest; returns False if that is too short too."""
         windows = self._settling.longest
-        noise = window_noise(windows) if len(windows) >= MIN_MAKESHIFT_WINDOWS else None
+        noise = window_noise(windows) if len(windows) >= MIN_PROVISIONAL_WINDOWS else None
         if noise is None:
             return False
-        self.noise, self.makeshift = noise, True
+        self.noise, self.provisional = noise, True
         context = self._context
         context.watch.set_limits(self.fine(noise))
         self.finished = True
         context.emit(
             EventKind.WARNING,
-            f"{self.seconds:.0f} s of rest never came: the noise is that of the longest rest, "
+            f"There was no rest of {self.seconds:.0f} s: the noise is that of the longest rest, "
             f"{context.units.noise_text(noise)}.",
         )
         return True
 
     def _doubt(self) -> None:
-        """Say so when gravity does not look like gravity."""
+        """Warn if the magnitude of gravity is wrong."""
         units = self._context.units
         if not units.accelerometer_known:
             return
@@ -259,7 +259,7 @@ class SettleStage:
             )
 
     def view(self) -> Status:
-        """Put it down and leave it."""
+        """The instruction, and the seconds measured."""
         return Status(
             instruction="PUT IT DOWN",
             detail=f"leave it alone for {self.seconds:.0f} s: its noise is measured",

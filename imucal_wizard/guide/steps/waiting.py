@@ -1,4 +1,4 @@
-"""Steps in which nothing is measured: source, result, save."""
+"""The steps that measure nothing: source, result, save."""
 
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.measurements import KeptHold
@@ -16,7 +16,7 @@ class WaitingStage:
     """Waits for a command.
 
     Args:
-        kind: which of the steps.
+        kind: kind of the step.
     """
 
     seconds = 0.0
@@ -27,10 +27,10 @@ class WaitingStage:
         self._kind = kind
 
     def enter(self) -> None:
-        """Nothing to prepare."""
+        """Nothing to begin."""
 
     def completed(self, kept: KeptHold) -> None:
-        """No hold is asked for."""
+        """This step needs no hold."""
 
     def follow(self, block: Block) -> None:
         """Nothing to follow."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -73,7 +73,7 @@ class BiasStep(BiasEffect):
 
     def variants(self, c: Circumstances) -> tuple[float | None, ...]:
         """Moments half way between neighbouring holds, s; None alone where there are too few."""
-        times = np.unique(c.time)
+        times = distinct(c.time)
         middles = 0.5 * (times[1:] + times[:-1])
         inner = middles[SMALLEST_SIDE - 1 : len(middles) - SMALLEST_SIDE + 1]
         return tuple(float(moment) for moment in inner) or (None,)

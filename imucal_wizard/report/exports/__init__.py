@@ -6,7 +6,6 @@ the calibration, so that a wrong direction shows at once.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -14,8 +13,9 @@ from pkgutil import iter_modules
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.output import write_whole
+from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.report.calibration_file import Calibration
 
 Correction = Callable[[FloatArray], FloatArray]
@@ -114,7 +114,7 @@ def write_export(calibration: Calibration, name: str, path: Path) -> Exported:
         raise UsageError(f"{name} takes an accelerometer's calibration, and this one has none")
     data = target.write(calibration)
     _spare_others(target, path)
-    write_whole(path, data)
+    write_atomically(path, data)
     correction, sensor = target.read(path.read_bytes()), calibration["accelerometer"]
     gravity, readings = calibration.gravity.value, calibration.means()
 

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from imucal_wizard.core.output import encode
+from imucal_wizard.core.output import encode_json
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import Correction, ExportTarget
 
@@ -28,6 +28,6 @@ TARGET = ExportTarget(
     suffix=".json",
     cannot_hold=(),
     holds_effects=True,
-    write=encode,
+    write=encode_json,
     read=_read,
 )

@@ -1,12 +1,12 @@
 """The pages above the bench as rows: lesson, next poses, raw trace."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from imucal_wizard.core.poses import spoken, spoken_up
-from imucal_wizard.core.quantities import amount, number, true_minus, unit_sign
+from imucal_wizard.core.poses import direction_in_words, pose_in_words
+from imucal_wizard.core.quantities import number, size_with_unit, true_minus, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
@@ -136,7 +136,9 @@ def next_rows(
 
 def gain_rows(apart: Apart, width: int) -> list[Line]:
     """From which size on these two are told apart, now and with the poses."""
-    before = amount(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
+    before = (
+        size_with_unit(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
+    )
     now = (
         f"These data tell {apart.first} from {apart.second} from {before} on. Here it is about "
         f"{number(apart.size, 2)}."
@@ -149,7 +151,7 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
     worth = "that decides it" if apart.enough else "that does not decide it yet"
     if apart.before <= apart.size:
         worth = "they decide it already, and that makes surer"
-    then = f"With {apart.things}: from {amount(apart.after, apart.unit)} on; {worth}."
+    then = f"With {apart.things}: from {size_with_unit(apart.after, apart.unit)} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
 
@@ -159,7 +161,7 @@ def next_pose_rows(place: int, pose: MeasurementRequest, width: int, *, short: b
     if pose.axis:
         name = f"ABOUT {pose.axis.upper()}, {pose.turns}×"
     # what all of them are for together has been said above them
-    text = spoken(pose.pose) if pose.pose else spoken_up(pose.direction)
+    text = pose_in_words(pose.pose) if pose.pose else direction_in_words(pose.direction)
     text += f", {pose.brief}" if pose.brief and not short else ""
     text = pose.brief if pose.axis else text
     text = f"{'warm the device first; ' * pose.warm}{text}"
@@ -279,7 +281,7 @@ def _inside(stretch: TracePiece) -> BoolArray:
 def _limits(values: FloatArray, inside: BoolArray, unit: str) -> tuple[float, float]:
     """Of what was averaged, with room for what is far out of it to be cut off."""
     kept = values[inside] if inside.any() else values
-    middle, spread = float(np.median(kept)), float(kept.std())
+    middle, spread = median(kept), float(kept.std())
     least = _SPAN_SIGMAS * spread or (1.0 if unit == COUNT else 1e-3)
     reach = max(float(np.abs(kept - middle).max()), least)
     return middle - reach, middle + reach

@@ -1,12 +1,19 @@
 """The panels of the bench as rows: picture, suspects, model, ladder."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from imucal_wizard.core.quantities import amount, number, plus_minus, readable, unit_sign, with_unit
+from imucal_wizard.core.quantities import (
+    number,
+    plus_minus,
+    readable,
+    size_with_unit,
+    unit_sign,
+    with_unit,
+)
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING, Entry, noise_of_ladder
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
@@ -169,7 +176,7 @@ def _seen_from(entry: Entry) -> str:
     size = entry.detectable or 0.0
     if not math.isfinite(size):
         return BLIND
-    return amount(size, entry.suspect.candidate.unit)
+    return size_with_unit(size, entry.suspect.candidate.unit)
 
 
 def _like(entry: Entry) -> tuple[str, ...]:

@@ -1,8 +1,7 @@
 """All that the bench shows of one sensor, looked up once in a thread and then only read."""
 
-from dataclasses import dataclass
-
 from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Entry, Rung, entries_of
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis

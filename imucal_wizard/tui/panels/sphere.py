@@ -6,13 +6,13 @@ after half a turn about y: its left is +x.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import GAP as PARTLY
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of, centres
 from imucal_wizard.tui.text import Line, Span, line, width_of

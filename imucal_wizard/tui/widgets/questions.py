@@ -1,12 +1,13 @@
 """A list of questions, each answered by one of a few words."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 from textual.binding import Binding, BindingType
 from textual.message import Message
 
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.tui.text import Line
 from imucal_wizard.tui.widgets.lines import Lines
 

@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.measurement.data_quality import exchanged, refuse
+from imucal_wizard.measurement.data_quality import refuse_without_gravity, sensors_exchanged
 from tests.acquire.files.lines import write
 from tests.shared_data import shared_data
 
@@ -34,7 +34,7 @@ def test_a_header_that_exchanges_the_sensors_is_refused(
     tmp_path: Path, units: tuple[str, str], scale: float
 ) -> None:
     values = _session(scale)[:, [0, 4, 5, 6, 1, 2, 3]]
-    with pytest.raises(RecordingError, match="gx,gy,gz feel gravity in every position"):
+    with pytest.raises(RecordingError, match="gx,gy,gz show gravity in every position"):
         read_files([write(tmp_path / "a.csv", values, SHOWN.format(*units))])
 
 
@@ -57,19 +57,19 @@ def test_a_rate_table_is_not_taken_for_an_exchange() -> None:
     rates = np.repeat([0.0, 1.0, -1.0, 2.0, -2.0, 0.5, 3.0, -3.0], 500)
     rate = np.column_stack([0 * rates, 0 * rates, rates]) + rng.normal(0.0, 0.002, (4000, 3))
     force = np.array([0.0, 0.0, 9.8]) + rng.normal(0.0, 0.02, (4000, 3))
-    assert not exchanged(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+    assert not sensors_exchanged(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
 
 
 def test_an_accelerometer_without_gravity_is_refused() -> None:
     rng = np.random.default_rng(0)
     force = Series(np.arange(4000) / 100.0, rng.normal(0.0, 0.02, (4000, 3)), "m/s^2")
-    with pytest.raises(RecordingError, match="has taken gravity out"):
-        refuse(Readings(force))
+    with pytest.raises(RecordingError, match="has removed gravity"):
+        refuse_without_gravity(Readings(force))
 
 
 def test_real_recordings_are_far_from_both() -> None:
     pair = [shared_data(f"imu_tk_xsens/xsens_{name}.mat") for name in ("acc", "gyro")]
     readings = read_files(pair, RecordingOptions(as_format="imu_tk"))
     assert readings.gyroscope is not None
-    assert not exchanged(readings.accelerometer, readings.gyroscope)
-    assert exchanged(readings.gyroscope, readings.accelerometer)
+    assert not sensors_exchanged(readings.accelerometer, readings.gyroscope)
+    assert sensors_exchanged(readings.gyroscope, readings.accelerometer)

@@ -10,7 +10,7 @@ from imucal_wizard.acquire.files.session_file import corrections_note
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import RecordingError, SessionError
-from imucal_wizard.core.readings import join
+from imucal_wizard.core.readings import join_readings
 from imucal_wizard.sessions import Session
 from tests.acquire.files.lines import samples, write
 
@@ -44,7 +44,7 @@ def test_a_session_without_device_time_gives_what_was_decoded_live(tmp_path: Pat
     intake = Intake(StreamSetup())
     with Session.open(path) as session:
         parts = [intake.feed(data, arrival) for _, arrival, data in session.raw()]
-    live = join([part for part in (*parts, intake.flush()) if part is not None])
+    live = join_readings([part for part in (*parts, intake.flush()) if part is not None])
     again = read_files([path])
     np.testing.assert_array_equal(again.accelerometer.values, live.accelerometer.values)
     np.testing.assert_array_equal(again.accelerometer.time, live.accelerometer.time)

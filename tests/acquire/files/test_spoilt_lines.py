@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.file_bytes import text_of
+from imucal_wizard.acquire.files.file_bytes import decode_text
 from imucal_wizard.core.errors import RecordingError
 from tests.acquire.files.lines import samples, write, written
 
@@ -102,7 +102,7 @@ def test_a_last_line_cut_short_is_left_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("above", ["0.1 0.2 0.3 0.4", "[", "]"])
 def test_a_last_line_of_nothing_but_brackets_is_left_out(above: str) -> None:
-    text, warnings = text_of(f"0.1 0.2 0.3 0.4\n{above}\n[".encode())
+    text, warnings = decode_text(f"0.1 0.2 0.3 0.4\n{above}\n[".encode())
     assert text.endswith(f"{above}\n".encode())
     assert "cut short" in warnings[-1]
 

@@ -118,7 +118,7 @@ def test_times_of_arrival_are_told_from_loss(tmp_path: Path) -> None:
     [(0.01, "s"), (10.0, "ms"), (1.0, "ms"), (0.6, "ms"), (10_000.0, "us"), (1e6, "ns")],
 )
 def test_the_unit_of_a_time_column_is_the_one_with_a_plausible_rate(step: float, unit: str) -> None:
-    found = column_guess.time_unit_by_rate(_ticks(step=step), None)
+    found = column_guess.guess_time_unit_by_rate(_ticks(step=step), None)
     assert found.unit == unit
     assert f"taken as {unit}" in found.why
 

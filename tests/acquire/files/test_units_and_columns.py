@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.decode.vocabulary import column
+from imucal_wizard.acquire.decode.vocabulary import column_of_name
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -104,7 +104,7 @@ def test_a_log_that_begins_in_mid_line_and_repeats_its_header_is_read(tmp_path: 
 )
 def test_a_unit_in_a_file_is_kept_as_it_was_written(name: str, channel: str, unit: str) -> None:
     """Also one that the sensor cannot have, so that it is refused by its name."""
-    found = column(name)
+    found = column_of_name(name)
     assert (found.channel, found.unit) == (channel, unit)
 
 
@@ -199,7 +199,7 @@ def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
         ("t[s],ax[g],ay[g],az[count]", 4, "only some axes"),
         ("t[s],ax[g],ay[g],az[g]", 5, "4 columns are named.* has 5"),
         ("t[s],gx[rad/s],gy[rad/s],gz[rad/s]", 4, "there is no accelerometer, only gyroscope"),
-        ("one,two,three,four", 4, "without names that are known"),
+        ("one,two,three,four", 4, "without known names"),
     ],
 )
 def test_what_a_header_lacks_is_named(tmp_path: Path, header: str, columns: int, says: str) -> None:

@@ -11,7 +11,7 @@ from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Term, Terms
 from tests.estimate.extended.turns import settled_rows, still_rms, without
 from tests.shared_data import shared_data
@@ -75,8 +75,8 @@ def test_the_xsens_accelerometer_is_complete(name: str) -> None:
 def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
     """It hardly moves the fitted error and raises that of rotations left out.
 
-    Nine more parameters of ninety rows lower a fitted error by 5 %; where a hand trembles, rotations
-    also weigh otherwise, by which the unweighted error may rise as much.
+    Nine more parameters of ninety rows lower a fitted error by 5 %; where a hand trembles,
+    rotations also weigh otherwise, by which the unweighted error may rise as much.
     """
     _, gyroscope = both("mikoff", log)
     plain, with_it = fit(gyroscope), fit(gyroscope, (G_SENSITIVITY,))
@@ -98,7 +98,7 @@ def test_leaving_a_real_rotation_out_by_one_step_is_a_refit_without_it(
     for index in range(len(found.held_out)):
         own = fit(without(gyroscope, index), terms)
         sizes = np.concatenate([np.zeros(0), *own.sizes])
-        at = Calibration(own.matrix, own.bias, sizes)
+        at = Parameters(own.matrix, own.bias, sizes)
         _, closures = settled_rows(gyroscope, Terms("gyroscope", terms), at)
         refits.append(closures.residual[2 * index : 2 * index + 2])
     exact = np.sqrt(np.mean(np.square(refits).sum(axis=1)))

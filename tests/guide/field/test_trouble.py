@@ -89,7 +89,7 @@ def test_a_magnet_that_stays_is_not_waited_for() -> None:
     values[len(values) // 2 :] += (60.0, -35.0, 20.0)
     session = Session(with_field(readings, values)).play()
     assert session.step == StepKind.FIELD
-    assert any("begin the step again" in seen.trouble for seen in session.seen)
+    assert any("repeat the step" in seen.trouble for seen in session.seen)
     assert not session.field.good
 
 
@@ -100,7 +100,7 @@ def test_half_a_circle_only_does_not_end_the_step() -> None:
     assert session.texts(EventKind.STUCK)
     (offer,) = session.machine.status().offers
     assert offer.command == "enough"
-    assert "hardly be calibrated" in offer.text
+    assert "probably fail" in offer.text
     session.machine.command("enough")
     assert session.step == StepKind.RESULT
     collected = session.machine.collected()

@@ -124,7 +124,7 @@ def test_undo_takes_a_tumble_back() -> None:
     ups = ((1.0, 1.0, 1.0), (-1.0, 1.0, 0.5), (0.3, -1.0, 1.0), (1.0, 0.2, -1.0))
     session = Session(turned(tuple(Place(up) for up in ups * 2))).play()
     (event,) = session.machine.command("undo")
-    assert "What was turned" in event.text
+    assert "The tumbling" in event.text
     assert session.machine.collected().field_spans == ()
 
 
