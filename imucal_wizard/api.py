@@ -261,7 +261,8 @@ class Fit:
             else sensor
             for name, sensor in self.calibration.sensors.items()
         }
-        return structs.replace(self.calibration, sensors=sensors)
+        notes = list(self.report.notes(judged=bool(diagnosis)))
+        return structs.replace(self.calibration, sensors=sensors, warnings=notes)
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.

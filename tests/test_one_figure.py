@@ -17,6 +17,7 @@ from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.calibration_file import Sensor
 from imucal_wizard.tui.panels.report import fit_summary
@@ -28,6 +29,7 @@ RECORDINGS = (
     "counts",
     "second-order",
     "six-faces",
+    "noisy",
     "session-whole",
     "session-magnetometer",
     "xsens",
@@ -102,6 +104,14 @@ def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
     return document if judged else {k: v for k, v in document.items() if k not in JUDGED}
 
 
+def screen(told: Told) -> str:
+    """What the result's screen shows."""
+    console = Console(width=200, force_terminal=False)
+    with console.capture() as caught:
+        console.print(fit_summary(told.report, told.diagnosis))
+    return caught.get()
+
+
 def test_fit_and_the_saved_file_tell_what_python_tells(told: Told) -> None:
     found = told.documents["fit"]["sensors"]
     assert found == {name: record(sensor) for name, sensor in told.sensors.items()}
@@ -152,10 +162,7 @@ def test_the_bench_of_the_wizard_begins_with_its_fit(told: Told) -> None:
 
 def test_every_text_prints_these_figures(told: Told) -> None:
     """The result screen, ``fit`` and ``bench``: each error with the same digits, one sentence."""
-    console = Console(width=200, force_terminal=False)
-    with console.capture() as caught:
-        console.print(fit_summary(told.report, told.diagnosis))
-    texts = {"screen": caught.get(), "fit": told.texts["fit"], "bench": told.texts["bench"]}
+    texts = {"screen": screen(told), "fit": told.texts["fit"], "bench": told.texts["bench"]}
     for where, text in texts.items():
         flat = "".join(text.split())
         for name, sensor in told.sensors.items():
@@ -175,3 +182,19 @@ def test_a_picture_shows_the_residuals_of_the_fit(
     residuals = told.report.sensors["accelerometer"].residuals
     factor = drawn[0] / float(residuals[0])
     assert [drawn[k] for k in sorted(drawn)] == pytest.approx((factor * residuals).tolist())
+
+
+def test_nothing_beside_a_verdict_contradicts_it(told: Told) -> None:
+    """A hold that stands out is told where the verdict does not explain it, and nowhere else."""
+    for name, one in told.diagnosis.items():
+        settled = one.verdict is Verdict.COMPLETE
+        assert ("The model is complete" in one.says) == settled
+        assert ("Complete the accelerometer first" in one.says) == (one.verdict is Verdict.WAITING)
+        if one.verdict is Verdict.WAITING:
+            assert told.diagnosis["accelerometer"].verdict is not Verdict.COMPLETE
+        odd = told.report.outlier_notes.get(name)
+        for text in told.texts["fit"], told.texts["bench"]:
+            flat = "".join(text.split())
+            if odd is not None:
+                assert ("".join(odd[1:].split()) in flat) == (one.verdict is Verdict.UNEXPLAINED)
+        assert f"{'✓' if one.settled else '▲'} {name}:" in screen(told)

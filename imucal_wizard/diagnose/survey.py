@@ -199,7 +199,6 @@ def diagnosis_of(
         ladder=tuple(bench.ladder),
         added=tuple(term for term in bench.fit.model if term not in before),
         lacking=lacking,
-        waiting=waiting,
         disturbed_holds=disturbed[0],
         disturbed_rotations=disturbed[1],
         disturbed_stretches=disturbed[2],
@@ -212,16 +211,15 @@ def _verdict(findings: BenchFindings, lacking: str, waiting: bool, whole: bool) 
     """The word.
 
     While a part of the base is left out nothing is named: what it leaves looks like any effect.
-    While the accelerometer is not complete, what it lacks tilts the reference: neither an effect
-    nor a disturbed rotation is the gyroscope's for sure.
+    While the accelerometer is not complete, what it lacks tilts the reference: nothing is the
+    gyroscope's for sure, and nothing is known to be missing there.
     """
     if lacking:
         return Verdict.INSUFFICIENT
+    if waiting:
+        return Verdict.WAITING
     verdict = findings.opinion.verdict
-    if not whole and verdict is not Verdict.COMPLETE:
-        return Verdict.UNEXPLAINED
-    named = verdict in (Verdict.MISSING, Verdict.DISTURBED)
-    return Verdict.AMBIGUOUS if waiting and named else verdict
+    return verdict if whole or verdict is Verdict.COMPLETE else Verdict.UNEXPLAINED
 
 
 def insufficient(sensor: str, reason: str, report: FitReport | None = None) -> Diagnosis:

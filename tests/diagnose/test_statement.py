@@ -15,9 +15,11 @@ from imucal_wizard.diagnose.survey import (
     insufficient,
 )
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
-from tests.diagnose.recordings import MG, along, fitted, moved, refitted
+from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
 def benches(*hidden: str, rotations: int = 0) -> Benches:
@@ -167,11 +169,10 @@ def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
     both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
     first, waiting = diagnose_benches(both, {}, automatic=False)
     assert first.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
-    assert waiting.waiting
-    assert waiting.verdict is not Verdict.MISSING
+    assert waiting.verdict is Verdict.WAITING
     assert "accelerometer's own model is not complete" in waiting.says
     first, second = diagnose_benches(both, {}, automatic=True)
-    assert not second.waiting
+    assert second.verdict is not Verdict.WAITING
     assert second.added == ("g-sensitivity",)
     sizes = {one.name: one for one in second.bench.fit.parameters} if second.bench else {}
     found = sizes["g-sensitivity_xy"]
@@ -235,3 +236,42 @@ def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
     assert "Measure them again" in said.says
     same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert "new poses" not in same.says
+
+
+def test_too_few_directions_to_predict_one_are_told() -> None:
+    """Five times the fitted error: each direction is needed to determine the model."""
+    report, readings = fitted()
+    fit = report.sensors["accelerometer"]
+    few = replace(fit, rms_held_out=5.0 * fit.rms_fitted)
+    changed = replace(report, sensors={**report.sensors, "accelerometer": few})
+    said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
+    assert "too few directions to predict one that is left out" in said.says
+
+
+def test_circles_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None:
+    """However well a model fits a few circles that leaves the soft iron at nothing."""
+    readings = tumbled().readings
+    assert readings is not None
+    assert readings.magnetometer is not None
+    series = readings.magnetometer
+    found = fit_magnetometer(series.between(float(series.time[-1]) - 34.0, float(series.time[-1])))
+    assert found.fit.not_determined
+    report = FitReport(
+        9.8, {"magnetometer": 80.0}, (), (), {"magnetometer": found.fit}, magnetic=found
+    )
+    _, said = diagnose_benches(Benches(report), {}, automatic=True)
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert "soft iron" in said.says
+    assert not said.settled
+
+
+def test_a_hold_that_stands_out_is_told_with_a_verdict_that_does_not_explain_it() -> None:
+    """Without a verdict it is a warning; beside one that explains the data it is not repeated."""
+    report, _ = fitted(poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
+    assert "does not fit with the others" in spoilt.outlier_notes["accelerometer"]
+    assert spoilt.notes(judged=False)[-1] == spoilt.outlier_notes["accelerometer"]
+    assert spoilt.outlier_notes["accelerometer"] not in spoilt.notes(judged=True)
+    said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
+    assert said.verdict is Verdict.DISTURBED
+    assert "does not fit with the others" not in said.says
