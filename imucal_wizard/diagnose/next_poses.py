@@ -33,7 +33,6 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
-from imucal_wizard.diagnose.residuals import hold_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import SensorFit
@@ -224,7 +223,7 @@ def disturbed_parts(
         elif table.moving[row]:
             rotations.append(index)
         else:
-            holds.append(hold_of(table, row))
+            holds.append(index)
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 

@@ -9,7 +9,7 @@ from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.views import ROTATIONS, ResidualView, freed, suspect_view
+from imucal_wizard.diagnose.views import ResidualView, freed, suspect_view
 from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -36,7 +36,7 @@ def test_the_added_variable_slope_is_the_least_squares_size(snapshot: BenchSnaps
     misfit, entry = snapshot.findings.misfit, snapshot.entries[0]
     assert entry.suspect is not None
     assert entry.suspect.candidate is not None
-    view = suspect_view(misfit, entry.suspect)
+    view = suspect_view(snapshot.findings, entry.suspect)
     assert view is not None
     columns = np.column_stack([entry.suspect.candidate.columns, misfit.base])
     sizes = np.linalg.lstsq(columns, misfit.residual, rcond=None)[0]
@@ -74,14 +74,14 @@ def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
     rest = ("at rest, x axis", "at rest, y axis", "at rest, z axis")
-    assert snapshot.parts == (ROTATIONS, *rest, "x axis", "y axis", "z axis")
-    turn = next(view for view in snapshot.views if view.part == ROTATIONS)
+    assert snapshot.parts == ("rotations", *rest, "x axis", "y axis", "z axis")
+    turn = next(view for view in snapshot.views if view.part == "rotations")
     assert turn.x_label == "fastest rate, °/s"
     rms = float(np.sqrt(np.mean(turn.y**2)))
     assert rms == pytest.approx(np.degrees(snapshot.fit.rms_fitted), rel=0.03)
     assert "rotation " in lines([point_row(snapshot, turn, 0)])[0]
     suspect = snapshot.findings.suspects[0]
-    explained = suspect_view(snapshot.findings.misfit, suspect)
+    explained = suspect_view(snapshot.findings, suspect)
     assert explained is not None
     assert explained.part == "at rest, x axis"  # the axis that feels gravity shows it best
 
