@@ -10,6 +10,7 @@ one that adds most information about it.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 
@@ -691,7 +692,7 @@ def _doubt(closure: GravityClosure, up: FloatArray) -> FloatArray:
 
 def closure_of(table: ResidualTable) -> GravityClosure:
     """The rotations of a table."""
-    return next(one for one in table.sources if isinstance(one, GravityClosure))
+    return cast("GravityClosure", next(one for one in table.sources if one.moving and one.judged))
 
 
 def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -199,8 +200,7 @@ class AccelerometerExperiment(Experiment):
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
-        (rows,) = found.rows
-        assert isinstance(rows, MagnitudeRows)  # noqa: S101 (narrows the type)
+        rows = cast("MagnitudeRows", found.rows[0])
         excess = found.balance.variance - found.system.own
         by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns

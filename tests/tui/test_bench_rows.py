@@ -9,7 +9,8 @@ from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.views import ResidualView, freed, suspect_view
+from imucal_wizard.diagnose.views import ResidualView, freed, pictures, suspect_view
+from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -237,3 +238,21 @@ def test_the_noise_in_the_ladder_is_that_of_the_model_that_shows_it_most_purely(
     rungs = tuple(replace(snapshot.ladder[0], floor=floor * mg) for floor in (0.4, 0.05, 7.0))
     noise = lines(ladder_rows(replace(snapshot, ladder=rungs), 90))[-1]
     assert noise.split()[:3] == ["noise", "alone", "0.0500"]
+
+
+def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
+    """By its name, which no other picture of the sensor has, on 79 columns."""
+    for sensor in sagged.sensors:
+        bench = sagged.bench(sensor)
+        assert bench is not None
+        snapshot = bench_snapshot(sagged, bench)
+        suspects = (entry.suspect for entry in snapshot.entries if entry.suspect is not None)
+        drawn = [suspect_view(snapshot.findings, one) for one in suspects]
+        shown = {view.name for view in (*snapshot.views, *drawn) if view is not None}
+        printed = pictures(snapshot.diagnosis)
+        assert len({view.name for view in printed}) == len(printed)
+        assert {view.name for view in printed} == shown
+        for view in printed:
+            lines = view_text(sensor, view).splitlines()
+            assert lines[0].startswith(f"{sensor.upper()}  {view.part}: ")
+            assert max(map(len, lines[1:])) <= 79
