@@ -174,7 +174,8 @@ class Bench:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
             missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
-            shown = [effect for effect in missing if self.lacking(effect) is None]
+            where = self.measured.everything()
+            shown = [effect for effect in missing if effect.lacking(self.sensor, where) is None]
             misfit = whitened_residuals(self.fit, shown)
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)

@@ -14,7 +14,7 @@ from typing import cast
 
 import numpy as np
 
-from imucal_wizard.core.attitude import lay_samples
+from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import (
     AXES,
@@ -649,7 +649,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
     after = np.array([end, start] * len(pulses))
     inverse = np.linalg.inv(fit.matrix)
     times = [np.asarray(SAMPLE_INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
-    samples = lay_samples(times, [rate @ inverse.T + fit.bias for rate in rates])
+    samples = rotation_samples(times, [rate @ inverse.T + fit.bias for rate in rates])
     known, force = closure.motion, gravity * before[samples.rotation]
     # right after the session, at its last temperature
     motion = replace(

@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from imucal_wizard.core.attitude import advancing, attitudes, lay_samples
+from imucal_wizard.core.attitude import attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
@@ -147,7 +147,7 @@ def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Se
 
 def _segment(before: int, after: int, part: Series, interval: float) -> Segment | None:
     """A motion whose samples are all there and that does not last too long."""
-    later = advancing(part.time)
+    later = strictly_later(part.time)
     time, rate = part.time[later], part.values[later]
     whole = len(time) > MIN_SAMPLES and bool(
         (np.diff(time) <= MAX_SAMPLE_INTERVALS * interval).all()
@@ -163,9 +163,9 @@ def passages(
     """The turns with attitude and field, for the comparison of the clocks."""
     out = []
     for turn in turns:
-        samples = lay_samples([turn.time], [turn.rate])
+        samples = rotation_samples([turn.time], [turn.rate])
         rate = (samples.reading - gyroscope.bias) @ gyroscope.matrix.T
-        phi = samples.turned(rate)
+        phi = samples.rotation_vectors(rate)
         whole = samples.at_samples(*attitudes(quaternions(phi), samples.step_offsets))
         if np.abs(phi).sum() < SMALLEST_ROTATION:
             continue
@@ -277,7 +277,7 @@ def _heading_rows(
     before, after = (
         np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
     )
-    samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
+    samples = rotation_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
         known.holds,

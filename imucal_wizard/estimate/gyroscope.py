@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.attitude import Samples, advancing, lay_samples
+from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -80,7 +80,7 @@ class RotationSet:
             alike, reading units², shape (3,).
     """
 
-    samples: Samples
+    samples: RotationSamples
     usable: IntArray
     before: IntArray
     after: IntArray
@@ -119,7 +119,7 @@ class RotationSet:
         before, after = np.array(ends, np.int64).T
         return replace(
             self,
-            samples=lay_samples(
+            samples=rotation_samples(
                 [*(own.time[part] for part in parts), *times],
                 [*(own.reading[part] for part in parts), *readings],
             ),
@@ -138,7 +138,7 @@ def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
 def _problem(rotation: Rotation) -> str | None:
     if (
         len(rotation.time) < MIN_ROTATION_SAMPLES
-        or advancing(rotation.time).sum() < MIN_ROTATION_SAMPLES
+        or strictly_later(rotation.time).sum() < MIN_ROTATION_SAMPLES
     ):
         return "no gyroscope samples in it"
     if not (np.abs(rotation.rate) < MAX_READING).all() or not np.isfinite(rotation.time).all():
@@ -168,9 +168,11 @@ def rotation_set(
         raise DataError("no usable rotation between two holds")
     table = np.array(found, np.int64)
     turned = [rotations[i] for i in table[:, 0]]
-    samples = lay_samples([one.time for one in turned], [one.rate for one in turned])
+    samples = rotation_samples([one.time for one in turned], [one.rate for one in turned])
     forces = [
-        one.accelerometer[advancing(one.time)] for one in turned if one.accelerometer is not None
+        one.accelerometer[strictly_later(one.time)]
+        for one in turned
+        if one.accelerometer is not None
     ]
     up = None
     if len(forces) == len(turned):

@@ -6,7 +6,6 @@ makes the same requests.
 
 from collections.abc import Sequence
 
-import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
@@ -58,6 +57,8 @@ class MeasurementRequest:
 
 def requests_to_text(asked: Sequence[MeasurementRequest]) -> str:
     """The requests as text."""
+    import msgspec  # only where requests travel
+
     return msgspec.json.encode(list(asked)).decode()
 
 
@@ -67,6 +68,8 @@ def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
     Raises:
         UsageError: the text is not a list of possible requests.
     """
+    import msgspec
+
     try:
         asked = tuple(msgspec.json.decode(text, type=list[MeasurementRequest]))
     except msgspec.MsgspecError as error:

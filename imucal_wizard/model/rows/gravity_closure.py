@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.attitude import Samples, attitudes
+from imucal_wizard.core.attitude import RotationSamples, attitudes
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import (
@@ -76,7 +76,7 @@ class ClosureRows(Rows):
         if len(terms):
             motion = source.motion if near is None else near.motion
             rate = rate - terms.columns(motion) @ calibration.sizes
-        self._steps = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
+        self._steps = attitudes(quaternions(samples.rotation_vectors(rate)), samples.step_offsets)
         last = self._steps[1][:, samples.step_offsets[1:] - 1]
         self.rate = rate
         self.ends = np.moveaxis(matrices(last), -1, 0)
@@ -97,7 +97,7 @@ class ClosureRows(Rows):
     @cached_property
     def weights(self) -> FloatArray:
         """``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3)."""
-        weights = self._source.samples.spread(self._attitudes).reshape(3, 3, -1)
+        weights = self._source.samples.sample_weights(self._attitudes).reshape(3, 3, -1)
         return np.ascontiguousarray(np.moveaxis(weights, 1, 2))
 
     @property
@@ -230,7 +230,7 @@ class GravityClosure(RowSource):
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
-    samples: Samples
+    samples: RotationSamples
     before: FloatArray
     after: FloatArray
     before_doubt: FloatArray
@@ -322,7 +322,7 @@ class GravityClosure(RowSource):
             rate = np.einsum("nij,nj->ni", matrix[one.rotation], offset)
         else:
             rate = (one.reading - bias) @ matrix.T
-        _, after = attitudes(quaternions(one.turned(rate)), one.step_offsets)
+        _, after = attitudes(quaternions(one.rotation_vectors(rate)), one.step_offsets)
         ends = np.moveaxis(matrices(after[:, one.step_offsets[1:] - 1]), -1, 0)
         return between(carry(ends, self.before), self.after)
 
