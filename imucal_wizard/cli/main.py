@@ -1,5 +1,6 @@
 """Entry point: finds the command, reports errors in one line. Only that command is imported."""
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -72,6 +73,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # the reader of the output has closed it
         sys.stderr.close()
         return 0
+    finally:
+        if argv is None:
+            gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
 
 
 def _dispatch(arguments: list[str]) -> int:
