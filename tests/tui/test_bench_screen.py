@@ -133,7 +133,7 @@ async def test_a_point_says_which_pose_it_is_and_what_was_read(benches: Benches)
 
 async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "t: its raw trace")
+        await shows(pilot, "t shows its raw trace")
         await pilot.press("t")
         await shows(pilot, "raw trace", "residual: ", "Only the means")
         await pilot.press("t")

@@ -120,7 +120,7 @@ async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: F
         text = await shows(pilot, "▸ disturbed (#")
         number = text.split("▸ disturbed (#")[1].split(")")[0]
         await pilot.press("enter")
-        await shows(pilot, "m asks for it")
+        await shows(pilot, "measure that pose again (m)")
         await pilot.press("n")
         await shows(pilot, f"hold {number} is accused")
         await pilot.press("m")

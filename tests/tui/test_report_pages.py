@@ -230,7 +230,7 @@ async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
         await pilot.press("question_mark")
         await shows(pilot, "help: result")
         await pilot.press("end")
-        await shows(pilot, "says what it takes to show north")
+        await shows(pilot, "says what the heading needs")
         await pilot.press("escape")
         await pilot.press("h")
         await shows(pilot, "no heading without a calibrated magnetometer", "circles")

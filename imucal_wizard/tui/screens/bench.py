@@ -384,7 +384,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         if entry.addable:
             self._add(entry.term)
             return
-        why = entry.lacking or "there is nothing to add: measure that pose again"
+        key = " (m)" if self._live else ""
+        why = entry.lacking or f"there is nothing to add: measure that pose again{key}"
         self._tell(f"{entry.term}: {why}")
 
     def _add(self, term: str) -> None:
