@@ -1,5 +1,6 @@
 """What tests of several packages need."""
 
+import gc
 import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -14,6 +15,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a busy machine may take any time for an example; pytest's own time limit finds what hangs
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """One process more than there are cores: some tests wait at the pace of a device."""
+    return (os.cpu_count() or 1) + 1
+
+
+def pytest_collection_finish() -> None:
+    """Exempt what is loaded by now, a million objects, from every later garbage collection."""
+    gc.collect()
+    gc.freeze()
+
 
 if TYPE_CHECKING:  # there are systems without pseudo-terminals, on which other tests run
     from tests.acquire.ports import Pty

@@ -20,12 +20,6 @@ DISCOVERED = {
     "parser": "each command in cli/ has one",
 }
 """Names that each discovered module of a folder defines, by its folder's convention."""
-HOMONYMS = {
-    "Calibration": "a calibration file; matrix and bias within the estimator",
-    "averaged": "a mean over time of a closure; of slow noise",
-    "corrected": "readings by a matrix and bias; by the terms of a model",
-}
-"""Public names that two modules define, and what each means."""
 LOCAL = ("AS_GOOD", "BLIND", "CONVERGED", "MAX_PASSES", "SHORTEST", "SIZE")
 """Names of numeric constants that two modules of the estimator define for themselves."""
 ASKING = ("estimate/compensated.py",)
@@ -57,7 +51,7 @@ def test_no_public_name_means_two_things() -> None:
         and not node.name.startswith("_")
         and node.name not in DISCOVERED
     )
-    assert set(repeated(definitions)) <= set(HOMONYMS)
+    assert repeated(definitions) == {}
 
 
 def test_a_limit_is_defined_once() -> None:

@@ -22,7 +22,7 @@ from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.identifiability import Identifiable, identifiable
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 BASE = ("bias", "scale", "non-orthogonality")
 ENTRY_OF = (9, 10, 11, 0, 1, 2, 4, 5, 8)
@@ -69,7 +69,7 @@ class AccelerometerExperiment(Experiment):
         holds: Sequence[Hold],
         gravity: float,
         unit: str,
-        calibration: Calibration,
+        calibration: Parameters,
         identified: Identifiable,
         noise: HoldNoise,
         readings: Readings | None = None,
@@ -97,6 +97,16 @@ class AccelerometerExperiment(Experiment):
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 
+    def under(
+        self, reference: GravityReference | None, readings: Readings | None
+    ) -> "AccelerometerExperiment":
+        """See ``Experiment``: these rows need no reference but the size of gravity."""
+        del reference
+        if readings is None or readings is self.readings:
+            return self
+        args = self.holds, self.gravity, self.unit, self._start, self.identified, self.noise
+        return AccelerometerExperiment(*args, readings, self.source.labels.group)
+
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
         identified = self.identified
@@ -115,7 +125,7 @@ class AccelerometerExperiment(Experiment):
         reason = identified.reason if short else ""
         return Directions(columns, tuple(names), terms, dropped, reason)
 
-    def begin(self, base: Sequence[str]) -> Calibration:
+    def begin(self, base: Sequence[str]) -> Parameters:
         """See ``Experiment``."""
         if set(base) == set(BASE):
             return self._start
@@ -123,16 +133,16 @@ class AccelerometerExperiment(Experiment):
         if self.unit == COUNT:
             return nominal
         matrix, bias = np.eye(3), np.zeros(3)
-        return Calibration(matrix, bias)
+        return Parameters(matrix, bias)
 
-    def before(self) -> Calibration:
+    def before(self) -> Parameters:
         """See ``Experiment``: the nominal unit; of counts, the sphere nearest to the holds."""
         if self.unit != COUNT:
-            return Calibration(np.eye(3), np.zeros(3))
+            return Parameters(np.eye(3), np.zeros(3))
         problem = make_problem(self.source.reading, self.gravity)
-        return Calibration(*problem.matrix_and_bias(sphere(problem)))
+        return Parameters(*problem.matrix_and_bias(sphere(problem)))
 
-    def constrained(self, calibration: Calibration, base: Sequence[str]) -> Calibration:
+    def constrained(self, calibration: Parameters, base: Sequence[str]) -> Parameters:
         """See ``Experiment``.
 
         Where the angle between x and z is nominal but the others are not, ``M_xz`` is their product
@@ -259,7 +269,7 @@ def first_fit(
     means = np.array([hold.accelerometer for hold in holds], float).reshape(-1, 3)
     check_means(means)
     problem = make_problem(means, gravity)
-    first = Calibration(*problem.matrix_and_bias(sphere(problem)))
+    first = Parameters(*problem.matrix_and_bias(sphere(problem)))
     vectors = (means - first.bias) @ first.matrix.T
     if not (np.linalg.norm(vectors, axis=1) > 1e-6 * gravity).all():
         raise DataError(

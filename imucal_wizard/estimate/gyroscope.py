@@ -16,6 +16,7 @@ from imucal_wizard.core.attitude import Samples, advancing, lay_samples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
@@ -39,7 +40,14 @@ from imucal_wizard.model.nominal_gains import (
 )
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
-from imucal_wizard.model.rows.source import BIAS, ENTRIES, MATRIX, Calibration, RowLabels, RowSource
+from imucal_wizard.model.rows.source import (
+    BIAS,
+    ENTRIES,
+    MATRIX,
+    Parameters,
+    RowLabels,
+    RowSource,
+)
 
 AXES = "xyz"
 MIN_ROTATION_SAMPLES = 3
@@ -85,7 +93,7 @@ class RotationSet:
         offsets = self.samples.offsets
         return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
 
-    def rates(self, calibration: Calibration) -> FloatArray:
+    def rates(self, calibration: Parameters) -> FloatArray:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
 
@@ -190,7 +198,7 @@ class GyroscopeExperiment(Experiment):
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
-    base_terms = BASE
+    base_terms, needs_reference = BASE, True
 
     def __init__(
         self,
@@ -198,7 +206,7 @@ class GyroscopeExperiment(Experiment):
         rotations: RotationSet,
         reference: GravityReference,
         unit: str,
-        start: Calibration,
+        start: Parameters,
         nominal: Nominal,
         free: Sequence[int] = tuple(range(ENTRIES)),
         readings: Readings | None = None,
@@ -285,7 +293,7 @@ class GyroscopeExperiment(Experiment):
             out[first:past] = ahead | behind[::-1]
         return out
 
-    def moved(self, start: Calibration, free: Sequence[int]) -> "GyroscopeExperiment":
+    def moved(self, start: Parameters, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
         other = copy(self)
         other._start, other.free = start, tuple(free)
@@ -310,11 +318,15 @@ class GyroscopeExperiment(Experiment):
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
-        self, reference: GravityReference, readings: Readings | None
+        self, reference: GravityReference | None, readings: Readings | None
     ) -> "GyroscopeExperiment":
-        """The same rotations with gravity as another fit of the accelerometer sees it."""
+        """See ``Experiment``."""
+        reference, readings = reference or self.of, readings or self.readings
+        if reference is self.of and readings is self.readings:
+            return self
+        more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, self.sources[2:])
+        return GyroscopeExperiment(*args, self.free, readings, more)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
@@ -340,7 +352,7 @@ class GyroscopeExperiment(Experiment):
         """Name of the parameter that one of the twelve entries is."""
         return self.nominal.parameter(entry) if entry < 9 else f"bias_{AXES[entry - 9]}"
 
-    def begin(self, base: Sequence[str]) -> Calibration:
+    def begin(self, base: Sequence[str]) -> Parameters:
         """See ``Experiment``."""
         free = np.flatnonzero(self.directions(base).columns.any(axis=1)).tolist()
         matrix = self.nominal.filled(self._start.matrix, free)
@@ -349,13 +361,13 @@ class GyroscopeExperiment(Experiment):
             fixed = [entry for entry in scales if entry not in free]
             matrix.flat[fixed] = common.flat[fixed]
         bias = self._start.bias if "bias" in base else self.before().bias
-        return Calibration(matrix, bias)
+        return Parameters(matrix, bias)
 
-    def before(self) -> Calibration:
+    def before(self) -> Parameters:
         """See ``Experiment``: of counts, one common scale and the mean at rest."""
         if self.unit != COUNT:
-            return Calibration(np.eye(3), np.zeros(3))
-        return Calibration(self._common(), self.rest.reading.mean(axis=0))
+            return Parameters(np.eye(3), np.zeros(3))
+        return Parameters(self._common(), self.rest.reading.mean(axis=0))
 
     def _common(self) -> FloatArray:
         """One scale for all axes, with the axes in their places."""
@@ -396,7 +408,7 @@ class GyroscopeExperiment(Experiment):
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
         noise = self.closure.noise
-        return int((noise > UNSTEADY * np.median(noise)).sum())
+        return int((noise > UNSTEADY * median(noise)).sum())
 
 
 def gyroscope_experiment(
@@ -441,7 +453,7 @@ def gyroscope_minimum(
     ends = reference.up[turned.before], reference.up[turned.after]
     matrix = start_matrix(turned.samples, *ends, turned.up, rest, known)
     nominal = nominal_of(matrix, known)
-    start = Calibration(matrix, rest)
+    start = Parameters(matrix, rest)
     rough = GyroscopeExperiment(holds, turned, reference, unit, start, nominal, readings=readings)
     # datasheets hold what the rotations do not show, so that the first fit can tell what they do
     prior = np.zeros(ENTRIES)
@@ -503,7 +515,7 @@ def _inverse(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def motion_of(
     known: Circumstances,
     rotations: RotationSet,
-    start: Calibration,
+    start: Parameters,
     origin: float,
     readings: Readings | None,
 ) -> Circumstances:

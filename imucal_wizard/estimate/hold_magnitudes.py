@@ -36,7 +36,7 @@ from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of,
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.gravity_magnitude import MagnitudeRows
-from imucal_wizard.model.rows.source import ENTRIES, Calibration
+from imucal_wizard.model.rows.source import ENTRIES, Parameters
 from imucal_wizard.model.terms import Terms
 
 NEEDS_ALL = "needs all of these positions, so none could be left out to check it"
@@ -140,7 +140,7 @@ class HoldMagnitudes:
 
         found, theta = estimate(points, every), theta_of(points, every)
         matrix, bias = self.problem.matrix_and_bias(theta)
-        rows = experiment.source.at(Calibration(matrix, bias), Terms(experiment.sensor, ()))
+        rows = experiment.source.at(Parameters(matrix, bias), Terms(experiment.sensor, ()))
         pull = self._pull(theta, lambda moved: theta_of(moved, every))
         unused = tuple(np.flatnonzero(~pull.any(axis=0)).tolist())
         used = np.delete(rows.residual, unused)
@@ -172,7 +172,7 @@ class HoldMagnitudes:
             bias_unit=experiment.unit,
             parameters=with_errors(
                 lambda entries: experiment.named(entries[:9].reshape(3, 3), entries[9:]),
-                Calibration(matrix, bias).entries,
+                Parameters(matrix, bias).entries,
                 whole,
                 experiment.unit_of,
                 tuple(dict.fromkeys(dropped)),
@@ -200,6 +200,7 @@ class HoldMagnitudes:
                 experiment.gain,
                 gravity,
             ),
+            experiment=experiment,
         )
 
     def _pull(self, theta: FloatArray, method: Callable[[FloatArray], FloatArray]) -> FloatArray:

@@ -61,14 +61,14 @@ def in_triangle(matrix: FloatArray) -> FloatArray:
     return np.array([matrix[i, j] for i, j in TRIANGLE])
 
 
-def corrected(theta: FloatArray, points: FloatArray) -> FloatArray:
+def calibrated_points(theta: FloatArray, points: FloatArray) -> FloatArray:
     """Corrected vectors in units of the magnitude, shape (n, 3)."""
     return (points - theta[:3]) @ triangle(theta).T
 
 
 def residuals(theta: FloatArray, points: FloatArray) -> FloatArray:
     """``|x| − 1`` of each point, in units of the magnitude, shape (n,)."""
-    return np.asarray(np.linalg.norm(corrected(theta, points), axis=1)) - 1.0
+    return np.asarray(np.linalg.norm(calibrated_points(theta, points), axis=1)) - 1.0
 
 
 def sphere(problem: Problem) -> FloatArray:

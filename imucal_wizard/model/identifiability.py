@@ -14,7 +14,7 @@ be less than what the sensor errs without any calibration.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -129,19 +129,6 @@ def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
     if common_scale:
         columns[SCALE, -1] = 1.0 / np.sqrt(3.0)
     return columns
-
-
-def names_of(basis: FloatArray, names: Sequence[str]) -> list[str]:
-    """What the columns of a basis free; several parameters that move together are one scale.
-
-    Args:
-        basis: see ``basis_of``.
-        names: of all nine parameters.
-    """
-    return [
-        names[int(np.flatnonzero(column)[0])] if np.count_nonzero(column) == 1 else "scale"
-        for column in basis.T
-    ]
 
 
 def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:

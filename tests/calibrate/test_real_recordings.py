@@ -12,7 +12,7 @@ from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.holds import Rotation
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
 from tests.shared_data import shared_data
 
@@ -118,7 +118,7 @@ def test_leaving_out_each_xsens_rotation_is_a_complete_refit(xsens: FitReport) -
         rest = [rotation for i, rotation in enumerate(xsens.rotations) if i != index]
         refit = fit_gyroscope(xsens.holds, rest, accelerometer, "count").fit
         assert refit is not None
-        rows = experiment.closure.at(Calibration(refit.matrix, refit.bias), Terms("gyroscope", ()))
+        rows = experiment.closure.at(Parameters(refit.matrix, refit.bias), Terms("gyroscope", ()))
         error = float(np.linalg.norm(rows.residual.reshape(-1, 2)[index]))
         assert fit.held_out[index] == pytest.approx(error, abs=0.05 * fit.rms_fitted)
 

@@ -12,7 +12,7 @@ from imucal_wizard.estimate.gyroscope import examined, gyroscope_experiment
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Collected, Rotation
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
 from tests.calibrate.sessions import session, true
 
@@ -30,7 +30,7 @@ def _closures(plain: FitReport, matrix: FloatArray, bias: FloatArray) -> FloatAr
     accelerometer = fit_accelerometer(plain.holds, STANDARD_GRAVITY, "m/s^2")
     rotations = examined(plain.rotations)
     experiment = gyroscope_experiment(plain.holds, rotations, accelerometer, "rad/s")
-    rows = experiment.closure.at(Calibration(matrix, bias), Terms("gyroscope", ()))
+    rows = experiment.closure.at(Parameters(matrix, bias), Terms("gyroscope", ()))
     return np.asarray(np.linalg.norm(rows.residual.reshape(-1, 2), axis=1))
 
 

@@ -9,7 +9,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.field_closure import FieldClosure, HeadingRows
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.terms import Terms
 
 NO_EFFECTS = Terms("gyroscope", ())
@@ -39,14 +39,15 @@ def headings(by_gravity: GravityClosure, by_field: GravityClosure) -> FieldClosu
     numbers = np.arange(len(by_gravity.before))
     spans = np.zeros((len(numbers), 2))
     labels = RowLabels(numbers, numbers, numbers, numbers, spans[:, 0], spans, numbers * 0)
-    return FieldClosure(by_gravity, by_field, np.ones(len(numbers)), labels)
+    holds = np.column_stack([numbers, numbers + 1])
+    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels)
 
 
 def closed(source: GravityClosure, matrix: FloatArray, bias: FloatArray) -> ClosureRows:
     """The closures at one calibration."""
-    return source.at(Calibration(matrix, bias), NO_EFFECTS)
+    return source.at(Parameters(matrix, bias), NO_EFFECTS)
 
 
 def turned(source: FieldClosure, matrix: FloatArray, bias: FloatArray) -> HeadingRows:
     """The headings at one calibration."""
-    return source.at(Calibration(matrix, bias), NO_EFFECTS)
+    return source.at(Parameters(matrix, bias), NO_EFFECTS)

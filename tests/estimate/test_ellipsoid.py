@@ -203,11 +203,6 @@ def test_the_middle_of_an_area_lies_in_it() -> None:
     assert ((bins.bin_of(faces) >= 0) & (bins.bin_of(faces) < bins.BINS)).all()
 
 
-def test_folds_leave_out_scattered_areas() -> None:
-    """Twenty folds of five."""
-    assert (np.bincount(bins.folds()) == 5).all()
-
-
 def test_a_single_value_is_not_an_outlier() -> None:
     with pytest.raises(DataError, match="one and the same value"):
         make_cloud(np.ones((5, 3)))

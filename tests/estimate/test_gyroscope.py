@@ -13,7 +13,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, determined_ent
 from imucal_wizard.estimate.gyroscope_start import aided_start, misfit, start_matrix
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.nominal_gains import Nominal, nominal_of
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from tests.estimate.motions import (
     STARTS,
     Turned,
@@ -225,7 +225,7 @@ def test_dropped_gains_keep_swapped_axes_apart() -> None:
     data = experiment(motions, Truth(swap, np.zeros(3)), rng, sigma=SIGMA)
     known = exact_accelerometer(data.reference)
     turned = rotation_set(data.holds, data.rotations, known)
-    start = Calibration(swap, np.zeros(3))
+    start = Parameters(swap, np.zeros(3))
     nominal = Nominal(channels=(1, 0, 2))
     rough = GyroscopeExperiment(data.holds, turned, data.reference, "rad/s", start, nominal)
     free = determined_entries(minimum(rough), nominal, tuple(range(12)))

@@ -5,10 +5,10 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.accelerometer import ENTRY_OF
-from imucal_wizard.estimate.magnitude import corrected, make_problem, residuals, triangle
+from imucal_wizard.estimate.magnitude import calibrated_points, make_problem, residuals, triangle
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude
-from imucal_wizard.model.rows.source import Calibration, RowLabels
+from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.terms import Terms
 from tests.estimate.truth import EIGHTEEN, even_directions, in_counts, random_triangular
 
@@ -29,7 +29,7 @@ def _jacobian(theta: FloatArray, points: FloatArray) -> FloatArray:
     spans = np.zeros((count, 2))
     labels = RowLabels(numbers, numbers, numbers, numbers, zeros, spans, numbers)
     source = GravityMagnitude(points, np.ones(count), where, 1.0, labels)
-    rows = source.at(Calibration(triangle(theta), theta[:3]), Terms("accelerometer", ()))
+    rows = source.at(Parameters(triangle(theta), theta[:3]), Terms("accelerometer", ()))
     return rows.base_columns()[:, list(ENTRY_OF)]
 
 
@@ -37,7 +37,7 @@ def test_the_residual_is_the_length_of_the_corrected_reading_less_one() -> None:
     """By hand: M = diag(2, 3, 6), b = (1, 0, 0) takes (2, 1, 1/2) to (2, 3, 3)."""
     theta = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0, 6.0])
     point = np.array([[2.0, 1.0, 0.5]])
-    assert corrected(theta, point).tolist() == [[2.0, 3.0, 3.0]]
+    assert calibrated_points(theta, point).tolist() == [[2.0, 3.0, 3.0]]
     assert residuals(theta, point)[0] == pytest.approx(np.sqrt(22.0) - 1.0, rel=1e-15)
 
 
@@ -94,5 +94,5 @@ def test_matrix_and_bias_correct_readings_to_si() -> None:
     theta, readings = _theta(rng), rng.uniform(-12.0, 12.0, (10, 3))
     problem = make_problem(readings, GRAVITY)
     matrix, bias = problem.matrix_and_bias(theta)
-    expected = GRAVITY * corrected(theta, problem.points)
+    expected = GRAVITY * calibrated_points(theta, problem.points)
     assert np.allclose((readings - bias) @ matrix.T, expected, rtol=1e-12)

@@ -25,7 +25,7 @@ def recorded() -> bytes:
     """The lines that the virtual IMU prints during this procedure, with its own time."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "performed.csv"
-        simulate_recording(path, poses="6", rotations=2, hold=4.0)
+        simulate_recording(path, rate=50.0, poses="6", rotations=2, hold=4.0)
         return path.read_bytes()
 
 

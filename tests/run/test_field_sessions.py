@@ -37,7 +37,7 @@ def printed() -> bytes:
     """A rest, six faces, a turn about each axis, six circles; at 80 Hz the field in between."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "performed.csv"
-        simulate_recording(path, rate=50.0, poses="6", rotations=1, hold=3.0, magnetometer=True)
+        simulate_recording(path, rate=25.0, poses="6", rotations=1, hold=3.0, magnetometer=True)
         return path.read_bytes()
 
 

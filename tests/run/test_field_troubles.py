@@ -31,7 +31,7 @@ def printed() -> tuple[str, ...]:
     """A rest, six faces, six circles."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.csv"
-        simulate_recording(path, poses="6", rotations=0, hold=3.0, magnetometer=True)
+        simulate_recording(path, rate=50.0, poses="6", rotations=0, hold=3.0, magnetometer=True)
         return tuple(path.read_text().splitlines())
 
 
@@ -96,12 +96,12 @@ def told(made: Engine) -> str:
 
 RNG = np.random.default_rng(1)
 CASES: dict[str, tuple[Spoil, float, str]] = {
-    "never there": (lambda *_: None, 5.0, "No number (NaN, or nothing) comes for the magne"),
+    "never there": (lambda *_: None, 5.0, "No numbers (NaN or empty) arrive for the magne"),
     "one value": (lambda _, values: 0.0 * values + 12.0, 15.0, "sends one and the same value"),
     "a dead axis": (lambda _, v: v * [1.0, 0.0, 1.0], 15.0, "axis y of the magnetometer always"),
     "half a circle": (lambda _, values: values, 6.0, "lie in one plane"),
     "one circle": (lambda _, values: values, 16.0, "urn the device through all"),
-    "gone in a circle": (lambda s, v: v if s < 12.0 else None, 30.0, "lie in one plane"),
+    "gone in a circle": (lambda s, v: v if s < 10.0 else None, 30.0, "lie in one plane"),
     "not the Earth's": (lambda _, values: 5.0 * values, 90.0, "is not the Earth's"),
     "saturated a little": (lambda _, v: np.minimum(v, [-5.0, 99.0, 99.0]), 90.0, "x of the magnet"),
     "saturated": (lambda _, v: np.minimum(v, [-20.0, 99.0, 99.0]), 140.0, "is saturated"),

@@ -12,6 +12,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
+from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.estimate.whole_session import Session
 
 
@@ -48,19 +49,20 @@ def aligned(turned: Readings) -> FitReport:
 
 @pytest.fixture(scope="session")
 def bent_benches(bent: FitReport) -> Benches:
-    """The benches of the accelerometer that bends, with its suspects ranked."""
+    """The benches of the accelerometer that bends, as it is shown."""
     benches = Benches(bent)
-    benches.accelerometer.look()
+    bench_snapshot(benches, benches.accelerometer)
     return benches
 
 
 @pytest.fixture(scope="session")
 def sagging_benches(sagging: FitReport) -> Benches:
-    """The benches of the gyroscope that feels gravity, with its suspects ranked."""
+    """The benches of the gyroscope that feels gravity, as it is shown."""
     benches = Benches(sagging)
-    benches.accelerometer.look()
-    assert benches.gyroscope is not None
-    benches.gyroscope.look()
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    for one in (benches.accelerometer, bench):
+        bench_snapshot(benches, one)
     return benches
 
 

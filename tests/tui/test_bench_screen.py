@@ -40,12 +40,11 @@ async def test_the_suspects_stand_beside_what_is_left_and_what_is_to_be_said(
         )  # fmt: skip
 
 
-@SIZES
 async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it_back(
-    benches: Benches, bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench
 ) -> None:
     before = held_out(bench)
-    async with app_with(benches).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         await ranked(pilot)
         await pilot.press("enter", "3")
         await shows(pilot, "▸LADDER", "+ second-order", "noise alone", "█", before)
@@ -56,11 +55,8 @@ async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it
         assert bench.fit.model == ("bias", "scale", "non-orthogonality")
 
 
-@SIZES
-async def test_a_part_of_the_base_is_taken_out_and_put_back(
-    benches: Benches, bench: Bench, size: tuple[int, int]
-) -> None:
-    async with app_with(benches).run_test(size=size) as pilot:
+async def test_a_part_of_the_base_is_taken_out_and_put_back(benches: Benches, bench: Bench) -> None:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         await ranked(pilot)
         await pilot.press("2", "down")
         await shows(pilot, "▸MODEL", "▸ ✓ scale", "f = T·s·(y − b)", "true force = matrix")
@@ -158,11 +154,10 @@ async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches
         await shows(pilot, "does asymmetry x explain it?")
 
 
-@SIZES
 async def test_in_lesson_mode_nothing_is_told_before_the_guess(
-    benches: Benches, bench: Bench, size: tuple[int, int]
+    benches: Benches, bench: Bench
 ) -> None:
-    async with app_with(benches).run_test(size=size) as pilot:
+    async with app_with(benches).run_test(size=USUAL) as pilot:
         await shows(pilot, "<0.003")
         await pilot.press("p")
         text = await shows(pilot, "Predict first", "▸ asymmetry")

@@ -41,18 +41,15 @@ def in_hold(readings: Readings, report: FitReport, index: int) -> StreamStatus:
     return replace(fakes.STREAM, accelerometer=(ax, ay, az), magnetometer=(mx, my, mz))
 
 
-def with_report(
-    source: fakes.FakeSource, report: FitReport, readings: Readings
-) -> fakes.FakeServices:
+def with_report(source: fakes.FakeSource, report: FitReport) -> fakes.FakeServices:
     """Services whose fit is this one."""
+    return replace(fakes.services(source), fit=lambda _collected, _snapshot: report)
 
-    def compare(
-        found: FitReport, _collected: Collected, _snapshot: Snapshot
-    ) -> Sequence[MethodRow]:
-        return method_rows(found, "rad/s", readings.magnetometer, None)
 
-    services = replace(fakes.services(source), fit=lambda _collected, _snapshot: report)
-    return replace(services, compare=compare)
+@pytest.fixture(scope="module")
+def methods(aligned: FitReport, turned: Readings) -> list[MethodRow]:
+    """All methods on the recording with three sensors."""
+    return list(method_rows(aligned, "rad/s", turned.magnetometer, None))
 
 
 def heading_of(report: FitReport, stream: StreamStatus) -> LiveHeading:
@@ -175,7 +172,7 @@ async def test_one_key_shows_the_heading_and_it_follows_the_device(
 ) -> None:
     index = level_hold(aligned)
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, index))
-    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "magnetometer |m|", "h north")
         await pilot.press("h")
@@ -199,7 +196,7 @@ async def test_readings_that_are_no_news_are_called_so(
     turned: Readings, aligned: FitReport
 ) -> None:
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
-    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("h")
@@ -214,7 +211,7 @@ async def test_readings_that_are_no_news_are_called_so(
 
 async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned: FitReport) -> None:
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
-    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("h")
@@ -244,7 +241,7 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
     why = "the magnetometer stays in its own frame: 3 still positions are too few"
     report = replace(aligned, second_stage=None, warnings=(why,))
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
-    app = WizardApp(with_report(source, report, turned), None, VIRTUAL)
+    app = WizardApp(with_report(source, report), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("h")
@@ -253,10 +250,11 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
 
 @pytest.mark.parametrize("size", [USUAL, LARGE])
 async def test_one_key_shows_all_methods_of_all_sensors_on_one_screen(
-    size: tuple[int, int], turned: Readings, aligned: FitReport
+    size: tuple[int, int], aligned: FitReport, methods: list[MethodRow]
 ) -> None:
     source = fakes.FakeSource(RESULT)
-    app = WizardApp(with_report(source, aligned, turned), None, VIRTUAL)
+    services = replace(with_report(source, aligned), compare=lambda *_: methods)
+    app = WizardApp(services, None, VIRTUAL)
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("c")

@@ -54,17 +54,6 @@ def centres() -> FloatArray:
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
 
 
-def folds(count: int = 20, seed: int = 0) -> NDArray[np.intp]:
-    """Which areas are left out together: five scattered ones in each of ``count`` folds, (100,).
-
-    Every fold leaves out orientations whole, and the neighbours of each remain.
-    """
-    order = np.random.default_rng(seed).permutation(BINS)
-    fold = np.empty(BINS, np.intp)
-    fold[order] = np.arange(BINS) % count
-    return fold
-
-
 @dataclass(frozen=True)
 class Quality:
     """Four figures of a cloud of corrected readings, as the users of MotionCal (PJRC) know them.

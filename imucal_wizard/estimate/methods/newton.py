@@ -24,7 +24,13 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.estimate.magnitude import SIZE, TRIANGLE, corrected, in_triangle, triangle
+from imucal_wizard.estimate.magnitude import (
+    SIZE,
+    TRIANGLE,
+    calibrated_points,
+    in_triangle,
+    triangle,
+)
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.methods.six_position import from_faces
@@ -96,7 +102,7 @@ def newton(points: FloatArray, start: FloatArray, basis: FloatArray) -> tuple[Fl
 
 def cost(theta: FloatArray, points: FloatArray) -> float:
     """G(X), eq. 11, in units of the magnitude."""
-    error = (corrected(theta, points) ** 2).sum(axis=1) - 1.0
+    error = (calibrated_points(theta, points) ** 2).sum(axis=1) - 1.0
     return float(error @ error)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
 SHORTEST = 1e-12
@@ -21,7 +21,7 @@ class FieldRows(Rows):
         field: corrected field of the pieces, µT, shape (q, 3).
     """
 
-    def __init__(self, source: "FieldMagnitude", calibration: Calibration, terms: Terms) -> None:
+    def __init__(self, source: "FieldMagnitude", calibration: Parameters, terms: Terms) -> None:
         self._source, self._calibration = source, calibration
         where = source.circumstances
         self.field = corrected(
@@ -79,7 +79,7 @@ class FieldMagnitude(RowSource):
     # a direction that comes again comes from another place of the room
     repeats_are_noise = False
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> FieldRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> FieldRows:
         """See ``RowSource``."""
         del near  # these rows need no other ones
         return FieldRows(self, calibration, terms)

@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Calibration, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels, Rows, RowSource
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
 MAX_PASSES = 30
@@ -30,7 +30,7 @@ class MagnitudeRows(Rows):
         force: corrected, m/s², shape (n, 3).
     """
 
-    def __init__(self, source: "GravityMagnitude", calibration: Calibration, terms: Terms) -> None:
+    def __init__(self, source: "GravityMagnitude", calibration: Parameters, terms: Terms) -> None:
         self._source, self._calibration, self._terms = source, calibration, terms
         linear = (source.reading - calibration.bias) @ calibration.matrix.T
         force, diverged = linear, False
@@ -124,7 +124,7 @@ class GravityMagnitude(RowSource):
     kind = "hold"
     unit = "m/s^2"
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> MagnitudeRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> MagnitudeRows:
         """See ``RowSource``."""
         del near  # these rows need no other ones
         return MagnitudeRows(self, calibration, terms)

@@ -11,7 +11,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
-    Calibration,
+    Parameters,
     RowLabels,
     Rows,
     RowSource,
@@ -23,7 +23,7 @@ from imucal_wizard.model.terms import Term, Terms, columns_of
 class RestRows(Rows):
     """Corrected mean rates, hold by hold."""
 
-    def __init__(self, source: "RateAtRest", calibration: Calibration, terms: Terms) -> None:
+    def __init__(self, source: "RateAtRest", calibration: Parameters, terms: Terms) -> None:
         self._source, self._calibration = source, calibration
         rate = (source.reading - calibration.bias) @ calibration.matrix.T
         self._error = np.zeros_like(rate)
@@ -94,7 +94,7 @@ class RateAtRest(RowSource):
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
 
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> RestRows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> RestRows:
         """See ``RowSource``."""
         del near  # these rows need no other ones
         return RestRows(self, calibration, terms)

@@ -23,7 +23,7 @@ BIAS = slice(9, 12)
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Parameters:
     """One point in the space of parameters.
 
     Attributes:
@@ -43,9 +43,9 @@ class Calibration:
         """M by rows and b, shape (12,)."""
         return np.concatenate([self.matrix.ravel(), self.bias])
 
-    def moved(self, entries: FloatArray, sizes: FloatArray, shared: FloatArray) -> "Calibration":
+    def moved(self, entries: FloatArray, sizes: FloatArray, shared: FloatArray) -> "Parameters":
         """The calibration with these changes added."""
-        return Calibration(
+        return Parameters(
             self.matrix + entries[MATRIX].reshape(3, 3),
             self.bias + entries[BIAS],
             self.sizes + sizes,
@@ -117,9 +117,12 @@ class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading`` or ``field``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
+        moving: measured while the device rotated, and compared with a reference at both ends.
+        noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
+            nobody has measured, and only their scatter tells how well they are known.
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one group differ by noise alone.
@@ -131,6 +134,8 @@ class RowSource(ABC):
     kind: str
     unit: str
     judged: bool = True
+    moving: bool = False
+    noise_is_measured: bool = True
     group_word: str = "direction"
     repeats_are_noise: bool = True
     labels: RowLabels
@@ -138,7 +143,7 @@ class RowSource(ABC):
     shared_precision: tuple[float, ...] = ()
 
     @abstractmethod
-    def at(self, calibration: Calibration, terms: Terms, near: Rows | None = None) -> Rows:
+    def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> Rows:
         """The rows at a calibration.
 
         Args:
@@ -147,13 +152,18 @@ class RowSource(ABC):
             near: the rows of a calibration close by, from which effects may be evaluated.
         """
 
+    def under(self, up: FloatArray) -> "RowSource":
+        """The same rows with other directions of gravity in the holds.
+
+        Args:
+            up: unit vectors, shape (h, 3).
+        """
+        del up  # for rows that rest on gravity
+        return self
+
     def place(self, row: int) -> str:
         """What a row is, in words."""
         return f"{self.kind} {self.labels.index[row] + 1}"
-
-    def plotted(self) -> dict[str, FloatArray]:
-        """What the residuals may be drawn against besides time, shape (n,) each, by label."""
-        return {}
 
 
 def joined(parts: Sequence[FloatArray]) -> FloatArray:

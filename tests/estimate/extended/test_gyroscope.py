@@ -11,7 +11,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import Effect
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term, Terms
 from tests.estimate.extended.sizes import drawn
@@ -114,7 +114,7 @@ def _shifted(
     data: GyroscopeExperiment, terms: Terms, at: tuple[FloatArray, FloatArray, FloatArray]
 ) -> FloatArray:
     """All residuals at a calibration, effects taken at its own rates and forces."""
-    rows = settled_rows(data, terms, Calibration(*at))
+    rows = settled_rows(data, terms, Parameters(*at))
     return np.concatenate([one.residual for one in rows])
 
 
@@ -174,7 +174,7 @@ def test_error_modes_of_the_accelerometer_are_columns_of_the_fit() -> None:
     )
     # across the direction measured before, in which the rows are told
     object.__setattr__(moved, "basis", closure.basis)
-    none, at = Terms("gyroscope", ()), Calibration(found.matrix, found.bias)
+    none, at = Terms("gyroscope", ()), Parameters(found.matrix, found.bias)
     change = moved.at(at, none).residual - closure.at(at, none).residual
     column = table.columns[table.kind == "rotation", names.index("accelerometer_2")]
     np.testing.assert_allclose(column, change, atol=0.02 * np.abs(change).max())
@@ -189,7 +189,7 @@ def test_leaving_a_rotation_out_by_one_step_is_a_refit_without_it() -> None:
     size = float(np.sqrt((found.held_out**2).mean()))
     for index in (0, 7, 13):
         own = fit(without(data, index), (G_SENSITIVITY,))
-        at = Calibration(own.matrix, own.bias, own.sizes[0])
+        at = Parameters(own.matrix, own.bias, own.sizes[0])
         _, closures = settled_rows(data, Terms("gyroscope", own.terms), at)
         errors = closures.residual[2 * index : 2 * index + 2]
         assert np.linalg.norm(errors) == pytest.approx(found.held_out[index], abs=0.05 * size)

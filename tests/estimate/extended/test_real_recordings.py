@@ -11,7 +11,7 @@ from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.rows.source import Calibration
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Term, Terms
 from tests.estimate.extended.turns import settled_rows, still_rms, without
 from tests.shared_data import shared_data
@@ -94,7 +94,7 @@ def test_leaving_a_real_rotation_out_by_one_step_is_a_refit_without_it(
     for index in range(len(found.held_out)):
         own = fit(without(gyroscope, index), terms)
         sizes = np.concatenate([np.zeros(0), *own.sizes])
-        at = Calibration(own.matrix, own.bias, sizes)
+        at = Parameters(own.matrix, own.bias, sizes)
         _, closures = settled_rows(gyroscope, Terms("gyroscope", terms), at)
         refits.append(closures.residual[2 * index : 2 * index + 2])
     exact = np.sqrt(np.mean(np.square(refits).sum(axis=1)))

@@ -13,7 +13,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, gyroscope_expe
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
-from imucal_wizard.model.rows.source import Calibration, Rows
+from imucal_wizard.model.rows.source import Parameters, Rows
 from imucal_wizard.model.terms import Term, Terms
 from tests.estimate.motions import free_turns
 from tests.estimate.truth import TWENTY_SIX, Motion, Truth, typical_accelerometer, typical_gyroscope
@@ -180,7 +180,7 @@ def without(data: GyroscopeExperiment, index: int) -> GyroscopeExperiment:
 
 
 def settled_rows(
-    data: GyroscopeExperiment, terms: Terms, calibration: Calibration
+    data: GyroscopeExperiment, terms: Terms, calibration: Parameters
 ) -> tuple[Rows, ...]:
     """A calibration's rates and closures, its effects taken at its own rates and forces."""
     rows = tuple(source.at(calibration, terms) for source in data.sources)
