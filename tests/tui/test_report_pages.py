@@ -245,7 +245,7 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("h")
-        await shows(pilot, "how the magnetometer lies in the device", "3 still positions")
+        await shows(pilot, "not aligned with the device yet", "3 still positions")
 
 
 @pytest.mark.parametrize("size", [USUAL, LARGE])
