@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
-from imucal_wizard.core.attitude import Samples
+from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.fit import fit as fit_rows
@@ -30,7 +30,7 @@ def _of(fit: SensorFit) -> GyroscopeExperiment:
     return fit.experiment
 
 
-def _inside(data: Turned) -> tuple[Samples, FloatArray, FloatArray, FloatArray]:
+def _inside(data: Turned) -> tuple[RotationSamples, FloatArray, FloatArray, FloatArray]:
     """The rotations, up before and after each, and up at every sample."""
     turned = rotation_set(data.holds, data.rotations, exact_accelerometer(data.reference))
     up = data.reference.up

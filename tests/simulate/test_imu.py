@@ -11,7 +11,7 @@ import serial
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.simulate import SensorModel, VirtualImu
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.samples import VirtualStream
@@ -19,7 +19,13 @@ from tests.simulate.sensors import ideal, offset_binary
 from tests.simulate.served import served
 
 HEADER = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"
-SCRIPT: list[Action] = [LieStill(1.0), Place("+x"), LieStill(1.0), Rotate("z", 90.0), LieStill(1.0)]
+SCRIPT: list[Action] = [
+    LieStill(1.0),
+    PlacePose("+x"),
+    LieStill(1.0),
+    Rotate("z", 90.0),
+    LieStill(1.0),
+]
 DEADLINE = 15.0
 UNHURRIED = float("inf")
 
@@ -181,5 +187,5 @@ def test_a_hidden_effect_reaches_the_line() -> None:
 def test_a_speed_that_stands_still_is_refused() -> None:
     """Zero, negative and not-a-number speeds are told apart from slow ones."""
     for speed in (0.0, -1.0, float("nan")):
-        with pytest.raises(UsageError, match="stands still"):
+        with pytest.raises(UsageError, match="is impossible"):
             VirtualImu(speed=speed)
