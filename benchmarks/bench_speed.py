@@ -113,10 +113,7 @@ def _magnetometer() -> tuple[str, list[Row]]:
         judge_misfit(misfit, own, posterior)
 
     added = (Term(effect("bias-drift")),)
-    title = (
-        f"magnetometer: {len(session.motion.time)} samples as {len(measured.data)} means, "
-        f"{len(measured.data.dips)} dips"
-    )
+    title = f"magnetometer: {len(session.motion.time)} samples as {len(measured.data)} means"
     return title, [
         ("suspects ranked and judged (wanted: at most 50)", everything),
         ("effect added and fitted again (wanted: at most 100)", lambda: fit(measured, added)),
@@ -132,7 +129,7 @@ def _gyroscope() -> tuple[str, list[Row]]:
         path = Path(folder) / "recording.csv"
         simulate_recording(path, poses="26+repeats", seed=7, rotations=TURNS)
         readings = read_files([path])
-    bench = Benches(fit_readings(readings), readings).gyroscope
+    bench = Benches(fit_readings(readings), readings).bench("gyroscope")
     if bench is None:
         raise SystemExit("the simulated recording has no gyroscope")
     measured, added = bench.measured, (Term(effect("g-sensitivity")),)

@@ -20,7 +20,6 @@ True
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from functools import cached_property
@@ -135,29 +134,22 @@ class Recording:
         """Local gravity that a session was carried out with, else standard gravity, m/s²."""
         return STANDARD_GRAVITY if self._session is None else self._session.gravity
 
-    def fit(self, options: FitOptions, *, inertial: bool = False) -> FitReport:
+    def fit(self, options: FitOptions) -> FitReport:
         """The fit without effects.
 
         Args:
             options: gravity and methods.
-            inertial: leave the magnetometer out.
 
         Raises:
             DataError: the data do not determine a calibration.
         """
         session = self._session
         if session is None:
-            readings = self.readings
-            return fit_readings(
-                replace(readings, magnetometer=None) if inertial else readings, options
-            )
+            return fit_readings(self.readings, options)
         from imucal_wizard.run.review import fit_stream
 
-        kept = session.collected
         try:
-            report = fit_stream(
-                replace(kept, magnetometer=None) if inertial else kept, session.stream, options
-            )
+            report = fit_stream(session.collected, session.stream, options)
         except DataError as error:
             self._session = None
             note = (
@@ -165,7 +157,7 @@ class Recording:
                 "samples of the session are used instead, as those of a recording"
             )
             self._notes = (note, *self._corrections())
-            return self.fit(options, inertial=inertial)
+            return self.fit(options)
         if session.finished:
             return report
         note = (
@@ -224,8 +216,7 @@ class Fit:
         """
         from imucal_wizard.diagnose.benches import Benches
 
-        report = self._for_benches()
-        return Benches(report, self.recording.behind(report), self._base, self._own)
+        return Benches(self.report, self.recording.behind(self.report), self._base, self._own)
 
     def add(self, terms: Mapping[str, Sequence[str]]) -> None:
         """Add effects to the models.
@@ -243,24 +234,6 @@ class Fit:
                 raise UsageError(f"there is no {sensor} in this recording to add a term to")
             for name in names:
                 bench.add(name)
-
-    def _for_benches(self) -> FitReport:
-        """The fit that the bench begins with: without the second stage, which uses two sensors."""
-        recording, options = self.recording, self.options
-        if recording.field is None:
-            return self.report
-        from imucal_wizard.estimate.magnetometer.report import with_field
-
-        try:
-            report = recording.fit(options, inertial=True)
-        except DataError as error:
-            # a device that only tumbles gives no accelerometer calibration
-            notes = (*recording.warnings, f"the accelerometer is not calibrated: {error}")
-            report = FitReport(options.gravity, {}, (), (), {}, warnings=notes)
-        report = with_field(report, recording.field, options)
-        with suppress(DataError):  # clocks and axes of the sensors against one another
-            report = replace(report, second_stage=self.report.second_stage)
-        return report
 
     @property
     def calibration(self) -> "Calibration":
@@ -288,7 +261,8 @@ class Fit:
             else sensor
             for name, sensor in self.calibration.sensors.items()
         }
-        return structs.replace(self.calibration, sensors=sensors)
+        notes = list(self.report.notes(judged=bool(diagnosis)))
+        return structs.replace(self.calibration, sensors=sensors, warnings=notes)
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.

@@ -99,7 +99,7 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
 def _plain(grade: str, seed: int, number: int) -> tuple[Opinion, Opinion]:
     benches = benches_of(seed + number, grade, ())
     accelerometer = judged(benches, ACCELEROMETER, ())
-    gyroscope = benches.gyroscope
+    gyroscope = benches.bench("gyroscope")
     if gyroscope is None:
         raise ValueError("the recording has no gyroscope")
     found = add_by_itself(gyroscope) if benches.passed else gyroscope.look()

@@ -1,4 +1,4 @@
-"""A session as the program would have it: readings, holds, and what gravity is known to."""
+"""A session as the program would have it: its readings, and the rows of the fit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,19 +7,13 @@ import numpy as np
 
 from benchmarks.hidden_field.sessions import Session
 from benchmarks.hidden_field.strangers import Extra
-from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.estimate.result import GravityReference
-from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.magnetometer import FIELD_NOISE, FIELD_RATE, FIELD_STEP
 from imucal_wizard.simulate.noise import SensorNoise
 
-UP_ERROR = 8e-5
-"""Of the direction of gravity in a hold, rad: what a virtual accelerometer leaves."""
 WARMTH_STEP = 1.0 / 16.0
 AMPERE_STEP = 0.01
 
@@ -59,7 +53,6 @@ def record(
     time = session.motion.time
     step = float(rng.uniform(0.3, 0.7) * time[-1]) / 60.0
     noise = _noise(colour, time, rng)
-    up = session.up + UP_ERROR * rng.standard_normal(session.up.shape)
     error = noise
     where = session.circumstances(step)
     for one in hidden:
@@ -72,12 +65,7 @@ def record(
     if series is None:
         raise ValueError("the session has no magnetometer")
     field = float(np.linalg.norm(session.model.world))
-    found = fit_magnetometer(series, field, readings=readings)
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    variance = np.full(len(up), UP_ERROR**2)
-    doubt, labels = np.zeros((len(up), 3, 0)), group_directions(up)
-    gravity = GravityReference(up, labels, variance, doubt, 1.0, STANDARD_GRAVITY)
-    return found.experiment(readings, _holds(session), gravity, None)
+    return MagnetometerExperiment(fit_magnetometer(series, field, readings=readings).data)
 
 
 def _noise(colour: Colour, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -98,19 +86,4 @@ def _readings(session: Session, values: FloatArray) -> Readings:
         magnetometer=Series(time, values, "uT"),
         temperature=Series(time, warm, "degC"),
         current=Series(time, amperes, "A"),
-    )
-
-
-def _holds(session: Session) -> tuple[Hold, ...]:
-    return tuple(
-        Hold(
-            start=float(start),
-            end=float(end),
-            accelerometer=STANDARD_GRAVITY * up,
-            accelerometer_covariance=np.zeros((3, 3)),
-            gyroscope=None,
-            gyroscope_covariance=None,
-            samples=int((end - start) * FIELD_RATE),
-        )
-        for (start, end), up in zip(session.holds, session.up, strict=True)
     )

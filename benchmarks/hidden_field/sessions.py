@@ -60,7 +60,6 @@ class Session:
         temperature: °C, shape (n,).
         current: A, shape (n,).
         holds: first and last time of each, s, shape (h, 2).
-        up: at each hold, body frame, shape (h, 3).
     """
 
     motion: Motion
@@ -69,7 +68,6 @@ class Session:
     temperature: FloatArray
     current: FloatArray
     holds: FloatArray
-    up: FloatArray
 
     def circumstances(self, step: float) -> TrueCircumstances:
         """What the forward equations need; ``step`` in minutes."""
@@ -106,17 +104,13 @@ def session_of(plan: Plan, seed: int) -> Session:
     names = [one.name for one in fields(Motion)]
     motion = Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
     model = replace(TrueField.drawn(seed), misalignment=np.zeros(3))
-    holds = _holds(motion)
-    middle = np.searchsorted(motion.time, holds.mean(axis=1))
-    up = motion.specific_force[middle]
     return Session(
         motion,
         model.seen(motion),
         model,
         plan.thermal.at(motion.time),
         VirtualLoad(seed).at(motion.time),
-        holds,
-        up / np.linalg.norm(up, axis=1, keepdims=True),
+        _holds(motion),
     )
 
 

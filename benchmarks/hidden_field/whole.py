@@ -4,7 +4,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,16 +16,13 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
-from imucal_wizard.estimate.magnetometer.report import with_field
-from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.recording import simulate_recording
 
 TIMES = 2.0
 """Hidden at so many times what the program calls detectable in the same session without it."""
-ALWAYS = "misalignment"
-"""Every virtual board has some; it is added first, as its lesson says."""
 NO_CURRENT = Hidden(MAGNETOMETER, "current", 0.0, (0,))
 """Writes the column of the current and nothing else."""
 
@@ -35,10 +32,10 @@ class Said:
     """What ``bench --auto`` says of a recording.
 
     Attributes:
-        families: named, the always present one left out.
+        families: named.
         verdict: the word.
         added: the effects in the model at the end.
-        before: error held out of the base model with the mounting, µT.
+        before: error held out of the base model, µT.
         after: the same of the model at the end.
     """
 
@@ -55,13 +52,9 @@ def bench_of(seed: int, hidden: Sequence[Hidden]) -> Bench:
         path = Path(folder) / "recording.csv"
         simulate_recording(path, hidden=hidden, seed=seed, rotations=0, magnetometer=True)
         readings = read_files([path])
-    if readings.magnetometer is None:
-        raise ValueError("the recording has no magnetometer")
-    plain = fit_readings(replace(readings, magnetometer=None))
-    bench = Benches(with_field(plain, readings.magnetometer, FitOptions()), readings).magnetometer
+    bench = Benches(fit_readings(readings), readings).bench(MAGNETOMETER)
     if bench is None:
         raise ValueError("the magnetometer has no bench")
-    bench.add(ALWAYS)
     return bench
 
 
@@ -73,7 +66,7 @@ def judged(seed: int, hidden: Sequence[Hidden]) -> Said:
     return Said(
         frozenset(found.opinion.families),
         str(found.opinion.verdict),
-        tuple(term.name for term in bench.fit.terms if term.name != ALWAYS),
+        tuple(term.name for term in bench.fit.terms),
         np.nan if before is None else before,
         np.nan if bench.fit.rms_held_out is None else bench.fit.rms_held_out,
     )
@@ -89,9 +82,8 @@ def whole_table(pool: Executor, seeds: Sequence[int]) -> Iterator[str]:
     )
     yield _line("no effect", None, list(pool.map(partial(judged, hidden=()), seeds)))
     for term in EFFECTS:
-        if term != ALWAYS:
-            said = list(pool.map(partial(_with_effect, term), seeds))
-            yield _line(f"{term} {TIMES:g}x", FAMILY[term], said)
+        said = list(pool.map(partial(_with_effect, term), seeds))
+        yield _line(f"{term} {TIMES:g}x", FAMILY[term], said)
 
 
 def _with_effect(term: str, seed: int) -> Said:

@@ -1,1 +1,1 @@
-"""Bytes in: ports, clocks, formats, column names; the readings of a device or a recording."""
+"""Data acquisition: ports, clocks, formats and column names; readings of devices and recordings."""

@@ -1,4 +1,4 @@
-"""Rows of numbers to Readings: SI units or counts, and a time for every sample."""
+"""Assembles rows of numbers to Readings in SI units or counts, with a time for every sample."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 
 _MIN_BARREN = 50
-"""So many rows without a number in a row are no accident."""
+"""Consecutive rows without a needed number after which the column counts as empty."""
 _SENSOR = {"a": "accelerometer", "g": "gyroscope"}
 _HELP = "check the sensor's wiring and the sketch"
 _SENSORS = ("accelerometer", "gyroscope", "magnetometer")
@@ -22,14 +22,14 @@ class Assembler:
     """Gives every row its units and its time.
 
     Args:
-        columns: resolved columns, every sensor's with its unit.
-        first: first rows, shape (n, columns), from which the device's period is taken.
-        rate: samples per second where the stream carries no time and it is known.
-        recording: the rows are a whole recording: the device's own origin of time is kept, and
-            sensors may have rows of their own.
+        columns: resolved columns; those of sensors have a unit.
+        first: first rows, shape (n, columns), which give the device's sampling period.
+        rate: samples per second, if known, for a stream without time.
+        recording: whether the rows are a whole recording: the device's own origin of time is kept,
+            and sensors may have separate rows.
 
     Attributes:
-        missing: the rows that were left out because they lack a number.
+        missing: the rows dropped because a number is missing.
     """
 
     def __init__(
@@ -75,43 +75,43 @@ class Assembler:
 
     @property
     def device(self) -> DeviceClock | None:
-        """The device's clock, where the stream carries time."""
+        """The device's clock; None if the stream carries no time."""
         return self._device
 
     @property
     def period(self) -> float:
-        """Seconds per sample as known now; 0 before it is known."""
+        """Current estimate of the sampling period, s; 0 while unknown."""
         return self._device_period if self._device is not None else self._host.period
 
     @property
     def lost(self) -> int:
-        """Samples missing by the device's time or count, or by the host's clock."""
+        """Number of lost samples by the device's time or counter, or by the host's clock."""
         by_device = self._device.lost if self._device is not None else self._host.lost
         return by_device + self._counter.lost
 
     @property
     def counter_restarts(self) -> int:
-        """How often the device's sample counter began again."""
+        """Number of restarts of the device's sample counter."""
         return self._counter.restarts
 
     @property
     def fieldless(self) -> bool:
-        """Whether there are columns of a magnetometer, and never a number in all of them."""
+        """Whether the magnetometer's columns have never held a complete sample."""
         return bool(self._places["magnetometer"]) and not self._fields
 
     @property
     def split(self) -> int:
-        """Rows left out because their time is a piece of two lines."""
+        """Number of rows dropped because their time was joined from two lines."""
         return self._split.count if self._split is not None else 0
 
     @property
     def dropped(self) -> int:
-        """Those of the lost samples that went missing while the device was there."""
+        """Number of lost samples without those lost while the device was away."""
         clock = self._device if self._device is not None else self._host
         return self.lost - clock.away
 
     def feed(self, rows: DecodedRows, arrival: float) -> Readings | None:
-        """The samples whose time can be told now; None when there are none."""
+        """The samples whose time can be determined now; None if there are none."""
         values = rows.values
         if not len(values):
             return None
@@ -131,14 +131,14 @@ class Assembler:
         return self._released(self._host.feed(indices, arrival))
 
     def flush(self) -> Readings | None:
-        """What still waits for its time, at the end of the stream."""
+        """The samples that still wait for their time, at the end of the stream."""
         if self._split is not None:
             held = self._split.flush()
             return None if held is None else self._timed(held)
         return self._released(self._host.flush())
 
     def _timed(self, values: FloatArray) -> Readings | None:
-        """Samples that carry their time."""
+        """Samples that carry their own time."""
         if self._device is None or self._time is None:
             return None
         return self._readings(self._device.feed(values[:, self._time]), values)
@@ -162,7 +162,7 @@ class Assembler:
         return self._places["accelerometer"] + self._places["gyroscope"] + extra
 
     def _are_apart(self, first: FloatArray) -> bool:
-        """Whether accelerometer and gyroscope come in rows of their own."""
+        """Whether accelerometer and gyroscope have separate rows."""
         places = self._places["accelerometer"], self._places["gyroscope"]
         if not all(places):
             return False
@@ -185,7 +185,7 @@ class Assembler:
         )
 
     def _series(self, sensor: str, times: FloatArray, values: FloatArray) -> Series | None:
-        """The samples of a sensor; one that is slower than the others is absent in most rows."""
+        """The samples of a sensor; a slower sensor is absent in most rows."""
         places = self._places[sensor]
         if not places:
             return None
@@ -197,7 +197,7 @@ class Assembler:
         return Series(times, own * self._factors[sensor], unit)
 
     def _slow(self, name: str, times: FloatArray, values: FloatArray) -> Series | None:
-        """What stands beside the sensors: a temperature, a current, a throttle."""
+        """Samples of an auxiliary quantity: temperature, current or throttle."""
         if name not in self._beside:
             return None
         place, factor = self._beside[name]
@@ -207,7 +207,7 @@ class Assembler:
 
 
 def _beside(columns: tuple[Column, ...], where: dict[str, int]) -> dict[str, tuple[int, float]]:
-    """Column and factor of what stands beside the sensors; a temperature without unit is in °C."""
+    """Column and factor of each auxiliary quantity; a temperature without unit is in °C."""
     found = {"temperature": (where["temp"], 1.0)} if "temp" in where else {}
     for name in ("current", "throttle"):
         unit = columns[where[name]].unit if name in where else ""
@@ -217,14 +217,14 @@ def _beside(columns: tuple[Column, ...], where: dict[str, int]) -> dict[str, tup
 
 
 class MissingValues:
-    """Leaves out rows in which a needed column holds no number, and counts them.
+    """Drops rows in which a needed column holds no number, and counts them.
 
     Args:
         columns: the columns of the stream.
-        needed: places of those that every sample must have.
+        needed: indices of the columns that every sample needs.
 
     Attributes:
-        count: how many rows were left out.
+        count: number of rows dropped.
     """
 
     def __init__(self, columns: tuple[Column, ...], needed: list[int]) -> None:
@@ -235,7 +235,7 @@ class MissingValues:
         self.count = 0
 
     def sift(self, values: FloatArray) -> BoolArray:
-        """Which rows have all they need, shape (n,)."""
+        """Which rows are complete, shape (n,)."""
         there = np.isfinite(values[:, self._needed])
         good = np.asarray(there.all(axis=1), np.bool_)
         if good.all():
@@ -250,23 +250,23 @@ class MissingValues:
 
     @property
     def where(self) -> str:
-        """The columns that are to blame for most of it: "the accelerometer's x axis"."""
+        """The columns with most of the missing numbers, like "the accelerometer's x axis"."""
         worst = self._each >= 0.5 * max(int(self._each.max(initial=0)), 1)
         return _named([c for c, bad in zip(self._columns, worst, strict=True) if bad])
 
     @property
     def note(self) -> str:
-        """What to say of single rows."""
-        return f"Some samples have no number (NaN, or nothing) for {self.where}: {_HELP}."
+        """Message about single incomplete rows."""
+        return f"Some samples have no number (NaN or empty) for {self.where}: {_HELP}."
 
     @property
     def problem(self) -> str:
-        """What to say when no row has all it needs any more; "" while some have."""
+        """Message if no row is complete any more; "" otherwise."""
         if self._running < _MIN_BARREN:
             return ""
         return (
-            f"No number (NaN, or nothing) comes for {self.where}, and without it nothing is "
-            f"measured: {_HELP}, or say in the source step that it is another column."
+            f"No numbers (NaN or empty) arrive for {self.where}, and nothing can be measured "
+            f"without them: {_HELP}, or choose another column in the source step."
         )
 
 

@@ -1,4 +1,4 @@
-"""Device ticks and counters to seconds: wraps, drops, restarts, lines cut in two."""
+"""Converts device ticks and counters to seconds: wraps, lost samples, restarts, split lines."""
 
 import numpy as np
 
@@ -6,26 +6,26 @@ from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 
 LONG_GAP_SECONDS = 1.0
-"""A longer gap is no drop: the device was away."""
+"""s; after a longer gap the device was away, and no samples count as dropped."""
 _LONGEST_GAP = 3600.0
-"""Seconds; a longer step is no gap: the clock was set."""
+"""s; a longer step means that the clock was set."""
 MAX_WRAP_STEP_SECONDS = 2.0
-"""Seconds; a step back that lands so near behind a full counter is no restart."""
+"""s; a step back that lands this close behind a full counter is a wrap and not a restart."""
 
 
 class DeviceClock:
-    """Seconds from the device's own time.
+    """Converts the device's own time to seconds.
 
-    The result depends on the ticks alone: not on arrival, not on how the bytes were cut. Counted
-    are ``wraps``, ``restarts`` and ``jumps``.
+    The result depends only on the ticks, not on arrival times or on how the bytes were divided. The
+    attributes ``wraps``, ``restarts`` and ``jumps`` count events.
 
     Args:
         factor: seconds per tick.
-        period: sampling period, s, for counting what is missing.
-        quantum: step of the printed time, s, where that is coarser than the period, so that equal
-            times are normal; else 0.
-        from_zero: the first sample is at 0 s; else the device's own origin is kept, so that files
-            of one session fit together.
+        period: sampling period, s, for counting lost samples.
+        quantum: resolution of the printed time, s, if it is coarser than the period, so that equal
+            times are normal; otherwise 0.
+        from_zero: whether the first sample is at 0 s; otherwise the device's own origin is kept, so
+            that files of one session fit together.
     """
 
     def __init__(
@@ -49,12 +49,12 @@ class DeviceClock:
 
     @property
     def lost(self) -> int:
-        """How many samples are missing by the device's time."""
+        """Number of lost samples by the device's time."""
         return self._smoother.lost if self._smoother else self._lost
 
     @property
     def away(self) -> int:
-        """Those of them that are missing in long gaps."""
+        """Number of samples lost in long gaps."""
         return self._smoother.away if self._smoother else self._away
 
     def feed(self, ticks: FloatArray) -> FloatArray:
@@ -80,7 +80,7 @@ class DeviceClock:
         return self._smoother.feed(times) if self._smoother else times
 
     def _odd_step(self, step: float) -> float:
-        """What a step that is not one period means, s: a gap, a wrap, or a new segment."""
+        """The true duration of an unusual step, s: a gap, a wrap, or a new segment."""
         if step < 0:
             for modulus in self._moduli:
                 unwrapped = step + modulus * self._factor
@@ -104,10 +104,10 @@ class DeviceClock:
 
 
 class TimeSmoother:
-    """Fine times from coarse ones: a phase-locked loop over the samples.
+    """Derives fine times from coarse ones by a phase-locked loop over the samples.
 
-    Milliseconds at 8,000 samples/s come as eight equal times and then a step. The loop follows
-    their mean with a time constant of a hundred samples.
+    At 8,000 samples/s, times in milliseconds are eight equal values and then a step. The loop
+    follows their mean with a time constant of a hundred samples.
 
     Args:
         period: sampling period, s.
@@ -149,7 +149,7 @@ class TimeSmoother:
 
 
 class SampleCounter:
-    """A running index from the device's sample counter, whatever its width."""
+    """Converts the device's sample counter, of any width, to a running index."""
 
     _MODULI = (2.0**8, 2.0**16, 2.0**32)
 
@@ -160,11 +160,11 @@ class SampleCounter:
         self.restarts = 0
 
     def feed(self, counts: FloatArray, gap: float = 1.0) -> FloatArray:
-        """The index of each sample, strictly increasing; missing counts leave holes.
+        """The index of each sample, strictly increasing; lost samples leave gaps.
 
         Args:
-            counts: what the device counted, shape (n,), finite.
-            gap: samples in ``RESTART_GAP_SECONDS``, put where the counter begins again.
+            counts: values of the counter, shape (n,), finite.
+            gap: number of samples in ``RESTART_GAP_SECONDS``, inserted when the counter restarts.
         """
         out = np.empty(len(counts))
         for i, count in enumerate(counts.tolist()):
@@ -180,7 +180,7 @@ class SampleCounter:
         if step <= 0:
             near = [step + m for m in self._MODULI if 0 < step + m <= m / 4]
             step = near[0] if near else 0.0
-        if step <= 0 or step > 1e6:  # it began again: nobody knows how many are missing
+        if step <= 0 or step > 1e6:  # it restarted; the loss is unknown
             self.restarts += 1
             return gap
         self.lost += int(step) - 1
@@ -188,21 +188,21 @@ class SampleCounter:
 
 
 class SplitLineFilter:
-    """Leaves out single samples whose time is not between those beside them.
+    """Drops single samples whose time does not lie between those of their neighbours.
 
-    Where a buffer overflows, the beginning of one line meets the end of another. Mostly the number
-    of columns is wrong then; within the first column it is right, and ``21`` + ``21.345`` is the
-    2121st second.
+    When a buffer overflows, the beginning of one line is joined to the end of another. Usually the
+    number of columns is then wrong. If the break is within the first column it is right, and ``21``
+    + ``21.345`` becomes 2121 s.
 
-    A sample after an odd step waits until the next one shows which of the two is odd: what comes
-    out does not depend on how the rows were cut.
+    A sample after an unusual step waits until the next one shows which of the two is wrong, so the
+    result does not depend on how the rows were divided.
 
     Args:
         place: the column of the time.
-        limit: the largest step that is none of note, in ticks.
+        limit: the largest usual step, in ticks.
 
     Attributes:
-        count: how many have been left out.
+        count: number of samples dropped.
     """
 
     def __init__(self, place: int, limit: float) -> None:
@@ -213,7 +213,7 @@ class SplitLineFilter:
         self.count = 0
 
     def feed(self, values: FloatArray) -> FloatArray:
-        """The rows that are whole.
+        """The rows without split lines.
 
         Args:
             values: shape (n, columns), finite in the column of the time.
@@ -244,6 +244,6 @@ class SplitLineFilter:
         return held
 
     def _alone(self, before: float, tick: float, after: float) -> bool:
-        """Whether the next sample goes on from the one before, and not from this one."""
+        """Whether the next sample continues the previous one and not this one."""
         goes_on = 0.0 <= after - tick <= self._limit
         return not goes_on and 0.0 < after - before < abs(tick - before)

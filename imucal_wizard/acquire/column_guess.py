@@ -1,4 +1,4 @@
-"""What numbers without names or units probably are. Gravity tells; a resting gyroscope does not."""
+"""Guesses of channels and units for numbers without names: gravity identifies the accelerometer."""
 
 import math
 
@@ -14,19 +14,21 @@ from imucal_wizard.core.gravity import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 _PLAINLY = 0.15
-"""Gravity is so near its size where nobody is asked whether it is an accelerometer at all."""
+"""Relative deviation of gravity up to which a column is an accelerometer without asking."""
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
 _DEGREES = (12.0, 70.0)
 _WARMS = 2.0
-"""°C by which a device warms at most within the first second."""
+"""°C; a device warms by less within the first second."""
 _MAX_SIZE_VARIATION = 0.1
-"""The size of gravity varies less at rest, as a share of it; that of a gyroscope's bias more."""
+"""Relative variation of the magnitude of gravity at rest; a gyroscope's bias varies more."""
 _WHOLE = 100.0
-"""Gravity of a smaller size is not printed in whole numbers."""
+"""Gravity of a smaller magnitude is not printed in whole numbers."""
 _PLAUSIBLE_RATES = (5.0, 20_000.0)
-"""Hz, of an IMU whose times have no unit; in the order of ``_UNITS_TRIED`` the first one counts."""
+"""Plausible sampling rates, Hz, for times without a unit; the first plausible unit of
+``_UNITS_TRIED`` is used."""
 _UNITS_TRIED = ("s", "ms", "us", "ns")
 _FIELDS = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
 
@@ -36,8 +38,8 @@ class UnitGuess:
     """A guess and its reason.
 
     Attributes:
-        unit: unit word, or ``""`` when there is none to be had.
-        why: one sentence for the user.
+        unit: the unit, or ``""`` if none can be guessed.
+        why: the reason, one sentence for the user.
     """
 
     unit: str
@@ -45,7 +47,7 @@ class UnitGuess:
 
 
 def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
-    """The unit in which gravity has the size that is seen.
+    """The unit of accelerations in which gravity has the observed magnitude.
 
     Args:
         values: readings, shape (n, 3), most of them at rest.
@@ -66,19 +68,19 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
     if size < 0.5:
         return UnitGuess(
             "",
-            f"Gravity reads only {size:.3g}: this is no accelerometer at rest, or the device has "
-            f"taken gravity out (linear acceleration). Choose other columns or its raw output.",
+            f"Gravity reads only {size:.3g}: this is not an accelerometer at rest, or the device "
+            f"has removed gravity (linear acceleration). Choose other columns or its raw output.",
         )
     if size < MIN_GRAVITY_COUNTS:
-        why = f"Gravity reads {size:.4g}, which fits no unit: say in which unit it is."
+        why = f"Gravity reads {size:.4g}, which fits no unit: choose the unit."
         return UnitGuess("", why)
-    why = f"Gravity reads {size:.4g}, which is no unit known here: taken as raw counts."
+    why = f"Gravity reads {size:.4g}, which fits no known unit: taken as raw counts."
     return UnitGuess(units.COUNT, why)
 
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
-    """The unit in which the Earth's field has the size that is seen."""
-    size = float(np.median(np.linalg.norm(values, axis=1)))
+    """The unit in which the Earth's field has the observed magnitude."""
+    size = median(np.linalg.norm(values, axis=1))
     for low, high, unit in _FIELDS:
         if low <= size <= high:
             return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
@@ -86,38 +88,39 @@ def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
 
 
 def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
-    """The unit of a time column, by how fast it runs beside the host's clock.
+    """The unit of a time column, from its speed relative to the host's clock.
 
     Args:
         ticks: device times, shape (n,).
-        arrivals: when each arrived, s, shape (n,).
+        arrivals: arrival time of each, s, shape (n,).
     """
     steps = np.diff(ticks)
     device = float(np.sum(steps[steps > 0]))
     host = float(arrivals[-1] - arrivals[0])
     if device <= 0:
-        return UnitGuess("", "The time column does not run.")
+        return UnitGuess("", "The time column does not advance.")
     if host > 0.3:
         unit = min(units.TIME, key=lambda u: abs(math.log(device * units.TIME[u] / host)))
         if 0.25 < device * units.TIME[unit] / host < 4.0:
-            why = f"The time column runs {device / host:.4g} per second, so it is in {unit}."
+            why = f"The time column advances by {device / host:.4g} per second, so it is in {unit}."
             return UnitGuess(unit, why)
-        return UnitGuess("", f"The time column runs {device / host:.4g} per second: no unit fits.")
-    step = float(np.median(steps[steps > 0]))
+        why = f"The time column advances by {device / host:.4g} per second: no unit fits."
+        return UnitGuess("", why)
+    step = median(steps[steps > 0])
     whole = bool(np.all(ticks == np.round(ticks)))
     unit = "s" if step < 1 and not whole else "ms" if step < 200 else "us"
     return UnitGuess(unit, f"The time column steps by {step:.4g}: taken as {unit}.")
 
 
 def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
-    """The unit of a time column that gives a plausible rate.
+    """The unit of a time column that gives a plausible sampling rate.
 
     Args:
         ticks: device times, shape (n,).
-        rate: samples per second where it was said.
+        rate: samples per second, if stated.
     """
     steps = np.diff(ticks)
-    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
     low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME[unit])
@@ -127,32 +130,32 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
             )
     return UnitGuess(
         "",
-        f"The unit of the time column cannot be told from steps of {step:.6g}: name it, for "
+        f"The unit of the time column cannot be inferred from steps of {step:.6g}: name it, for "
         f"example t[ms].",
     )
 
 
 def runs_like_time(values: FloatArray) -> bool:
-    """Whether a column mostly steps forward and back once at most (a restart, a wrap)."""
+    """Whether a column mostly increases and decreases at most once (a restart, a wrap)."""
     steps = np.diff(values)
     return len(steps) > 3 and int(np.sum(steps < 0)) <= 1 and float(np.mean(steps > 0)) > 0.5
 
 
 def counts_samples(values: FloatArray) -> bool:
-    """Whether a column grows by one from sample to sample, a wrap apart."""
+    """Whether a column increases by one from sample to sample, except for wraps."""
     steps = np.diff(values)
     return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
 
 
 def guess_channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
-    """Which channel each column of a stream without names probably is.
+    """The probable channel of each column of a stream without names.
 
     Args:
         values: shape (n, columns).
 
     Returns:
-        One channel per column (``""`` where there is no idea), and whether that is sure enough to
-        go on without asking.
+        One channel per column (``""`` if unknown), and whether the guess is certain enough to
+        continue without asking.
     """
     width = values.shape[1]
     found = [""] * width
@@ -174,9 +177,9 @@ def guess_channels(values: FloatArray) -> tuple[tuple[str, ...], bool]:
 
 
 def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
-    """The columns that are neither a time nor a counter; those are named in ``found``.
+    """The columns that are neither a time nor a counter; those are entered in ``found``.
 
-    An index and a time may stand side by side at the beginning.
+    An index and a time may be adjacent at the beginning.
     """
     width = values.shape[1]
     rest = list(range(width))
@@ -193,14 +196,14 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
 
 
 def _is_temperature(column: FloatArray) -> bool:
-    """Whether a column can be °C: else an unknown column in front has moved all others by one."""
+    """Whether a column can be °C; if not, an unknown column may have shifted all others."""
     low, high = _DEGREES
-    return low < float(np.median(column)) < high and float(np.ptp(column)) < _WARMS
+    return low < median(column) < high and float(np.ptp(column)) < _WARMS
 
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:
-    """Which sensor each three columns are, and whether gravity says it plainly."""
-    sizes = [float(np.median(np.linalg.norm(three, axis=1))) for three in triples]
+    """The sensor of each triple of columns, and whether gravity identifies it clearly."""
+    sizes = [median(np.linalg.norm(three, axis=1)) for three in triples]
     plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
     order = "gam" if plain == [1] else "agm"
     if len(plain) != 1:
@@ -213,21 +216,21 @@ def _order(triples: list[FloatArray]) -> tuple[str, bool]:
 
 
 def _is_gravity(three: FloatArray, size: float) -> bool:
-    """Whether these feel one g in m/s², g or mg: steadily, and in more than whole steps of it."""
+    """Whether a triple shows 1 g in m/s², g or mg: steadily, and in more than whole steps of it."""
     steady = float(np.std(np.linalg.norm(three, axis=1))) < _MAX_SIZE_VARIATION * size
     fine = size > _WHOLE or not are_whole_numbers(three)
     return steady and fine and unit_of_gravity(size, _PLAINLY) is not None
 
 
 def _is_counted_gravity(three: FloatArray, size: float) -> bool:
-    """Whether these may be counts of an accelerometer."""
+    """Whether a triple may be counts of an accelerometer."""
     return are_whole_numbers(three) and any(
         abs(size / counts - 1) < _PLAINLY for counts in _COUNTS_PER_G
     )
 
 
 def _offset_binary(values: FloatArray) -> bool:
-    """Unsigned counts around mid-scale: every axis near 32768, whole numbers only."""
-    middle = np.median(values, axis=0)
+    """Whether the readings are unsigned counts: whole numbers, every axis near 32768."""
+    middle = np.array([median(column) for column in values.T])
     centred = bool(np.all(np.abs(middle - 32768) < 12000))
     return are_whole_numbers(values) and centred and float(np.min(values)) >= 0

@@ -1,21 +1,22 @@
-"""Which format speaks here, by its bytes and lines; or why none does."""
+"""Detection of the format of a stream, or of the reason why it cannot be read."""
 
 from imucal_wizard.acquire.decode import formats
 from imucal_wizard.acquire.decode.base import Column, Line
 from imucal_wizard.acquire.decode.lines import LineCutter, split_lines
 
 MIN_UNKNOWN_LINES = 60
-"""Lines after which it is said that nothing can be read of them."""
+"""Unknown lines after which the stream is reported as unreadable."""
 _ALIKE = 4
-"""Rank of the formats that are recognised only by lines that are alike."""
+"""Rank of the formats that are recognised only by similar lines."""
 _MAX_UNREADABLE = 0.2
-"""A degree sign or two may be there; a line with a larger share of such bytes is no text."""
+"""Share of unprintable bytes in a line of text; a few degree signs are allowed."""
 BAUDS = (115200, 921600, 57600, 9600, 230400, 460800, 38400)
-"""Speeds in the order in which they are worth trying; never 1200, which resets some boards."""
+"""Baud rates in the order in which they are tried; 1200 is excluded because it resets some
+boards."""
 
 _JUDGED_AT = 256
 _JUDGED = 16 * _JUDGED_AT
-"""How many of the newest bytes are judged together."""
+"""Number of the newest bytes that are judged together."""
 _TOO_MANY = 0.15
 _READABLE = bytes([*range(32, 127), 9, 10, 13])
 _MAGIC: tuple[tuple[bytes, str], ...] = (
@@ -29,7 +30,7 @@ _OFTEN = 6
 
 
 class GarbageDetector:
-    """Watches the share of bytes that no text contains, in blocks of equal size."""
+    """Tracks the share of bytes that do not occur in text, in blocks of equal size."""
 
     def __init__(self) -> None:
         self._block = b""
@@ -38,7 +39,7 @@ class GarbageDetector:
         self.problem = ""
 
     def feed(self, data: bytes) -> None:
-        """Look at what has come."""
+        """Add received bytes."""
         self._text_since_line = 0 if b"\n" in data else self._text_since_line + len(data)
         data = self._block + data
         whole = len(data) - len(data) % _JUDGED_AT
@@ -62,42 +63,42 @@ class GarbageDetector:
 
 
 def unreadable_share(data: bytes) -> float:
-    """The share of bytes that no line of text contains, 0 to 1."""
+    """The share of bytes that do not occur in text, 0 to 1."""
     return len(data.translate(None, _READABLE)) / len(data) if data else 0.0
 
 
 def binary_protocol(data: bytes) -> str:
-    """The protocol whose start bytes come again and again; ``""`` when none do."""
+    """The protocol whose start bytes occur repeatedly; ``""`` if none does."""
     found = [(data.count(magic), name) for magic, name in _MAGIC]
     count, name = max(found)
     return name if count >= _OFTEN else ""
 
 
 def wrong_speed_text(share: float, baud: int | None = None) -> str:
-    """One sentence for bytes that are no text, with the speeds to try."""
+    """Message about bytes that are not text, with the speeds to try."""
     others = ", ".join(str(speed) for speed in BAUDS if speed != baud)
     at = f" at {baud} baud" if baud else ""
     return (
-        f"What arrives{at} is no text ({share:.0%} unreadable): the speed is probably wrong. Set "
-        f"the speed of the device's program here; usual ones are {others}."
+        f"The received data{at} are not text ({share:.0%} unreadable): the speed is probably "
+        f"wrong. Set the speed of the device's program; common ones are {others}."
     )
 
 
 def _binary(protocol: str) -> str:
     return (
-        f"This looks like the binary protocol of {protocol}, which is not read here: switch the "
+        f"This looks like the binary protocol of {protocol}, which is not supported: switch the "
         f"device to text (ASCII) output."
     )
 
 
 class Detector:
-    """Shows lines to the detectors of all formats until one is certain.
+    """Feeds lines to the detectors of all formats until one is certain.
 
-    The answer depends on the bytes alone, not on how they were cut.
+    The answer depends only on the bytes, not on how they were divided.
 
     Args:
-        columns: the columns, where they are known.
-        whole: the bytes begin with a whole line.
+        columns: the columns, if known.
+        whole: whether the bytes begin with a whole line.
     """
 
     def __init__(self, columns: tuple[Column, ...] = (), *, whole: bool = False) -> None:
@@ -111,15 +112,15 @@ class Detector:
 
     @property
     def problem(self) -> str:
-        """Why nothing is understood and what to do, where that is so; else ``""``."""
+        """The reason why nothing can be read and what to do, or ``""``."""
         if self._garbage.problem:
             return self._garbage.problem
         if self._lines < MIN_UNKNOWN_LINES:
             return ""
         return (
-            "Lines arrive, but no format known here: print the samples as "
-            "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s], or say which format "
-            "it is."
+            "Lines arrive, but in no known format: print the samples as "
+            "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s], or choose the "
+            "format."
         )
 
     def feed(self, data: bytes) -> str:
@@ -137,6 +138,6 @@ class Detector:
                 lines.append(Line(raw, text, self._first))
             self._first = False
         found = [name for name, one in self._detectors.items() if one.feed(data, lines)]
-        if self._garbage.problem:  # lines that are alike between other bytes are no format
+        if self._garbage.problem:  # similar lines between unreadable bytes are not a format
             found = [name for name in found if formats()[name].rank < _ALIKE]
         return found[0] if found else ""

@@ -1,4 +1,4 @@
-"""Watches a stream and collects, each once, the warnings that say what to do."""
+"""Checks of a live stream; collects each warning once."""
 
 from collections import deque
 
@@ -21,19 +21,19 @@ _RATE_AFTER = 8.0
 _SILENCE = 0.5
 _MIN_BLANKS = 5
 _LONG = 500
-"""Samples after which a sensor that has said nothing is not merely slow."""
+"""Samples after which a sensor without any number is missing and not just slow."""
 _MIN_COUNTED = 100
-"""Samples below which no share is worth a warning."""
+"""Samples needed before a share can cause a warning."""
 
 
 class StreamHealth:
-    """The streaming checks. The windows are cut by sample, never by chunk.
+    """The checks of a live stream. The windows are cut by sample, never by chunk.
 
     Args:
-        assembler: what gives the samples their time; its counters are watched.
-        compare_arrivals: compare the device's time with the host's; False where a recording is
-            played, or time runs faster than it should.
-        values: look at the values as well; False where the whole recording is looked at later.
+        assembler: source of the samples; its counters are checked.
+        compare_arrivals: compare the device's time with the host's; False if a recording is played,
+            or played faster.
+        values: check the values as well; False if the whole recording is checked later.
     """
 
     def __init__(
@@ -53,11 +53,11 @@ class StreamHealth:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was noticed, each kind once, in order."""
+        """The warnings so far, each kind once, in order."""
         return tuple(self._notes.values())
 
     def feed(self, readings: Readings, arrival: float) -> None:
-        """Look at the samples that have just come out."""
+        """Check new samples."""
         if not self._values:
             return
         self._waiting.append(Readings(readings.accelerometer, readings.gyroscope))
@@ -66,13 +66,13 @@ class StreamHealth:
         if self._count >= self._size:
             self._cut(self._size)
         if self._compare:
-            if arrival - self._arrival > _SILENCE:  # the device was away: its time went on alone
+            if arrival - self._arrival > _SILENCE:  # the device was away while its time continued
                 self._fit = RateFit()
             self._arrival = arrival
             self._fit.add(self._assembler.samples + self._assembler.lost, arrival)
 
     def count(self, malformed: int, decimals: tuple[int, ...]) -> None:
-        """Look at what was lost and thrown away so far, and at the printed digits."""
+        """Check the numbers of lost and malformed samples, and the printed digits."""
         self._clock()
         total = self._assembler.samples
         missing = self._assembler.missing
@@ -88,14 +88,14 @@ class StreamHealth:
             self._note("malformed", _MALFORMED)
         if missing.count >= _MIN_BLANKS:
             self._note("nan", missing.note)
-        # a line cut in two takes its neighbour with it, and both are missing by the device's time
+        # a split line also damages its neighbour, and both are missing by the device's time
         dropped = self._assembler.dropped - 2 * malformed - missing.count
         if total >= _MIN_COUNTED and dropped >= max(_MIN_BLANKS, 0.01 * total):
             self._note("lost", _LOST)
         self._decimals = decimals
 
     def _cut(self, size: int) -> None:
-        """Look at the windows that are complete, and keep the rest."""
+        """Check the complete windows, and keep the rest."""
         whole = join_readings(self._waiting)
         used = len(whole) // size * size
         for start in range(0, used, size):
@@ -116,11 +116,11 @@ class StreamHealth:
         if len(self._windows) < _DEAD_WINDOWS:
             return
         for sensor, series in _sensors(join_readings(list(self._windows))):
-            if f"coarse {sensor}" not in self._notes:  # a quiet axis stands still between its steps
+            if f"coarse {sensor}" not in self._notes:  # a coarse axis may be constant
                 self._note(f"dead {sensor}", data_quality.dead_axes(sensor, series))
 
     def _printed_step(self, sensor: str) -> float | None:
-        """The step of the printed digits in the unit of the samples, where they are printed."""
+        """The step of the printed digits in the unit of the samples; None if not text."""
         columns = self._assembler.columns
         places = [p for p in sensor_places(columns, sensor) if p < len(self._decimals)]
         most = max((self._decimals[p] for p in places), default=-1)
@@ -165,35 +165,36 @@ def _sensors(readings: Readings) -> list[tuple[str, Series]]:
 
 
 _FIELDLESS = (
-    "No number (NaN, or nothing) comes for the magnetometer: it is left out; check the sensor's "
+    "No numbers (NaN or empty) arrive for the magnetometer: it is left out. Check the sensor's "
     "wiring and the sketch."
 )
 _MALFORMED = (
-    "More than one line in a hundred cannot be read (cut short, columns missing): check the cable "
-    "and the speed, and that no other program reads the port."
+    "More than one line or frame in a hundred cannot be read (cut short, or damaged): check the "
+    "cable and the speed, and that no other program reads the port."
 )
 _LOST = (
     "More than one sample in a hundred is missing: lower the sampling rate or raise the speed of "
     "the port, and print less per sample."
 )
 _COUNTER = (
-    "The sample counter goes back: the device has restarted. What follows is set after a gap."
+    "The sample counter went back: the device has restarted. The following samples begin after a "
+    "gap."
 )
 _TIME = {
-    "wrap": "The device's time began again at zero because its counter was full: that is "
-    "understood and nothing is lost.",
-    "restart": "The device's time went back: it has restarted. What was complete is kept; hold "
+    "wrap": "The device's time restarted at zero because its counter was full; no samples are "
+    "lost.",
+    "restart": "The device's time went back: it has restarted. Completed holds are kept; hold "
     "still again.",
     "jump": "The device's time jumped by more than an hour: a garbled line, or a clock that was "
-    "set. Times go on after a gap; a hold or rotation across it is taken again.",
+    "set. Time continues after a gap; a hold or rotation across it must be repeated.",
 }
 
 
 def _wrong_clock(device: float, host: float) -> str:
-    """The device's rate against the rate at which its samples arrive.
+    """Warning if the device's rate contradicts the rate of arrival, or "".
 
-    Samples that arrive faster than the device's time says are no fault: so does a source that
-    is played faster than it was.
+    Samples that arrive faster than by the device's time are not a fault: the source may be played
+    faster.
     """
     ratio = device / host if host else 1.0
     units = (("ms", 1e-3), ("us", 1e-6))
@@ -203,7 +204,7 @@ def _wrong_clock(device: float, host: float) -> str:
     advice = (
         f"the time column is probably in {unit}: set its unit"
         if unit
-        else "its clock or the unit of its time is wrong, and so would be every angle"
+        else "its clock or the unit of its time is wrong, which would make every angle wrong"
     )
     return (
         f"By its own time the device sends {device:.5g} samples/s, but {host:.5g} arrive: {advice}."

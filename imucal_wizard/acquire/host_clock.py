@@ -1,24 +1,25 @@
-"""Samples per second, and seconds for streams without device time: the index over that rate."""
+"""The sampling rate, and times of samples for streams without device time."""
 
 import numpy as np
 
 from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 
 WARM_UP_SECONDS = 2.0
-"""Seconds of arrivals before the rate is good enough to start with."""
+"""Seconds of arrivals before the rate is accurate enough to start."""
 _WARM_UP_POINTS = 10
 _STALL = 0.25
-"""A silence this long may hide lost samples."""
+"""s; a longer silence may hide lost samples."""
 _SETTLE_SECONDS = 0.05
-"""Seconds after a silence until what the system had kept for us has been read."""
+"""Seconds after a silence until the bytes buffered by the system have been read."""
 
 
 def sampling_period(times: FloatArray) -> float:
-    """The sampling period from a few device times, s; 0 where time does not run.
+    """The sampling period from a few device times, s; 0 if time does not advance.
 
-    Gaps and backward jumps are left out. Where the printed time is coarser than the period, equal
-    times are part of the mean.
+    Gaps and backward jumps are ignored. If the printed time is coarser than the period, equal times
+    are part of the mean.
 
     Args:
         times: shape (n,), s, as the device gave them.
@@ -27,13 +28,13 @@ def sampling_period(times: FloatArray) -> float:
     forward = steps[steps > 0]
     if not len(forward):
         return 0.0
-    middle = float(np.median(forward))
+    middle = median(forward)
     low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
     return float(np.mean(steps[(steps >= low) & (steps <= high)]))
 
 
 def time_quantum(times: FloatArray) -> float:
-    """The step of a printed time that is coarser than the sampling period, s; 0 where it is finer.
+    """The resolution of a printed time that is coarser than the sampling period, s; otherwise 0.
 
     Args:
         times: shape (n,), s, as the device gave them.
@@ -45,10 +46,10 @@ def time_quantum(times: FloatArray) -> float:
 
 
 class RateFit:
-    """Least squares of arrival over index, one point at a time.
+    """Least-squares fit of arrival time over sample index, updated point by point.
 
-    Bursts of a serial link move single arrivals by tens of milliseconds; the slope over seconds
-    of them is good to 0.05 % after 5 s and to 0.002 % after 30 s.
+    Bursts of a serial link shift single arrivals by tens of milliseconds; the slope over seconds is
+    accurate to 0.05 % after 5 s and to 0.002 % after 30 s.
     """
 
     def __init__(self) -> None:
@@ -61,7 +62,7 @@ class RateFit:
         self._last = 0.0
 
     def add(self, index: float, arrival: float) -> None:
-        """One chunk: the index of its last sample and when it arrived, s."""
+        """Add one chunk: the index of its last sample and its arrival, s."""
         if self._n == 0:
             self._first = arrival
         self._last = arrival
@@ -79,7 +80,7 @@ class RateFit:
 
     @property
     def points(self) -> int:
-        """How many arrivals have been seen."""
+        """Number of arrivals."""
         return self._n
 
     @property
@@ -93,19 +94,19 @@ class RateFit:
         return 1.0 / self.period if self.period > 0 else 0.0
 
     def expected(self, index: float) -> float:
-        """When a sample of this index should arrive, s."""
+        """Expected arrival of a sample, s."""
         return self._mean_arrival + (index - self._mean_index) * self.period
 
 
 class HostClock:
-    """Times of samples from their index and arrival. The same arrivals give the same times.
+    """Times of samples from their index and arrival; the same arrivals give the same times.
 
-    A single arrival says little (links deliver in bursts); the least-squares slope over all of
-    them says the rate. After a long silence the samples wait until it is plain whether they were
-    only late or some are missing.
+    A single arrival is inaccurate (links deliver in bursts); the least-squares slope over all of
+    them gives the rate. After a long silence the samples wait until it is clear whether they were
+    delayed or some are missing.
 
     Args:
-        rate: samples per second where it is known; None to measure it.
+        rate: samples per second, if known; None to measure it.
     """
 
     def __init__(self, rate: float | None = None) -> None:
@@ -123,15 +124,15 @@ class HostClock:
 
     @property
     def period(self) -> float:
-        """Seconds per sample as known now; 0 before anything is known."""
+        """Current estimate of the sampling period, s; 0 while unknown."""
         return self._given or self._fit.period
 
     def feed(self, indices: FloatArray, arrival: float) -> FloatArray:
-        """Times of the samples that can be told now, oldest first; the others wait.
+        """Times of the samples that can be determined now, oldest first; the others wait.
 
         Args:
             indices: running index of each new sample, increasing, shape (n,), n > 0.
-            arrival: when they came, s on any clock that only goes forward.
+            arrival: arrival, s, on any monotonic clock.
         """
         self._notice_silence(arrival)
         self._waiting.append(indices + self._shift)
@@ -146,7 +147,7 @@ class HostClock:
         return self._release()
 
     def flush(self) -> FloatArray:
-        """Times of everything that still waits, at the end of the stream."""
+        """Times of the waiting samples, at the end of the stream."""
         return self._release() if self.period else np.zeros(0)
 
     def _notice_silence(self, arrival: float) -> None:
@@ -156,7 +157,7 @@ class HostClock:
             self._stalled = self._stalled if self._stalled is not None else arrival
 
     def _settle(self, arrival: float) -> bool:
-        """After a silence: wait, then decide whether samples are missing; True when settled."""
+        """After a silence, wait, then decide whether samples are missing; True when decided."""
         if self._stalled is None:
             return True
         if arrival - self._stalled < _SETTLE_SECONDS:
@@ -171,7 +172,7 @@ class HostClock:
         return True
 
     def _missing(self, arrival: float) -> int:
-        """How many samples behind its time the newest one is; 0 while that is within the jitter."""
+        """Number of samples by which the newest one is late; 0 while within the jitter."""
         if self._fit.points < _WARM_UP_POINTS or not self._fit.period:
             return 0
         late = arrival - self._fit.expected(float(self._waiting[-1][-1]))

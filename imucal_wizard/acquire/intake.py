@@ -1,4 +1,4 @@
-"""The whole way from bytes to Readings: format, columns, units, clock."""
+"""From bytes to Readings: format, columns, units, clock."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -17,12 +17,12 @@ from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from imucal_wizard.core.records import dataclass
 
 LINK_BREAK = b""
-"""An empty piece of bytes: the link was lost here and is back. No protocol can send it."""
+"""An empty piece of bytes, which no protocol can send: the link was interrupted here."""
 
 _SHOWN_BYTES = 24
 """Newest bytes of a binary stream that the preview shows, as hexadecimal numbers."""
 _MAX_UNREAD_LINES = 50
-"""Unreadable lines in a row after which it is said that nothing is read any more."""
+"""Consecutive unreadable lines after which the stream is reported as unreadable."""
 
 
 @dataclass(frozen=True)
@@ -39,18 +39,18 @@ class Preview:
 
 
 class Intake:
-    """Bytes in, Readings out.
+    """Converts bytes to Readings.
 
-    Until format, columns, units and rate are known the bytes are kept; then everything from the
-    first byte on comes out. The same chunks with the same arrivals give the same Readings to the
-    last bit; where the stream carries its own time, neither the arrivals nor the cuts matter.
+    Until format, columns, units and rate are known the bytes are kept; then all Readings from the
+    first byte on are returned. The same chunks with the same arrivals give bit-identical Readings;
+    if the stream carries its own time, neither the arrivals nor the cuts matter.
 
     Args:
-        setup: what is known of the stream.
-        compare_arrivals: warn when the device's time and the host's disagree; False where the
-            arrivals are not those of the device (a recording played at another speed).
-        recording: the bytes are a whole recording: the first line is whole, there are no arrivals,
-            the device's own origin of time is kept, and sensors may be missing.
+        setup: known properties of the stream.
+        compare_arrivals: warn if the device's time and the host's disagree; False if the arrivals
+            are not those of the device (a recording played at another speed).
+        recording: whether the bytes are a whole recording: the first line is whole, there are no
+            arrivals, the device's own origin of time is kept, and sensors may be missing.
     """
 
     def __init__(
@@ -79,17 +79,17 @@ class Intake:
 
     @property
     def ready(self) -> bool:
-        """Whether format, columns, units and rate are known, so that Readings come out."""
+        """Whether format, columns, units and rate are known, so that Readings are returned."""
         return self._rate > 0
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """What must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
+        """The unknown properties: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
         return () if self._found else self._search.needs
 
     @property
     def problem(self) -> str:
-        """Why nothing can be read and what to do, where that is so; else ``""``."""
+        """The reason why nothing can be read and what to do, or ``""``."""
         if self._found is None:
             return self._search.problem
         if self._garbage.problem:
@@ -99,8 +99,8 @@ class Intake:
         if self._unread < _MAX_UNREAD_LINES:
             return ""
         return (
-            f"The last {self._unread} lines could not be read: the device prints something else "
-            f"now. Restart it, or choose the source again."
+            f"The last {self._unread} lines could not be read: the device's output has changed. "
+            f"Restart it, or choose the source again."
         )
 
     @property
@@ -120,17 +120,17 @@ class Intake:
 
     @property
     def named(self) -> bool:
-        """Whether the stream itself says what its columns are."""
+        """Whether the stream itself names its columns."""
         return self._search.named
 
     @property
     def rows(self) -> int:
-        """How many rows were read, with or without a number in each needed column."""
+        """Number of rows read, with or without a number in each needed column."""
         return self.samples + (self._assembler.missing.count if self._assembler else 0)
 
     @property
     def without_number(self) -> str:
-        """How many rows lack a number and for what; ``""`` where none does."""
+        """Number of rows without a number and the columns, in words; ``""`` if there are none."""
         if self._assembler is None or not self._assembler.missing.count:
             return ""
         missing = self._assembler.missing
@@ -138,43 +138,43 @@ class Intake:
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The columns as far as they are known, with a proposal where they must be asked."""
+        """The columns as far as they are known, with a proposal if they must be asked for."""
         return self._found.columns if self._found else self._search.columns
 
     @property
     def setup(self) -> StreamSetup:
-        """The setup as far as it is resolved; an Intake made with it reads the same bytes alike."""
+        """The setup as far as it is known; an Intake made with it reads the same bytes alike."""
         return replace(self._asked, format=self.format or AUTO, columns=self.columns)
 
     @property
     def rate(self) -> float:
-        """Samples per second, as known when the first Readings came out; 0 before."""
+        """Samples per second, as estimated with the first Readings; 0 before."""
         return self._rate
 
     @property
     def measured_rate(self) -> float:
-        """Samples per second as known now; 0 before it is known."""
+        """Current estimate of the samples per second; 0 while unknown."""
         period = self._assembler.period if self._assembler else 0.0
         return 1.0 / period if period else 0.0
 
     @property
     def samples(self) -> int:
-        """How many samples have come out."""
+        """Number of samples returned."""
         return self._assembler.samples if self._assembler else 0
 
     @property
     def lost(self) -> int:
-        """How many samples are missing by the device's time or count, or by the host's clock."""
+        """Number of lost samples by the device's time or counter, or by the host's clock."""
         return self._assembler.lost if self._assembler else 0
 
     @property
     def malformed(self) -> int:
-        """How many lines or frames were thrown away."""
+        """Number of lines or frames dropped."""
         return self._malformed + (self._assembler.split if self._assembler else 0)
 
     @property
     def digits(self) -> int | None:
-        """Printed decimals of the accelerometer columns; None where the stream is not text."""
+        """Printed decimals of the accelerometer columns; None if the stream is not text."""
         printed = self._decimals or self._search.decimals
         places = [i for i, c in enumerate(self.columns) if c.channel in ("ax", "ay", "az")]
         there = [printed[i] for i in places if i < len(printed)]
@@ -194,21 +194,21 @@ class Intake:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was noticed, each once, newest last; every one says what to do."""
+        """The warnings, each once, newest last."""
         known = formats().get(self.format)
         note = known.note if known else ""
         seen = self._health.notes if self._health else ()
         return (*self._search.notes, *((note,) if note else ()), *seen)
 
     def feed(self, data: bytes, arrival: float) -> Readings | None:
-        """Take what has come.
+        """Add received bytes.
 
         Args:
-            data: bytes, cut anywhere; ``LINK_BREAK`` where the link was lost.
-            arrival: when they came, s, on a clock that only goes forward.
+            data: bytes, divided anywhere; ``LINK_BREAK`` after an interruption of the link.
+            arrival: arrival, s, on a monotonic clock.
 
         Returns:
-            The samples that these bytes complete; None when there are none, or not yet.
+            The samples that these bytes complete; None if there are none yet.
         """
         if not data:
             self._broken(arrival)
@@ -225,7 +225,7 @@ class Intake:
         return None
 
     def _broken(self, arrival: float) -> None:
-        """The link was lost: nothing before is joined to what comes after."""
+        """The link was interrupted: join nothing across the interruption."""
         if self._decoder is not None:
             self._decoder.broken()
         else:
@@ -233,7 +233,7 @@ class Intake:
             self._search.broken()
 
     def feed_all(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
-        """Take several pieces, each with its arrival: the same samples as one by one, sooner."""
+        """Add several pieces, each with its arrival: the same samples as one by one, but faster."""
         together = self._assembler is not None and self._assembler.device is not None
         if together and all(data for data, _ in pieces):
             return self.feed(b"".join(data for data, _ in pieces), pieces[-1][1])
@@ -248,15 +248,16 @@ class Intake:
         return _joined(parts)
 
     def reconfigured(self, setup: StreamSetup) -> "tuple[Intake, Readings | None]":
-        """An Intake with another setup that has already been fed what this one still keeps.
+        """An Intake with another setup, fed with the bytes that this one still keeps.
 
-        Once Readings have come out nothing is kept: the new one goes on with the next bytes.
+        Once Readings have been returned, no bytes are kept: the new one continues with the next
+        bytes.
         """
         other = Intake(setup, compare_arrivals=self._compare_arrivals, recording=self._recording)
         return other, _joined(other.feed(*chunk) for chunk in self._held)
 
     def _start(self, found: ResolvedStream) -> Readings | None:
-        """Everything is known: decode from the first byte."""
+        """Decode from the first byte, now that everything is known."""
         self._found = found
         decoder = self._decoder = decoder_for(found.format, found.columns, whole=self._recording)
         assembler = self._assembler = Assembler(

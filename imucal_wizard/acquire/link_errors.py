@@ -1,4 +1,4 @@
-"""What went wrong with a port, in plain words that say what to do."""
+"""Messages about ports that cannot be opened or read."""
 
 import errno
 import os
@@ -11,12 +11,12 @@ _BUSY = (errno.EAGAIN, errno.EBUSY)
 
 
 def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
-    """One sentence for a port that does not open.
+    """Message about a port that cannot be opened.
 
     Args:
         port: the path or URL.
-        error: what opening raised.
-        known: the ports that exist now, for the advice.
+        error: the exception.
+        known: the existing ports, for the advice.
     """
     if "://" in port:
         return _cannot_open_url(port, error)
@@ -42,11 +42,11 @@ def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
 
 
 def link_lost_text(port: str, error: BaseException | None) -> str:
-    """One sentence for a port that went away while it was read."""
+    """Message about a port that was lost while it was read."""
     why = f" ({error})" if error is not None and "://" in port else ""
     return (
         f"{port} is gone{why}: the device was unplugged or switched off. Plug it in again; "
-        f"what was measured is kept and reading goes on by itself."
+        f"all measurements are kept and reading continues automatically."
     )
 
 
@@ -58,7 +58,7 @@ def _cannot_open_url(url: str, error: BaseException) -> str:
             f"rfc2217://HOST:PORT."
         )
     if "refused" in text:
-        return f"Nobody answers at {url} (refused). Start the server there, then try again."
+        return f"The connection to {url} was refused. Start the server there, then try again."
     if "timed out" in text or "unreachable" in text or "Name or service" in text:
         return f"{url} cannot be reached. Check the host, the port and the network ({text})."
     return f"{url} cannot be opened: {text}. Use socket://HOST:PORT or rfc2217://HOST:PORT."
@@ -71,7 +71,7 @@ def _denied(port: str) -> str:
 
 
 def permission_error_text(port: str, group: str, may: bool) -> str:
-    """One sentence for a port that this user may not open.
+    """Message about a port that this user may not open.
 
     Args:
         port: the device node.
@@ -83,7 +83,7 @@ def permission_error_text(port: str, group: str, may: bool) -> str:
         join = f"'sudo usermod -a -G {group} {_me()}'"
         return f"{message}. Run {join}, log in again, and try again."
     return (
-        f"{message}, which is of no use to join. Run 'sudo chmod a+rw {port}' and try again; that "
+        f"{message}, which does not grant access. Run 'sudo chmod a+rw {port}' and try again; that "
         f"lasts until it is unplugged."
     )
 
@@ -104,7 +104,7 @@ def _me() -> str:
 
 
 def _user_of(port: str) -> str:
-    """The program that has the port open, where the system tells; else "another program"."""
+    """The program that has the port open, if the system shows it; otherwise "another program"."""
     real = os.path.realpath(port)
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -119,7 +119,7 @@ def _user_of(port: str) -> str:
 
 
 def _code(error: BaseException) -> int | None:
-    """The system's error number, also where pyserial has wrapped it."""
+    """The system's error number, also if pyserial has wrapped it."""
     inner = error.__cause__ or error.__context__
     candidates = [getattr(error, "errno", None), getattr(inner, "errno", None)]
     candidates += list(inner.args[:1]) if inner is not None else []  # termios.error has no errno

@@ -1,9 +1,10 @@
-"""What is plugged in and what speaks there: every port is listened to for a moment."""
+"""Listening to every port for a moment to find devices and their formats."""
 
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+from imucal_wizard.acquire.decode import formats
 from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
@@ -18,16 +19,16 @@ _USUAL = BAUDS[0]
 
 @dataclass(frozen=True)
 class PortReport:
-    """What was heard on one port.
+    """The result of listening to one port.
 
     Attributes:
         port: the port.
-        baud: the speed at which this was heard.
+        baud: the speed of reception.
         format: name of the format, or ``""``.
-        rate: samples per second, 0 where it could not be told.
+        rate: samples per second, 0 if unknown.
         line: the newest line, safe to show.
         message: one sentence for the user.
-        garbled: what came was no text.
+        garbled: whether the received bytes were not text.
     """
 
     port: PortInfo
@@ -40,7 +41,7 @@ class PortReport:
 
 
 def listen_to_port(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> PortReport:
-    """Listen to one port without sending anything, at other speeds too where it speaks garbage."""
+    """Listen to one port without sending anything; if it sends garbage, try other speeds."""
     heard = _hear_at(port, baud, seconds)
     if not heard.garbled or not port.vid_pid:
         return heard
@@ -50,7 +51,7 @@ def listen_to_port(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN)
 
 
 def listen_to_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[PortReport]:
-    """Listen to every port, all at the same time."""
+    """Listen to all ports at the same time."""
     ports = find()
     if not ports:
         return []
@@ -59,7 +60,7 @@ def listen_to_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[Por
 
 
 def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
-    """The lines that ``imucal-wizard ports`` prints; what cannot be opened says why."""
+    """The text of ``imucal-wizard ports``, with the reason for ports that cannot be opened."""
     heard = listen_to_ports(find)
     if not heard:
         return (
@@ -110,6 +111,8 @@ def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: flo
     rows = data.count(b"\n") / seconds
     rate = intake.measured_rate
     about = f"{rate:.1f} samples/s" if rate else f"about {rows:.0f} lines/s"
+    if not rate and formats()[intake.format].binary:
+        about = "rate not known yet"
     asks = f"; asks for {' and '.join(intake.needs)}" if intake.needs else ""
     names = ",".join(c.channel for c in intake.columns if c.channel)
     message = f"speaks {intake.format} at {baud} baud, {about}, {names or 'columns unknown'}{asks}"

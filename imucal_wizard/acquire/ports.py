@@ -1,4 +1,4 @@
-"""What is plugged in: every serial port with what it probably is."""
+"""The serial ports of this machine, each with a hint of the device."""
 
 import contextlib
 import os
@@ -31,11 +31,11 @@ class PortInfo:
     """One serial port of this machine.
 
     Attributes:
-        device: what to open, ``/dev/ttyACM0`` or ``COM5``.
-        description: what the system calls it.
-        vid_pid: USB vendor and product as ``2341:0043``, or ``""`` where it is not on USB.
+        device: name to open, ``/dev/ttyACM0`` or ``COM5``.
+        description: name given by the system.
+        vid_pid: USB vendor and product as ``2341:0043``, or ``""`` if it is not on USB.
         serial_number: the USB serial number, or ``""``.
-        hint: what such a device usually is, or ``""``.
+        hint: the usual device of this vendor, or ``""``.
     """
 
     device: str
@@ -46,12 +46,12 @@ class PortInfo:
 
 
 def hint_for(vid_pid: str) -> str:
-    """What a device of this vendor usually is; ``""`` when the vendor is not known here."""
+    """The usual device of this vendor; ``""`` if the vendor is unknown."""
     return _HINTS.get(vid_pid.partition(":")[0].upper(), "")
 
 
 def list_ports() -> list[PortInfo]:
-    """Every serial port the system names, USB devices first; an empty list where it names none."""
+    """Every serial port that the system lists, USB devices first."""
     from serial.tools.list_ports import comports
 
     found: list[PortInfo] = []

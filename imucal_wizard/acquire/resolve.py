@@ -1,4 +1,4 @@
-"""From what is known of a stream to what every column is, or to what must be asked."""
+"""Resolves the columns of a stream, or determines the questions for the user."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,30 +22,31 @@ from imucal_wizard.core import units
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
 _FIRST_SECONDS = 0.5
 _RATES = (0.2, 50_000.0)
-"""Slowest and fastest sampling that can be, Hz."""
+"""Slowest and fastest plausible sampling, Hz."""
 _MAX_BACKWARD = 0.2
-"""Share of steps back in a column of time; with more it is no time."""
+"""Share of backward steps in a time column; above it, the column is not a time."""
 _RATE_TOLERANCE = 0.01
-"""Share by which a stated rate may differ from that of the time column."""
+"""Relative deviation allowed between a stated rate and that of the time column."""
 _SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 _BESIDE = ("temperature", "current", "throttle")
-"""What stands beside the sensors and is left out where its unit is not known."""
+"""Auxiliary quantities, left out if their unit is unknown."""
 
 
 @dataclass(frozen=True)
 class ResolvedColumns:
-    """What every column is, as far as that can be known.
+    """The columns as far as they are known.
 
     Attributes:
-        columns: one per column of the rows, with units where they are known.
-        needs: what must be asked: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and for
-            a recording ``rate``.
-        notes: what was guessed and why, or what is missing, for the user.
+        columns: one per column of the rows, with units if they are known.
+        needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
+            for a recording.
+        notes: messages to the user about guesses and their reasons, or about missing data.
     """
 
     columns: tuple[Column, ...]
@@ -59,14 +60,14 @@ def resolve_columns(
     values: FloatArray,
     arrivals: FloatArray | None,
 ) -> ResolvedColumns:
-    """Join what the user said, what the stream says and what the numbers show.
+    """Combine the user's statements, the stream's own names, and the evidence of the numbers.
 
     Args:
-        setup: what the user said.
-        columns: what the stream says.
+        setup: the user's statements.
+        columns: the columns that the stream declares.
         values: first rows, shape (n, len(columns)).
-        arrivals: when each row arrived, s, shape (n,); None for a recording, in which any sensor
-            may be missing, and which needs a time or a rate.
+        arrivals: arrival of each row, s, shape (n,); None for a recording, in which any sensor may
+            be missing and which needs a time or a rate.
     """
     notes: list[str] = []
     if setup.columns and len(setup.columns) == len(columns):
@@ -102,18 +103,18 @@ def resolve_columns(
 
 
 _ASK = (
-    "The lines carry numbers without names that are known here. Say which column is which, for "
-    "example ax,ay,az,gx,gy,gz."
+    "The lines contain numbers without known names. State which column is which, for example "
+    "ax,ay,az,gx,gy,gz."
 )
 
 
 def propose_columns(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], bool]:
-    """A channel for each column, and whether that is sure enough to go on without asking.
+    """A channel for each column, and whether this is certain enough to continue without asking.
 
-    Columns whose words say that they are no reading stay out. Where the device has names of its
-    own, nothing is sure: they may mean what is not known here.
+    Columns named as derived quantities are excluded. If the device uses names of its own, nothing
+    is certain: they may mean anything.
 
     Args:
         columns: the columns, none of which has a channel.
@@ -127,7 +128,7 @@ def propose_columns(
 
 
 def _own_names(columns: tuple[Column, ...]) -> bool:
-    """Whether the device has named its columns in words that mean nothing here."""
+    """Whether the device has given its columns names that are unknown here."""
     names = [c.name.lower() for c in columns]
     if len(set(names)) < len(names) or all(name.startswith("column ") for name in names):
         return False
@@ -136,32 +137,32 @@ def _own_names(columns: tuple[Column, ...]) -> bool:
 
 
 def _twice(columns: tuple[Column, ...]) -> str:
-    """What to say of a second sensor of the same kind, or ""."""
+    """Message about a second sensor of the same kind, or ""."""
     first = {c.channel: c.name for c in columns if c.channel}
     for c in columns:
         again = "" if c.channel else column_of_name(c.name).channel
         if again in first and len(again) == 2 and quantity_of(again):
             return (
                 f"Two columns are {again}: '{sanitise(first[again])}' and '{sanitise(c.name)}'. "
-                f"Say which column is which, and leave one of them out."
+                f"State which column is which, and leave one of them out."
             )
     return ""
 
 
 def _lacking(sensor: str, channels: set[str]) -> str:
-    """What to say of a sensor of which not all axes are there."""
+    """Message about a sensor with missing axes."""
     gone = [channel for channel in CHANNELS[sensor] if channel not in channels]
     are, them = ("is", "it") if len(gone) == 1 else ("are", "them")
     return (
         f"The {sensor} needs three columns and {', '.join(gone)} {are} missing: print {them}, or "
-        f"say which column is which."
+        f"state which column is which."
     )
 
 
 def _without_silent(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], list[str]]:
-    """A recording without the sensors that have no whole sample, and what to say of them."""
+    """Remove the sensors of a recording without a complete sample, with messages about them."""
     notes = []
     for sensor in _SENSORS:
         places = sensor_places(columns, sensor)
@@ -209,13 +210,13 @@ def _with_units(
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
-    """Those of the columns whose unit is none of theirs."""
+    """The columns with a unit that is not one of theirs."""
     own = [columns[p] for p in places]
     return [c for c in own if c.unit and not unit_belongs(c.channel, c.unit)]
 
 
 def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
-    """What is wrong with the units of a sensor, or ""."""
+    """Message about wrong units of a sensor, or ""."""
     if foreign := _foreign(columns, places):
         sensor = str(quantity_of(foreign[0].channel))
         return _no_unit(foreign[0], (*units.FACTORS[sensor], units.COUNT))
@@ -228,13 +229,13 @@ def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
 def _no_unit(column: Column, known: Sequence[str]) -> str:
     sensor = quantity_of(column.channel)
     what = f"'{sanitise(column.unit, 48)}' of column '{sanitise(column.name, 48)}'"
-    return f"{what} is no unit of {'' if sensor == 'time' else 'the '}{sensor}; use one of " + (
+    return f"{what} is not a unit of {'' if sensor == 'time' else 'the '}{sensor}; use one of " + (
         ", ".join(known)
     )
 
 
 def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], list[str]]:
-    """The columns without quantities beside the sensors whose unit is not known."""
+    """Remove auxiliary quantities with an unknown unit; returns messages about them."""
     notes = []
     for sensor in _BESIDE:
         place = next((i for i, c in enumerate(columns) if quantity_of(c.channel) == sensor), None)
@@ -247,7 +248,7 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
         what = f"'{sanitise(c.unit, 48)}' of column" if c.unit else "column"
         known = " or ".join(units.FACTORS[sensor])
         notes.append(
-            f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no unit of it here; "
+            f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no known unit of it; "
             f"write {known}"
         )
         columns = _without(columns, sensor)
@@ -255,7 +256,7 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
 
 
 def _proposed_unit(columns: tuple[Column, ...], values: FloatArray) -> tuple[Column, ...]:
-    """The columns with the unit that gravity has in those proposed for the accelerometer."""
+    """The columns with the unit of the proposed accelerometer, guessed from gravity."""
     places = sensor_places(columns, "accelerometer")
     if not places:
         return columns
@@ -268,7 +269,7 @@ def _unit_guess(
     sensor: str, own: FloatArray, columns: tuple[Column, ...], values: FloatArray
 ) -> column_guess.UnitGuess:
     good = own[np.isfinite(own).all(axis=1)]
-    if not len(good) and sensor == "magnetometer":  # slower than the rest, or switched off
+    if not len(good) and sensor == "magnetometer":  # slower than the others, or switched off
         return column_guess.UnitGuess(units.COUNT, "")
     if not len(good):
         return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
@@ -293,9 +294,9 @@ def _timed(
     values: FloatArray,
     arrivals: FloatArray | None,
 ) -> tuple[tuple[Column, ...], tuple[str, ...], tuple[str, ...]]:
-    """The unit of the time column, what must be asked, and what to say.
+    """The unit of the time column, the questions, and messages.
 
-    A time column that does not run is no time column.
+    A time column that does not advance is ignored.
     """
     rate = () if arrivals is not None or setup.rate else ("rate",)
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
@@ -335,7 +336,7 @@ def _timed(
 
 
 def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
-    """What to say of a stated rate that the times contradict."""
+    """Message about a stated rate that contradicts the times."""
     period = sampling_period(ticks * units.unit_factor("time", unit))
     if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
         return ()
@@ -347,11 +348,11 @@ def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str
 
 
 def _doubtful(ticks: FloatArray, unit: str) -> str:
-    """What to say of a unit of time that gives a rate at which no IMU samples, or ""."""
+    """Message about a unit of time that implies an implausible sampling rate, or ""."""
     if not unit:
         return ""
     steps = np.diff(ticks)
-    rate = 1.0 / (float(np.median(steps[steps > 0])) * units.unit_factor("time", unit))
+    rate = 1.0 / (median(steps[steps > 0]) * units.unit_factor("time", unit))
     if _RATES[0] <= rate <= _RATES[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "
@@ -360,16 +361,16 @@ def _doubtful(ticks: FloatArray, unit: str) -> str:
 def first_rows(
     columns: tuple[Column, ...], values: FloatArray, full: bool = False
 ) -> FloatArray | None:
-    """The shortest beginning of a stream from which the device's period can be taken.
+    """The first rows of a stream that are sufficient to determine the device's period.
 
     Args:
         columns: resolved columns.
         values: the first rows there are, shape (n, columns).
-        full: no more rows will be kept, so that these must do.
+        full: whether no more rows will be kept, so that these must be sufficient.
 
     Returns:
         At least ``FIRST_ROWS`` rows that span half a second of device time; None while there are
-        fewer. The same stream always gives the same rows.
+        too few. The same stream always gives the same rows.
     """
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
     if place is None:
@@ -385,7 +386,7 @@ def first_rows(
 
 
 def sensor_places(columns: tuple[Column, ...], sensor: str) -> list[int]:
-    """The places of a sensor's x, y and z column; empty unless all three are there."""
+    """Indices of a sensor's x, y and z columns; empty unless all three are present."""
     where = {c.channel: i for i, c in enumerate(columns) if c.channel}
     places = [where[channel] for channel in CHANNELS[sensor] if channel in where]
     return places if len(places) == 3 else []

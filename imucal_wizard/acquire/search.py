@@ -1,4 +1,4 @@
-"""Finding out, line by line, what a stream is: format, columns, units."""
+"""Determines the format, columns and units of a stream, line by line."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -15,15 +15,15 @@ from imucal_wizard.core.records import dataclass
 
 _PROBE_LINES = 16384
 MAX_BACKLOG = 1 << 24
-"""Bytes kept, 16 MiB: twenty minutes at 115200 baud. A stream of which nobody says for longer what
-it is goes on to be written down; only the reading of it begins later."""
+"""Bytes kept, 16 MiB: twenty minutes at 115200 baud. If the format is still unknown then, the
+stream is recorded all the same, but reading begins later."""
 
 
 class Backlog:
-    """Pieces of bytes with their arrival times, the oldest dropped when there are too many.
+    """Pieces of bytes with their arrival times; the oldest are dropped beyond a limit.
 
     Args:
-        limit: how many bytes are kept; the newest piece always is.
+        limit: number of bytes kept; the newest piece is always kept.
     """
 
     def __init__(self, limit: int = MAX_BACKLOG) -> None:
@@ -35,14 +35,14 @@ class Backlog:
         return iter(self._pieces)
 
     def add(self, data: bytes, arrival: float) -> None:
-        """Keep one piece more."""
+        """Add a piece."""
         self._pieces.append((data, arrival))
         self._size += len(data)
         while self._size > self._limit and len(self._pieces) > 1:
             self._size -= len(self._pieces.popleft()[0])
 
     def taken(self) -> list[tuple[bytes, float]]:
-        """All pieces, oldest first; none is kept any more."""
+        """Remove and return all pieces, oldest first."""
         pieces = list(self._pieces)
         self._pieces.clear()
         self._size = 0
@@ -51,12 +51,12 @@ class Backlog:
 
 @dataclass(frozen=True, eq=False)
 class ResolvedStream:
-    """All that must be known before Readings can be made.
+    """The properties of a stream that are needed to make Readings.
 
     Attributes:
         format: name of the format.
         columns: every column, with its unit.
-        first: first rows of the stream, for the device's period.
+        first: first rows of the stream, which give the device's period.
     """
 
     format: str
@@ -65,14 +65,14 @@ class ResolvedStream:
 
 
 class StreamSearch:
-    """Looks at the beginning of a stream until everything is known.
+    """Examines the beginning of a stream until everything is known.
 
-    Fed with one line at a time, so that the answer does not depend on how the bytes were cut. The
-    rows seen here are thrown away: the stream is decoded from its start once it is known.
+    It is fed one line at a time, so that the result does not depend on how the bytes were divided.
+    The rows read here are dropped: the stream is decoded from its start once it is known.
 
     Args:
-        setup: what is known already.
-        recording: the bytes are a whole recording, not the middle of a stream.
+        setup: known properties of the stream.
+        recording: whether the bytes are a whole recording and not the middle of a stream.
     """
 
     def __init__(self, setup: StreamSetup, *, recording: bool = False) -> None:
@@ -105,17 +105,17 @@ class StreamSearch:
 
     @property
     def first_malformed(self) -> MalformedLine | None:
-        """The first line that does not fit."""
+        """The first malformed line."""
         return self._decoder.first_malformed if self._decoder else None
 
     @property
     def named(self) -> bool:
-        """Whether the stream itself says what its columns are."""
+        """Whether the stream itself names its columns."""
         return self._decoder is not None and any(c.channel for c in self._decoder.columns)
 
     @property
     def problem(self) -> str:
-        """Why nothing can be read, where that is so; else ``""``."""
+        """The reason why nothing can be read, or ``""``."""
         if self._decoder is None:
             return self._detector.problem
         if self._arrivals or self._lines < MIN_UNKNOWN_LINES:
@@ -123,22 +123,22 @@ class StreamSearch:
         return self._unfit(self._decoder)
 
     def _unfit(self, decoder: Decoder) -> str:
-        """Why no line is a row."""
+        """Message if no line is a row."""
         fields = f" with {len(self._setup.columns)} columns" if self._setup.columns else ""
         return (
-            f"{self._lines} lines have come and none is {decoder.name}{fields}. Look at the newest "
-            f"line and correct the format or the columns."
+            f"{self._lines} lines have arrived and none is {decoder.name}{fields}. Check the "
+            f"newest line and correct the format or the columns."
         )
 
     def feed(self, piece: bytes, arrival: float) -> ResolvedStream | None:
-        """Look at one line more.
+        """Add a line.
 
         Args:
-            piece: at most one line, or a part of one.
-            arrival: when it came, s.
+            piece: a line, or a part of one.
+            arrival: arrival, s.
 
         Returns:
-            What was found once all of it is known; None before.
+            The stream's properties once all are known; None before.
         """
         self._lines += piece.endswith((b"\n", b"\r"))
         if self._decoder is not None:
@@ -152,12 +152,12 @@ class StreamSearch:
         return next((found for found in answers if found is not None), None)
 
     def broken(self) -> None:
-        """The link was lost here."""
+        """The link was interrupted."""
         if self._decoder is not None:
             self._decoder.broken()
 
     def finish(self) -> ResolvedStream | None:
-        """What is found now that no more will come."""
+        """The stream's properties, now that it has ended; None if they remain unknown."""
         if self._decoder is None or not self._values:
             return None
         return self._resolve(self._decoder, full=True)
@@ -173,7 +173,7 @@ class StreamSearch:
                 self._arrivals += [arrival] * len(rows.values)
         count = len(self._arrivals)
         due = len(rows.values) > 0 and count >= self._next
-        if due:  # ever less often, so that looking stays cheap while the user is being asked
+        if due:  # ever less often, so that it stays cheap while the user is being asked
             later = max(count + FIRST_ROWS, count * 5 // 4)
             self._next = min(later, _PROBE_LINES) if count < _PROBE_LINES else later
         changed = decoder.columns != before and count >= FIRST_ROWS

@@ -1,4 +1,4 @@
-"""How a stream is to be read: what the user said, or what was found out. Goes into the session."""
+"""The setup of a stream, stated by the user or found in the stream; stored in the session."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
@@ -15,11 +15,11 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class StreamSetup:
-    """How a stream is to be read. Empty fields are found out or asked for.
+    """The setup of a stream. Empty fields are determined or asked for.
 
     Attributes:
         format: name of a format, or ``auto``.
-        columns: the columns by their place.
+        columns: the columns in order.
         rate: samples per second of a stream that carries no time; None to measure it.
         accelerometer_unit: unit word; overrides what the columns say.
         gyroscope_unit: the same for the gyroscope.
@@ -39,10 +39,10 @@ class StreamSetup:
             if word:
                 units.unit_factor(sensor, word)
         if self.rate is not None and not 0 < self.rate < 1e6:
-            raise UsageError(f"A rate of {self.rate} per second cannot be; give samples per second")
+            raise UsageError(f"a rate of {self.rate} per second is impossible; give one like 100")
 
     def unit_of(self, column: Column) -> str:
-        """The unit of a column: what was said for its sensor, or what the column says."""
+        """The unit of a column: as stated for its sensor, or as declared by the column."""
         sensor = quantity_of(column.channel)
         said = getattr(self, f"{sensor}_unit", "") if sensor else ""
         return units.canonical_unit(said or column.unit)

@@ -1,4 +1,4 @@
-"""One Transport before pyserial: a port, a pseudo-terminal or a URL; opened, read, lost, found."""
+"""Transport: a port, a pseudo-terminal or a URL that is opened, read, lost and found again."""
 
 import os
 import select
@@ -13,14 +13,14 @@ from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.output import sanitise
 
 _GATHER = 0.025
-"""Seconds for which bytes that keep coming are gathered into one chunk."""
+"""Seconds for which a continuing flow of bytes is gathered into one chunk."""
 _PAUSE = 0.002
-"""Seconds between two looks while gathering; a tty holds 4 KiB, 5 ms at 8,000 lines/s."""
+"""Seconds between two reads while gathering; a tty holds 4 KiB, 5 ms at 8,000 lines/s."""
 _MAX_SLOW_BYTES = 512
-"""So few bytes in ``_PAUSE`` are no fast stream: nothing is gained by waiting for more."""
+"""Fewer bytes in ``_PAUSE`` are a slow stream: waiting for more gains nothing."""
 
 _SCHEMES = ("", "socket", "rfc2217")
-"""Of what is opened: a port of this machine, a plain connection, a terminal server."""
+"""Supported URL schemes: a local port, a plain connection, a terminal server."""
 
 if sys.platform == "win32":
     _LOST: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
@@ -38,7 +38,7 @@ class Transport:
         port_or_url: ``/dev/ttyACM0``, ``COM5``, a pseudo-terminal, ``socket://HOST:PORT``,
             ``rfc2217://HOST:PORT``.
         baud: speed; ignored by native USB, pseudo-terminals and sockets.
-        find: what lists the ports, when the device is looked for again.
+        find: function that lists the ports when the device is searched for again.
     """
 
     def __init__(
@@ -57,13 +57,13 @@ class Transport:
 
     @property
     def description(self) -> str:
-        """What is read, in words: the port and what is known of the device."""
+        """The port and the device, in words."""
         info = self._identity
         words = (info.hint or info.description) if info else ""
         return sanitise(f"{self.port}, {words}" if words else self.port)
 
     def open(self) -> None:
-        """Open the port, for this program alone where the system can promise that.
+        """Open the port, exclusively if the system supports that.
 
         Raises:
             LinkError: the port is missing, busy, forbidden, refused or no port at all.
@@ -81,31 +81,31 @@ class Transport:
 
         scheme = _scheme(port)
         options: dict[str, Any] = {"timeout": 0.05}
-        if scheme != "rfc2217":  # refused there
+        if scheme != "rfc2217":  # not supported there
             options["write_timeout"] = 1.0
         if not scheme and sys.platform != "win32":
             options["exclusive"] = True
         try:
             if scheme not in _SCHEMES:
-                raise ValueError(port)  # pyserial takes others, and fails on them in many ways
+                raise ValueError(port)  # pyserial accepts others, with various failures
             opened: Any = serial.serial_for_url(port, self.baud, do_not_open=True, **options)
             if scheme == "socket":
-                # pyserial throws away what came first: a server's header, sent once on connecting
+                # pyserial would drop the first bytes: a server's header, sent once on connecting
                 opened.reset_input_buffer = lambda: None
             opened.open()
             return opened
-        except (*_LOST, OverflowError) as error:  # OverflowError: a speed beyond all measure
+        except (*_LOST, OverflowError) as error:  # OverflowError: an excessive speed
             known = [info.device for info in ports]
             raise LinkError(link_errors.open_error_text(sanitise(port), error, known)) from error
 
     def read(self, timeout: float = 0.05) -> bytes:
-        """Everything that has arrived; waits at most ``timeout`` seconds for the first byte.
+        """All bytes that have arrived; waits at most ``timeout`` seconds for the first one.
 
         Returns:
-            The bytes; ``b""`` when nothing came.
+            The bytes; ``b""`` if none arrived.
 
         Raises:
-            LinkError: the device is gone. The port is closed; ``reopen`` looks for it.
+            LinkError: the device is gone. The port is closed; ``reopen`` searches for it.
         """
         if self._serial is None:
             raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
@@ -118,8 +118,8 @@ class Transport:
             raise LinkError(link_errors.link_lost_text(sanitise(self.port), error)) from error
 
     def _read_any(self, timeout: float) -> bytes:
-        """The way through pyserial alone: Windows and remote ports."""
-        if self._serial.timeout != timeout:  # even the same one anew is negotiated with a server
+        """Read through pyserial alone: Windows and remote ports."""
+        if self._serial.timeout != timeout:  # setting it is negotiated with a server
             self._serial.timeout = timeout
         data: bytes = self._serial.read(1)
         return data + bytes(self._serial.read(self._serial.in_waiting)) if data else b""
@@ -128,7 +128,7 @@ class Transport:
         """Send bytes to the device.
 
         Raises:
-            LinkError: the device is gone or takes nothing.
+            LinkError: the device is gone or accepts nothing.
         """
         if self._serial is None:
             raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
@@ -139,13 +139,13 @@ class Transport:
             raise LinkError(link_errors.link_lost_text(sanitise(self.port), error)) from error
 
     def reopen(self) -> bool:
-        """Look once for the same device, under its old name or another, and open it.
+        """Search once for the same device, under its old name or another, and open it.
 
-        A USB device is known again by vendor, product and serial number; another device that
-        has taken the old name is not opened.
+        A USB device is recognised by vendor, product and serial number; another device with the old
+        name is not opened.
 
         Returns:
-            True when it is open again. Bytes before and after do not belong together.
+            True if it is open again. Bytes before and after must not be joined.
         """
         self.close()
         identity = self._identity
@@ -168,17 +168,17 @@ class Transport:
         try:
             port.close()
         except _LOST:
-            return  # the device went away first, and with it what had to be closed
+            return  # the device is gone, so there is nothing to close
 
 
 def _scheme(port: str) -> str:
-    """``socket`` of ``socket://HOST:PORT``; "" of a port of this machine."""
+    """The scheme of a URL (``socket`` for ``socket://HOST:PORT``); "" for a local port."""
     scheme, found, _ = port.partition("://")
     return scheme.lower() if found else ""
 
 
 def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
-    """The port where the same device is now; a twin without serial number only at the old name."""
+    """The current port of the same device; a twin without serial number only at the old name."""
     same = [p for p in ports if p.vid_pid == identity.vid_pid]
     same = [p for p in same if p.serial_number == identity.serial_number]
     at_old_name = [p for p in same if p.device == identity.device]
@@ -192,10 +192,10 @@ def _readable(fd: int, timeout: float) -> bool:
 
 
 def read_burst(fd: int, timeout: float) -> bytes:
-    """Wait for the first bytes; while they keep coming fast, gather for a moment.
+    """Wait for the first bytes; while they arrive fast, gather them for a moment.
 
-    A slow stream is handed over at once. A fast one comes in few large chunks, which costs a
-    third; no look is later than ``_PAUSE``, so that the terminal's buffer never fills.
+    A slow stream is returned at once. A fast one is returned in few large chunks, which costs a
+    third of the CPU; no read is later than ``_PAUSE``, so the terminal's buffer never overflows.
 
     Raises:
         OSError: the stream has ended and all its bytes have been handed over.
@@ -205,14 +205,16 @@ def read_burst(fd: int, timeout: float) -> bytes:
     data = _taken(fd)
     end = time.monotonic() + _GATHER
     while time.monotonic() < end:
-        time.sleep(_PAUSE)  # select would wake for every few bytes and so gather none
+        time.sleep(_PAUSE)  # select would wake for every few bytes
         try:
             data += _taken(fd)
-        except BlockingIOError:  # nothing new; asking before would cost another turn of the lock
+        except (
+            BlockingIOError
+        ):  # nothing new; polling first would release the interpreter lock again
             if len(data) < _MAX_SLOW_BYTES:
                 break
         except OSError:
-            break  # the device is gone: first hand over its last bytes, the next call says so
+            break  # the device is gone: return its last bytes; the next call raises
     return data
 
 

@@ -42,6 +42,6 @@ def run(argv: Sequence[str]) -> int:
         write_json(methods_document(report, rows), arguments.json)
     if arguments.json != STANDARD_OUT:
         say(method_table(rows))
-    for warning in report.warnings:
+    for warning in report.notes(judged=False):
         note(f"warning: {warning}")
     return 0

@@ -1,5 +1,6 @@
 """``imucal-wizard fit``: a recording in, a calibration out, without a screen."""
 
+import gc
 from collections.abc import Sequence
 
 from imucal_wizard.cli.arguments import (
@@ -47,12 +48,16 @@ def run(argv: Sequence[str]) -> int:
         "gyroscope": arguments.gyro_method,
         "magnetometer": arguments.mag_method,
     }
-    fit = calibrated(arguments, "fit", methods)
-    diagnosis = {}
-    if not arguments.no_verdict:
-        from imucal_wizard.api import diagnose
+    gc.disable()  # one fit is done before collecting garbage would pay
+    try:
+        fit = calibrated(arguments, "fit", methods)
+        diagnosis = {}
+        if not arguments.no_verdict:
+            from imucal_wizard.api import diagnose
 
-        diagnosis = diagnose(fit)
+            diagnosis = diagnose(fit)
+    finally:
+        gc.enable()
     says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
     if arguments.save:
         fit.judged(diagnosis).save(arguments.save)
@@ -66,7 +71,7 @@ def run(argv: Sequence[str]) -> int:
 
         say(summary(fit.report, says))
     else:
-        for warning in fit.report.warnings:
+        for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")
     if arguments.save:
         tell(f"saved: {arguments.save}")

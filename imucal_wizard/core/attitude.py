@@ -175,7 +175,10 @@ def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatAr
         finer[:, 0::2] = before
         finer[:, 1::2] = multiply(before, level[:, 0::2])
         before = finer
-    return before, multiply(before, steps)
+    after, last = np.empty_like(before), offsets[1:] - 1
+    after[:, :-1] = before[:, 1:]
+    after[:, last] = multiply(before[:, last], steps[:, last])
+    return before, after
 
 
 def _tree(steps: FloatArray) -> list[FloatArray]:

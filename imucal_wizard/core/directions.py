@@ -1,21 +1,21 @@
-"""Directions: which of them are the same, and their middles."""
+"""Directions: groups of equal ones, and their means."""
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
 
 SAME_DIRECTION = np.radians(12.0)
-"""Holds that are all closer together than this are repeats of one direction: left out together,
-compared with one another. A hand repeats a pose to some 5°."""
+"""Holds that all lie closer together than this are repeats of one direction: they are left out
+together and compared with one another. A hand repeats a pose to about 5°."""
 
 
 def unit_vectors(vectors: FloatArray) -> FloatArray:
-    """The vectors, shape (…, 3), at length 1."""
+    """The vectors scaled to length 1, shape (…, 3)."""
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1)[..., None])
 
 
 def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
-    """Clusters of directions by complete linkage: no two of a cluster are further apart than so.
+    """Cluster directions by complete linkage; no two in a cluster are farther apart than ``limit``.
 
     Args:
         up: unit vectors, shape (n, 3).
@@ -41,7 +41,7 @@ def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
 
 
 def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
-    """The middle of each group of directions, shape (d, 3), so that no single one decides."""
+    """Mean direction of each group, unit vectors, shape (d, 3)."""
     sums = np.zeros((int(labels.max(initial=-1)) + 1, 3))
     np.add.at(sums, labels, up)
     return unit_vectors(sums)

@@ -1,10 +1,10 @@
-"""The errors that a user can meet.
+"""The errors that a user can see.
 
 ::
 
     ImucalError                 any error with an explanation; never shown as a traceback
     ├── InputError              the input cannot be read                (exit status 2)
-    │   ├── UsageError          options contradict one another or one is missing
+    │   ├── UsageError          options contradict each other, or one is missing
     │   ├── RecordingError      a file is missing, garbled or lacks columns
     │   ├── FormatError         the format of a stream is not known
     │   ├── LinkError           a port cannot be opened, or the link was lost
@@ -17,10 +17,10 @@ class ImucalError(Exception):
     """An error that is explained in one line.
 
     Args:
-        message: what happened, to what, and what to do next; no option and no key.
-        settings: names of the settings that the user can change, like ``rate`` or ``columns``,
-            with an example of the value behind a blank (``rate 100``). The command line adds its
-            options for them, the screen its keys.
+        message: what happened, to what, and what to do next; it names no option and no key.
+        settings: names of the settings that the user can change, like ``rate`` or ``columns``, with
+            an example value after a blank (``rate 100``). The command line adds its options for
+            them, the screen its keys.
     """
 
     exit_status = 1
@@ -37,7 +37,7 @@ class InputError(ImucalError):
 
 
 class UsageError(InputError):
-    """Options contradict one another, or one is missing."""
+    """Options contradict each other, or one is missing."""
 
 
 class RecordingError(InputError):

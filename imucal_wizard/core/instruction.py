@@ -1,16 +1,16 @@
-"""What the procedure asks of whoever moves the device, published after each block of samples."""
+"""The procedure's current request to whoever moves the device, published after each block."""
 
 from imucal_wizard.core.records import dataclass
 
 
 @dataclass(frozen=True)
 class RotationRequest:
-    """A rotation that is asked for.
+    """A requested rotation.
 
     Attributes:
         axis: ``x``, ``y`` or ``z`` of the body.
         start_pose: name of the pose to start from.
-        done: signed angles of the rotations already taken about this axis, degrees.
+        done: signed angles of the rotations already measured about this axis, degrees.
     """
 
     axis: str
@@ -20,17 +20,17 @@ class RotationRequest:
 
 @dataclass(frozen=True)
 class Instruction:
-    """What is asked for at one moment; nothing in it tells what was measured.
+    """The request at one moment; it contains nothing of what was measured.
 
     Attributes:
         step: name of the step.
-        pose: name of the pose asked for, or its up direction in the body frame; None for none.
-        rotation: the rotation asked for, or None.
-        circles: the magnetometer's circles are asked for.
-        face: the face to lie on the table while it is turned; None where any motion serves.
-        held: seconds of the present hold.
-        needed: seconds that a hold must last.
-        holds: number of holds kept so far.
+        pose: name of the requested pose, or its up direction in the body frame; None for none.
+        rotation: the requested rotation, or None.
+        circles: whether the magnetometer's circles are requested.
+        face: the face that points down during the circle; None if any motion will do.
+        held: duration of the current hold, s.
+        needed: duration that a hold must reach, s.
+        holds: number of holds recorded so far.
     """
 
     step: str

@@ -1,4 +1,4 @@
-"""Output of the commands: lines on the terminal that cannot steer it, and files written whole."""
+"""Output of the commands: safe lines for the terminal, and files written atomically."""
 
 import sys
 import unicodedata
@@ -31,7 +31,7 @@ def note(text: str) -> None:
 
 
 def replace_unencodable_output() -> None:
-    """Print ``?`` for characters that the terminal or file cannot encode."""
+    """Print ``?`` for characters that the terminal or the file cannot encode."""
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -39,32 +39,32 @@ def replace_unencodable_output() -> None:
 
 
 def sanitise(text: str | bytes, limit: int = 200) -> str:
-    """Text from a device on one line, without anything that a terminal would obey.
+    """Text from a device as one printable line without control characters.
 
     Args:
-        text: what a device sent or called itself; bytes are read as UTF-8 with replacements.
+        text: text sent by a device, or its name; bytes are decoded as UTF-8 with replacements.
         limit: longest result; longer text ends in an ellipsis.
     """
     if isinstance(text, bytes):
         text = text.decode("utf-8", errors="replace")
-    # what is not printable (control, format, direction, private, unassigned) can steer a terminal
+    # unprintable characters (control, format, direction, private, unassigned) can steer a terminal
     shown = "".join(c if c.isprintable() else " " for c in text[: 4 * limit])
     shown = " ".join(shown.split())
     return shown if len(shown) <= limit else shown[: limit - 1] + "…"
 
 
 def encode_json(document: object) -> bytes:
-    """JSON with indentation, numbers so that they read back to the same bits."""
+    """Indented JSON; the numbers read back to the same bits."""
     import msgspec
 
     return msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n"
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all.
+    """Write a file completely or not at all.
 
     Raises:
-        UsageError: the place cannot be written.
+        UsageError: the file cannot be written.
     """
     draft = path.with_name(path.name + ".part")
     try:

@@ -2,8 +2,8 @@
 
 A pose is named by the faces that point up: ``+x`` has the +x face on top, ``+x-y`` the edge between
 the +x and −y faces, ``+x-y+z`` a corner, ``+x~-y`` the +x face tilted towards −y. At rest the
-specific force is ``g·u`` with ``u`` the up direction in the body frame, so the accelerometer
-shows the pose.
+specific force is ``g·u``, with ``u`` the up direction in the body frame, so the accelerometer shows
+the pose.
 """
 
 import itertools
@@ -40,9 +40,10 @@ DIRECTIONS: dict[str, FloatArray] = {**FACES, **EDGES, **CORNERS}
 """Unit up vector of each of the 26 named poses."""
 
 TILT_SIGN = "~"
-"""In a name: the face before it is on top, tilted towards the face after it."""
+"""Separator in a name: the face before it is on top, tilted towards the face after it."""
 TILT_DEG = 30.0
-"""Half of gravity acts on the second axis, where asymmetry and second order differ most."""
+"""At this tilt, half of gravity acts on the second axis, where asymmetry and second order differ
+most."""
 
 
 def _tilts() -> dict[str, FloatArray]:
@@ -74,11 +75,12 @@ START_POSES: dict[str, str] = {"x": "+z", "y": "+z", "z": "+x"}
 """The pose in which rotations about each axis begin: the axis must lie level (Q's figure 2)."""
 
 TIE_DEG = 15.0
-"""Poses whose distances differ by less are equally near; the order of the list decides."""
+"""Poses whose distances differ by less than this are equally near; the order of the list
+decides."""
 FACE_TOLERANCE_DEG = 40.0
 """With the six faces alone the nearest other face is 90° away."""
 POSE_TOLERANCE_DEG = 20.0
-"""Faces and edges are 45° apart; 20° leaves a gap, so that a pose is never ambiguous."""
+"""Faces and edges are 45° apart; a tolerance of 20° keeps every pose unambiguous."""
 
 
 def angle_between(a: FloatArray, b: FloatArray) -> float:
@@ -99,7 +101,7 @@ def nearest_pose(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> 
 
 
 def pose_in_words(name: str) -> str:
-    """The pose in words: "the edge between the +x and −y faces on top"."""
+    """The pose in words, like "the edge between the +x and −y faces on top"."""
     if name in TILTS:
         return direction_in_words(TILTS[name])
     faces = [true_minus(name[i : i + 2]) for i in range(0, len(name), 2)]
@@ -111,7 +113,7 @@ def pose_in_words(name: str) -> str:
 
 
 def direction_in_words(up: FloatArray) -> str:
-    """Any direction in words: "the +x face on top, tilted 30° towards −y"."""
+    """A direction in words, like "the +x face on top, tilted 30° towards −y"."""
     size = np.abs(up)
     first, second, third = np.argsort(-size, kind="stable")
 
@@ -126,7 +128,7 @@ def direction_in_words(up: FloatArray) -> str:
 
 
 def rotation_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
-    """The body axis to turn about, the sense, and the angle, that bring ``wanted`` on top.
+    """Body axis, sense and angle of the rotation that brings ``wanted`` on top.
 
     The smallest rotation is about ``wanted × now`` (body frame, from ``du/dt = u × w``); its
     largest component is named. Senses are as seen with that axis pointing at the viewer.
@@ -136,7 +138,7 @@ def rotation_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, flo
     """
     angle = angle_between(now, wanted)
     turn = np.cross(wanted, now)
-    if np.linalg.norm(turn) < 1e-9 and angle > 1.0:  # upside down: any axis across will do
+    if np.linalg.norm(turn) < 1e-9 and angle > 1.0:  # upside down: any perpendicular axis will do
         turn = np.eye(3)[int(np.argmin(np.abs(now)))]
     axis = int(np.argmax(np.abs(turn)))
     return AXES[axis], "left" if turn[axis] > 0 else "right", float(np.degrees(angle))

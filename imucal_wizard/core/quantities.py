@@ -22,7 +22,7 @@ READABLE: dict[str, tuple[float, str]] = {
     "rad/s": (180.0 / math.pi, "°/s"),
     "uT": (1.0, "µT"),
 }
-"""Factor and unit in which people read a small quantity that is kept in SI."""
+"""Factor and unit for displaying a small quantity that is stored in SI."""
 _SIGNS = {
     "m/s^2": "m/s²",
     "deg/s": "°/s",
@@ -37,19 +37,19 @@ UNKNOWN = "not known"
 
 
 def readable(unit: str) -> tuple[float, str]:
-    """Factor and sign of the unit in which people read a quantity kept in ``unit``."""
+    """Factor and symbol of the unit in which a quantity stored in ``unit`` is displayed."""
     return READABLE.get(unit, (1.0, unit_sign(unit)))
 
 
 def unit_sign(unit: str) -> str:
-    """The sign of a unit: ``m/s^2`` becomes ``m/s²``; a ratio has none."""
+    """The symbol of a unit: ``m/s^2`` becomes ``m/s²``; a ratio has none."""
     return _SIGNS.get(unit, unit.replace("^2", "²"))
 
 
 def decimals(value: float, digits: int = 2) -> int:
     """Decimals that show a value with ``digits`` significant digits; 0 if it is not finite.
 
-    Numbers printed side by side share their decimals.
+    Numbers printed side by side use the same number of decimals.
     """
     if not math.isfinite(value) or value == 0:
         return 0
@@ -63,7 +63,7 @@ def true_minus(text: str) -> str:
 
 
 def fixed(value: float, places: int) -> str:
-    """A number with this many decimals, a true minus sign, and none before zero."""
+    """A number with fixed decimals and a true minus sign; zero has no sign."""
     if not math.isfinite(value):
         return "–"
     text = f"{value:.{places}f}"
@@ -82,11 +82,11 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """A number's text with its unit; ``2 × 1e-3`` where the unit is a number itself.
+    """A number with its unit; ``2 × 1e-3`` if the unit is itself a number.
 
     Args:
         text: the number.
-        unit: as people write it.
+        unit: symbol of the unit.
     """
     if unit == "°":
         return text + unit
@@ -94,12 +94,12 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def size_with_unit(value: float, unit: str) -> str:
-    """A size to two digits in its own unit: ``5.1 mg/g²``, ``2 × 1e-3``."""
+    """A size with two significant digits in its own unit: ``5.1 mg/g²``, ``2 × 1e-3``."""
     return with_unit(number(value, 2), unit)
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> str:
-    """An error or another quantity in the unit people read: ``0.719 mg``, ``0.0762°``.
+    """A quantity in its display unit: ``0.719 mg``, ``0.0762°``.
 
     Args:
         value: in ``unit``; None where it is not known.
@@ -113,23 +113,23 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
 
 
 def value_and_error(value: float, error: float) -> tuple[str, str]:
-    """A value and its standard error, both to the error's second digit."""
+    """A value and its standard error, both with the decimals of two digits of the error."""
     places = min(decimals(error), 12)
     return fixed(value, places), fixed(error, places)
 
 
 def plus_minus(value: float, error: float | None) -> str:
-    """``−5.03 ± 0.11``, or the value alone to three digits where its error is not known."""
+    """``−5.03 ± 0.11``; only the value with three digits if its error is unknown."""
     if error is None or not math.isfinite(error) or error <= 0.0:
         return number(value)
     return " ± ".join(value_and_error(value, error))
 
 
 def times_in_words(count: int) -> str:
-    """How often: ``once``, ``7 times``."""
+    """A count in words: ``once``, ``7 times``."""
     return "once" if count == 1 else f"{count} times"
 
 
 def finite_or_none(value: float | None) -> float | None:
-    """A number for a document, or None where it is unknown or infinite."""
+    """The number for a document; None if it is unknown or infinite."""
     return None if value is None or not math.isfinite(value) else float(value)

@@ -71,6 +71,12 @@ def matrices_of(products: FloatArray) -> FloatArray:
     return out
 
 
+def carried_back(q: FloatArray, vectors: FloatArray) -> FloatArray:
+    """``Cᵀ u`` with C the rotations of unit quaternions (4, n), of vectors (3, n), shape (3, n)."""
+    turn = 2.0 * cross(vectors, q[1:])
+    return np.asarray(vectors + q[0] * turn + cross(turn, q[1:]))
+
+
 def rotation_matrix(vector: FloatArray) -> FloatArray:
     """Rotation matrix of a rotation vector, rad, shape (3, 3)."""
     return np.asarray(matrices(quaternions(vector[:, None]))[:, :, 0])

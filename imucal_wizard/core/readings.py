@@ -1,4 +1,4 @@
-"""Readings: the samples of a recording, or of a part of a stream, in SI units or counts."""
+"""Readings: the samples of a recording or of a part of a stream, in SI units or counts."""
 
 from collections.abc import Sequence
 from dataclasses import field
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -17,7 +18,7 @@ A = TypeVar("A", FloatArray, IntArray)
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
-"""A larger number is no reading: its square would overflow."""
+"""Larger numbers are not readings: their square would overflow."""
 
 
 def distinct(values: A) -> A:
@@ -63,7 +64,7 @@ class Series:
         """Samples per second from the median interval; 0 when fewer than two samples."""
         if len(self.time) < 2:
             return 0.0
-        step = float(np.median(np.diff(self.time)))
+        step = median(np.diff(self.time))
         return 1.0 / step if step > 0 else 0.0
 
 
@@ -76,7 +77,7 @@ class Readings:
         gyroscope: readings of angular rate, or None when there is no gyroscope.
         magnetometer: readings of flux density, or None.
         temperature: degrees Celsius, or None.
-        warnings: what the user should know about the data.
+        warnings: messages to the user about the data.
         current: current of the board's motors, A, or their throttle, %; or None.
     """
 

@@ -1,9 +1,12 @@
 """The size of errors: root mean square, and estimates that a minority of outliers does not move."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from imucal_wizard.core.readings import FloatArray
+if TYPE_CHECKING:  # which themselves use the median
+    from imucal_wizard.core.readings import FloatArray
 
 SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation of normal noise over the median of its absolute values."""
@@ -13,10 +16,40 @@ MEDIAN_CHI_SQUARE = 0.4549
 
 def robust_deviation(errors: ArrayLike) -> float:
     """Standard deviation of errors about zero, from the median of their absolute values."""
-    return SIGMA_PER_MEDIAN * float(np.median(np.abs(errors)))
+    return SIGMA_PER_MEDIAN * median(np.abs(errors))
 
 
-def median_of_rows(values: FloatArray) -> FloatArray:
+def median(values: ArrayLike) -> float:
+    """Median of all numbers in an array: the bits of ``np.median``, NaN where one is NaN.
+
+    ``np.median`` imports NumPy's masked arrays, at the cost of reading a file.
+    """
+    flat = np.ravel(values)
+    half = len(flat) // 2
+    if not len(flat):
+        return float("nan")
+    low, high, last = max(half - 1, 0), half, len(flat) - 1
+    ordered = np.partition(flat, (low, high, last))
+    if np.isnan(ordered[last]):
+        return float("nan")
+    return float(ordered[high] if len(flat) % 2 else (ordered[low] + ordered[high]) / 2.0)
+
+
+def sample_quantile(values: ArrayLike, share: float) -> float:
+    """Value below which a share of all numbers in an array lies: the bits of ``np.quantile``.
+
+    It stands beside ``median``, and for the same reason.
+    """
+    ordered = np.sort(values, axis=None)
+    place = share * (len(ordered) - 1)
+    below = int(place)
+    low, high = ordered[below], ordered[min(below + 1, len(ordered) - 1)]
+    part = place - below
+    # the one of two equal forms whose rounding keeps the order
+    return float(high - (high - low) * (1.0 - part) if part >= 0.5 else low + (high - low) * part)
+
+
+def median_of_rows(values: "FloatArray") -> "FloatArray":
     """Median along the first axis: the bits of ``np.median``, ten times sooner for small arrays.
 
     Args:
@@ -29,7 +62,7 @@ def median_of_rows(values: FloatArray) -> FloatArray:
     return np.asarray((ordered[half - 1] + ordered[half]) / 2.0)
 
 
-def root_mean_square(errors: FloatArray) -> float:
+def root_mean_square(errors: "FloatArray") -> float:
     """Of errors of any shape; of vectors, of their lengths when they are the last axis."""
     squares = errors**2 if errors.ndim == 1 else (errors**2).sum(axis=-1)
     return float(np.sqrt(squares.mean()))

@@ -1,4 +1,4 @@
-"""Unit words of files and streams. Inside the program all is SI and radians, or raw counts."""
+"""Units of files and streams; inside the program everything is in SI, radians or raw counts."""
 
 import math
 
@@ -8,7 +8,7 @@ STANDARD_GRAVITY = 9.80665
 """Conventional gravity, m/s² (CGPM 1901)."""
 
 COUNT = "count"
-"""The unit of a reading whose scale is not known before the fit."""
+"""Unit of a reading whose scale is unknown before the fit."""
 
 ACCELERATION: dict[str, float] = {
     "m/s^2": 1.0,
@@ -38,7 +38,7 @@ SI_UNIT: dict[str, str] = {
     "throttle": "%",
     "time": "s",
 }
-"""The unit in which the program keeps each quantity (flux density stays in µT)."""
+"""The unit in which the program stores each quantity (flux density in µT)."""
 
 FACTORS: dict[str, dict[str, float]] = {
     "accelerometer": ACCELERATION,
@@ -97,11 +97,11 @@ _SIGNS = str.maketrans(
     }
 )
 _OF_GRAVITY = {"G": "g", "mG": "mg"}
-"""Letters that mean Gauss for a field and gravities for an acceleration."""
+"""Symbols that mean gauss for a field and gravity for an acceleration."""
 
 
 def canonical_unit(word: str) -> str:
-    """The unit as this program spells it; an unknown word comes back unchanged."""
+    """The unit in this program's spelling; an unknown word is returned unchanged."""
     word = word.strip()
     known = {COUNT, *(unit for table in FACTORS.values() for unit in table)}
     if word in known:
@@ -114,7 +114,7 @@ def canonical_unit(word: str) -> str:
 
 
 def unit_for_sensor(sensor: str, word: str) -> str:
-    """The unit of a known sensor, as this program spells it."""
+    """The unit of a known sensor, in this program's spelling."""
     unit = canonical_unit(word)
     return _OF_GRAVITY.get(unit, unit) if sensor == "accelerometer" else unit
 
@@ -123,7 +123,7 @@ def unit_factor(sensor: str, unit: str) -> float:
     """The factor from ``unit`` to the sensor's SI unit; 1 for counts.
 
     Raises:
-        UsageError: the unit does not belong to the sensor.
+        UsageError: the unit is not one of this sensor's.
     """
     unit = unit_for_sensor(sensor, unit)
     if unit == COUNT and sensor in ("accelerometer", "gyroscope", "magnetometer"):
@@ -136,5 +136,5 @@ def unit_factor(sensor: str, unit: str) -> float:
 
 
 def si_unit(sensor: str, unit: str) -> str:
-    """The unit a reading has inside the program: the sensor's SI unit, or counts."""
+    """The unit of a reading inside the program: the sensor's SI unit, or counts."""
     return COUNT if canonical_unit(unit) == COUNT else SI_UNIT[sensor]

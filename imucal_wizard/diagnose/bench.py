@@ -37,8 +37,10 @@ class Rung:
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out; None where none can be.
         rms_late: error of the later part of the session under a fit of the earlier one, or None.
-        floor: rms held out that measured noise alone would make of a complete model.
-        floors: how that is known.
+        floor: rms held out that measured noise alone would make of a complete model; None where
+            nothing can be left out.
+        floor_fitted: the same of the fitted rms.
+        floors: what noise within holds, rounding and repeats make of one row.
         confirmed: whether data held out agree that the added term is real; None where nothing was
             added or nothing can be held out.
     """
@@ -48,7 +50,8 @@ class Rung:
     rms_fitted: float
     rms_held_out: float | None
     rms_late: float | None
-    floor: float
+    floor: float | None
+    floor_fitted: float | None
     floors: Floors
     confirmed: bool | None = None
 
@@ -61,15 +64,15 @@ def rung(extended: SensorFit, added: str | None = None, rounding: Rounding | Non
         added: what was added to the model below it.
         rounding: of its readings, where they are known.
     """
-    floors = floors_of(extended, rounding)
     return Rung(
         model=extended.model,
         added=added,
         rms_fitted=extended.rms_fitted,
         rms_held_out=extended.rms_held_out,
         rms_late=extended.rms_late,
-        floor=floors.floor if extended.floor is None else extended.floor,
-        floors=floors,
+        floor=extended.floor,
+        floor_fitted=extended.floor_fitted,
+        floors=floors_of(extended, rounding),
     )
 
 
@@ -89,12 +92,9 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
 
 
 def noise_of_ladder(ladder: Sequence[Rung]) -> float:
-    """What the noise alone makes, by the model that shows it most purely.
-
-    Repeats are never exact: what a model lacks makes them differ, too, and noise does not depend on
-    the model.
-    """
-    return min(rung.floor for rung in ladder)
+    """The least error that measured noise alone would make of one of these models."""
+    known = (rung.floor_fitted if rung.floor is None else rung.floor for rung in ladder)
+    return min((one for one in known if one is not None), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,8 @@ class Bench:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
             missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
-            shown = [effect for effect in missing if self.lacking(effect) is None]
+            where = self.measured.everything()
+            shown = [effect for effect in missing if effect.lacking(self.sensor, where) is None]
             misfit = whitened_residuals(self.fit, shown)
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
@@ -222,10 +223,12 @@ class Bench:
         """Take a term out of the model, an effect or a part of the base.
 
         Raises:
-            UsageError: it is not in the model.
+            UsageError: it is not in the model, or no fit of these rows has found it.
         """
         if name not in self.fit.model:
             raise UsageError(f"{name} is not in the model: {', '.join(self.fit.model)}")
+        if name not in (*self.fit.base, *(term.name for term in self.fit.terms)):
+            raise UsageError(f"{name} is found beside the model and cannot be taken out of it")
         terms = tuple(term for term in self.fit.terms if term.name != name)
         base = tuple(term for term in self.fit.base if term != name)
         return self._climb(fit(self.measured, terms, base), None)

@@ -67,7 +67,6 @@ class Diagnosis:
         ladder: the models tried so far, the base model first.
         added: terms that have been added to the model that the findings are about.
         lacking: why the data are insufficient, or "".
-        waiting: the accelerometer's model is not complete, so that nothing can be named here.
         disturbed_holds: numbers of disturbed holds, from 0.
         disturbed_rotations: numbers of disturbed rotations, from 0.
         disturbed_stretches: of a magnetometer, begin and end of the times at which the field was
@@ -85,7 +84,6 @@ class Diagnosis:
     ladder: tuple[Rung, ...] = ()
     added: tuple[str, ...] = ()
     lacking: str = ""
-    waiting: bool = False
     disturbed_holds: tuple[int, ...] = ()
     disturbed_rotations: tuple[int, ...] = ()
     disturbed_stretches: tuple[tuple[float, float], ...] = ()
@@ -111,7 +109,7 @@ class Diagnosis:
     @property
     def settled(self) -> bool:
         """Whether the whole model leaves nothing but noise, and nothing else has to come first."""
-        return self.verdict is Verdict.COMPLETE and not self.waiting and not self.base_left_out
+        return self.verdict is Verdict.COMPLETE and not self.base_left_out
 
     @property
     def usable(self) -> bool:

@@ -8,6 +8,7 @@ two. Corners and tilts at other angles show more of it: that is the discriminabi
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import Frame, shown_axes
@@ -152,7 +153,7 @@ def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
             phase = misfit.direction[:, [axis]] * np.array(WAVES)
             waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
             shares.append(_outside(frame.across.T @ waves, frame.across.T @ bent))
-    return float(np.median(np.concatenate(shares))) if shares else 1.0
+    return median(np.concatenate(shares)) if shares else 1.0
 
 
 def _bent(misfit: WhitenedResiduals, axis: str) -> FloatArray:

@@ -17,6 +17,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
@@ -101,7 +102,7 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     """
     table = extended.rows
     assert table is not None  # noqa: S101 (narrows the type)
-    rest = (table.kind != "rotation") & (table.group >= 0)
+    rest = ~table.moving & (table.group >= 0)
     axis = np.maximum(table.axis, 0)[rest]
     noise = table.floor[rest]
     residual = table.residual[rest] / noise
@@ -169,7 +170,7 @@ def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Ro
     if not still:
         return None
     step = max(_step(np.concatenate(still)[:, axis]) for axis in range(3))
-    spread = min(float(np.median([values[:, k].std() for values in still])) for k in range(3))
+    spread = min(median([values[:, k].std() for values in still]) for k in range(3))
     return Rounding(gain * step / np.sqrt(12.0), spread >= MIN_DITHER_STEPS * step)
 
 
@@ -181,7 +182,8 @@ def rounding_while_turning(series: Series, matrix: FloatArray) -> Rounding:
         matrix: M, SI per reading.
     """
     step = max(_step(series.values[:, axis]) for axis in range(3))
-    spread = np.median(np.abs(np.diff(series.values, axis=0)), axis=0) / (0.6745 * np.sqrt(2.0))
+    changes = np.abs(np.diff(series.values, axis=0))
+    spread = np.array([median(column) for column in changes.T]) / (0.6745 * np.sqrt(2.0))
     gain = float(np.linalg.norm(matrix, ord=2))
     return Rounding(gain * step / np.sqrt(12.0), bool(spread.min() >= MIN_DITHER_STEPS * step))
 

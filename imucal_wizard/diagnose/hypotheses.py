@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.poses import DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median, sample_quantile
 from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 
@@ -135,9 +136,7 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    dips = misfit.kind == RowKind.DIP
-    apart = np.where(dips, 3, misfit.axis)
-    axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
+    axes = [seen & (misfit.axis == axis) for axis in distinct(misfit.axis[seen])]
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []
@@ -219,7 +218,7 @@ def field_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     if field.sum() < MIN_FIELD_ROWS:
         return []
     courses = list(_courses(misfit.time, field))
-    usual = float(np.median(misfit.sigma[field]))
+    usual = median(misfit.sigma[field])
     shown = misfit.lever * (usual / misfit.sigma)[:, None]
     prior = float(np.log(FIELD_CHANGE_PRIOR / len(courses)))
     return [
@@ -241,10 +240,11 @@ def _courses(time: FloatArray, field: np.ndarray) -> Iterator[FloatArray]:
     """1 where the field is another one, else 0, shape (n,)."""
     moments = np.sort(time[field])
     for share in np.linspace(0.0, 1.0, JUMP_MOMENTS + 2)[1:-1]:
-        yield (time >= np.quantile(moments, share)).astype(float)
+        yield (time >= sample_quantile(moments, share)).astype(float)
     for width in CHANGE_WINDOWS:
         for start in np.arange(0.0, 1.0 - 0.5 * width, 0.5 * width):
-            low, high = np.quantile(moments, [start, min(start + width, 1.0)])
+            ends = start, min(start + width, 1.0)
+            low, high = (sample_quantile(moments, end) for end in ends)
             yield ((time >= low) & (time <= high)).astype(float)
 
 

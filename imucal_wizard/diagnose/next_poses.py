@@ -28,8 +28,9 @@ from imucal_wizard.core.poses import (
     nearest_pose,
     pose_in_words,
 )
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.residuals import hold_of
@@ -198,7 +199,7 @@ def to_measure(
     apart = None
     if pair is not None and not diagnosis.base_left_out:
         moving = "rotation" in table.kind
-        noise = table.floor[~_moving(table)]
+        noise = table.floor[~table.moving]
         requests, apart = _separate(bench, *pair, MAX_POSES_WHEN_SETTLED, noise, rotate=moving)
         if requests:
             return requests, apart
@@ -220,7 +221,7 @@ def disturbed_parts(
         row = int(rows[kinds == kind][0])
         if kind == "field":
             stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
-        elif kind == "rotation":
+        elif table.moving[row]:
             rotations.append(index)
         else:
             holds.append(hold_of(table, row))
@@ -253,7 +254,7 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
     """Corners that were not held, then the holds that fit worst once more."""
     numbers, ups = _ups(table)
     new = _corners_not_held(ups, "a direction that no hold has seen yet")
-    rest = ~_moving(table)
+    rest = ~table.moving
     white = (table.residual / table.floor)[rest] ** 2
     size = np.sqrt([white[table.index[rest] == one].mean() for one in numbers])
     chosen: dict[str, MeasurementRequest] = {}
@@ -400,7 +401,7 @@ def separate_explanations(
     """Requests for the likeliest two explanations; where none helps, for the next two."""
     compared: list[Apart] = []
     table = bench.rows
-    noise = table.floor[~_moving(table)] * findings.opinion.noise
+    noise = table.floor[~table.moving] * findings.opinion.noise
     for names in list(combinations(rivals(findings), 2))[:MAX_PAIRS]:
         first, second = (explanation_of(bench, findings, name) for name in names)
         if first is None or second is None:
@@ -478,7 +479,7 @@ def separating_poses(
         The poses; the size of the first explanation (in shares of its estimate) needed to tell it
         from the second with the data there are, and with these poses.
     """
-    typical = np.array([float(np.median(sigma))])
+    typical = np.array([median(sigma)])
 
     def offers(place: int) -> list[Measurable]:
         return [
@@ -668,7 +669,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         after=after,
         before_doubt=_doubt(closure, before),
         after_doubt=_doubt(closure, after),
-        noise=np.full(len(rates), float(np.median(table.variance[table.kind == "rotation"]))),
+        noise=np.full(len(rates), median(table.variance[table.kind == "rotation"])),
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
     )
@@ -694,13 +695,9 @@ def closure_of(table: ResidualTable) -> GravityClosure:
     return next(one for one in table.sources if isinstance(one, GravityClosure))
 
 
-def _moving(table: ResidualTable) -> BoolArray:
-    return np.asarray(~np.isfinite(table.direction).all(axis=1))
-
-
 def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
     """Numbers of the holds, and up at each, shapes (n,) and (n, 3)."""
-    rest = np.flatnonzero(~_moving(table))
+    rest = np.flatnonzero(~table.moving)
     numbers, first = np.unique(table.index[rest], return_index=True)
     return numbers, table.direction[rest[first]]
 

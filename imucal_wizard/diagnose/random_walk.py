@@ -16,6 +16,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.slow_noise import complement
@@ -108,7 +109,7 @@ def walk_of(misfit: WhitenedResiduals) -> FloatArray:
     minutes = (misfit.time - misfit.time.min()) / 60.0
     walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
     seen = misfit.kind != RowKind.ROTATION
-    usual = float(np.median(misfit.sigma[seen])) if seen.any() else 1.0
+    usual = median(misfit.sigma[seen]) if seen.any() else 1.0
     return np.asarray(walked * np.outer(usual / misfit.sigma, usual / misfit.sigma))
 
 

@@ -2,7 +2,7 @@
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
 hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
-component of a rotation's closure, a mean magnitude of the magnetometer or its dip in a still pose.
+component of a rotation's closure, or a mean magnitude of the magnetometer.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,6 @@ class RowKind(IntEnum):
     STILL = 1
     ROTATION = 2
     FIELD = 3
-    DIP = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +71,7 @@ class WhitenedResiduals:
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
             share along the field, shape (n, 3).
+        judged: the rows whose error is reported, shape (n,).
         candidates: the effects that are not in the model.
     """
 
@@ -86,16 +86,11 @@ class WhitenedResiduals:
     group: IntArray
     visit: IntArray
     lever: FloatArray
+    judged: BoolArray
     candidates: tuple[Candidate, ...]
 
     def __len__(self) -> int:
         return len(self.residual)
-
-    @property
-    def judged(self) -> BoolArray:
-        """The rows whose error is reported: rotations, or all rows without any still mean; (n,)."""
-        rotations = self.kind == RowKind.ROTATION
-        return np.asarray(rotations if rotations.any() else self.kind != RowKind.STILL)
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}
@@ -128,6 +123,7 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         group=table.group,
         visit=table.visit,
         lever=table.lever,
+        judged=table.judged,
         candidates=tuple(
             candidate
             for effect in effects
@@ -159,9 +155,7 @@ def hold_of(table: ResidualTable, row: int) -> int:
     """The number of the hold that a row at rest was measured in."""
     for source in table.sources:
         if row < len(source.labels):
-            # a dip is numbered among the magnetometer's rows; its rest is the hold
-            labels = source.labels
-            return int(labels.visit[row] if source.kind == "dip" else labels.index[row])
+            return int(source.labels.index[row])
         row -= len(source.labels)
     raise IndexError(row)
 
@@ -174,4 +168,4 @@ def place_of(table: ResidualTable, row: int) -> str:
         return f"field along {true_minus(name)}, min {table.time[row] / 60.0:.1f}"
     if kind == "rotation":
         return f"rotation {table.index[row] + 1}"
-    return f"{'dip of ' * (kind == 'dip')}hold {hold_of(table, row) + 1}"
+    return f"hold {hold_of(table, row) + 1}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
@@ -35,7 +36,7 @@ class SimulatedOdds:
     @property
     def threshold(self) -> float:
         """Log odds that chance reaches once in a hundred recordings."""
-        return float(np.quantile(self.best, 0.99))
+        return sample_quantile(self.best, 0.99)
 
 
 def members(hypotheses: HypothesisSet) -> dict[str, list[int]]:

@@ -11,7 +11,7 @@ from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, n
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
+from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
@@ -126,13 +126,6 @@ def _withdrawn(bench: Bench, below: int) -> BenchFindings:
     return replace(found, opinion=nameless)
 
 
-NOTHING_USED = {
-    ACCELEROMETER: "the accelerometer is not calibrated",
-    GYROSCOPE: "no rotation between two holds could be used",
-    MAGNETOMETER: "its readings are not at hand",
-}
-
-
 def diagnose_benches(
     benches: Benches, added: Mapping[str, Sequence[str]], automatic: bool
 ) -> tuple[Diagnosis, ...]:
@@ -149,8 +142,8 @@ def diagnose_benches(
         DataError: the data cannot show a term that was asked for.
     """
     found = []
-    for sensor in (ACCELEROMETER, GYROSCOPE, MAGNETOMETER):
-        if sensor == ACCELEROMETER or sensor in benches.report.rates:
+    for sensor in SENSORS:
+        if sensor == SENSORS[0] or sensor in benches.report.rates:
             found.append(_of(benches, sensor, added.get(sensor, ()), automatic))
         elif added.get(sensor):
             raise UsageError(f"there is no {sensor} in this recording to add a term to")
@@ -166,7 +159,8 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
     if bench is None:
         warnings = benches.report.warnings
         told = [one for one in warnings if f"{sensor} is not calibrated" in one]
-        return insufficient(sensor, told[0] if told else NOTHING_USED[sensor], benches.report)
+        why = told[0] if told else f"the {sensor} is not calibrated"
+        return insufficient(sensor, why, benches.report)
     for name in added:
         bench.add(name)
     waits = benches.waits(sensor)
@@ -205,7 +199,6 @@ def diagnosis_of(
         ladder=tuple(bench.ladder),
         added=tuple(term for term in bench.fit.model if term not in before),
         lacking=lacking,
-        waiting=waiting,
         disturbed_holds=disturbed[0],
         disturbed_rotations=disturbed[1],
         disturbed_stretches=disturbed[2],
@@ -218,16 +211,15 @@ def _verdict(findings: BenchFindings, lacking: str, waiting: bool, whole: bool) 
     """The word.
 
     While a part of the base is left out nothing is named: what it leaves looks like any effect.
-    While the accelerometer is not complete, what it lacks tilts the reference: neither an effect
-    nor a disturbed rotation is the gyroscope's for sure.
+    While the accelerometer is not complete, what it lacks tilts the reference: nothing is the
+    gyroscope's for sure, and nothing is known to be missing there.
     """
     if lacking:
         return Verdict.INSUFFICIENT
+    if waiting:
+        return Verdict.WAITING
     verdict = findings.opinion.verdict
-    if not whole and verdict is not Verdict.COMPLETE:
-        return Verdict.UNEXPLAINED
-    named = verdict in (Verdict.MISSING, Verdict.DISTURBED)
-    return Verdict.AMBIGUOUS if waiting and named else verdict
+    return verdict if whole or verdict is Verdict.COMPLETE else Verdict.UNEXPLAINED
 
 
 def insufficient(sensor: str, reason: str, report: FitReport | None = None) -> Diagnosis:

@@ -7,18 +7,18 @@ effect's columns, Λ the prior's precision on the effect alone; then
     error of group d when it is left out = (I − H_dd)⁻¹ (r − Hr)_d
 """
 
-from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, distinct
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
+from imucal_wizard.estimate.fit import groups_by_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,22 +90,13 @@ def _left_out(
 ) -> FloatArray | None:
     """Errors of the rows of each group under the fit of all others; rows without group stay in."""
     errors = residual.copy()
-    for rows in _groups(misfit.group):
+    for rows in groups_by_size(misfit.group):
         own = inner[rows]
         gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
         if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
             return None
         errors[rows] = np.linalg.solve(gates, residual[rows][..., None])[..., 0]
     return errors
-
-
-def _groups(group: IntArray) -> Iterator[IntArray]:
-    """Rows of the groups of each size, shape (groups, size)."""
-    order = np.argsort(group, kind="stable")
-    order = order[group[order] >= 0]
-    _, first, count = np.unique(group[order], return_index=True, return_counts=True)
-    for size in distinct(count):
-        yield order[first[count == size][:, None] + np.arange(size)]
 
 
 def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:

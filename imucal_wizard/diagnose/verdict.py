@@ -170,6 +170,7 @@ class Verdict(StrEnum):
     UNEXPLAINED = "unexplained"
     DISTURBED = "disturbed"
     INSUFFICIENT = "insufficient"
+    WAITING = "waiting"
 
 
 @dataclass(frozen=True)

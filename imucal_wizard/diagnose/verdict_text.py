@@ -8,7 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.bench import Bench, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
@@ -57,11 +57,6 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
     parts = _base_left_out(diagnosis)
-    if diagnosis.waiting:
-        parts.append(
-            "The accelerometer's own model is not complete yet; what it lacks tilts the reference "
-            f"and would be blamed on the {diagnosis.sensor}. Complete the accelerometer first."
-        )
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None:
@@ -71,6 +66,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
             Verdict.AMBIGUOUS: _ambiguous,
             Verdict.UNEXPLAINED: _unexplained,
             Verdict.DISTURBED: _disturbed,
+            Verdict.WAITING: _waiting,
         }[diagnosis.verdict]
         parts += told(diagnosis, bench)
     if bench is not None:
@@ -93,8 +89,6 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
 
 
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    if diagnosis.waiting:
-        return [f"For now its error is {_against_noise(bench)}."]
     if diagnosis.base_left_out:
         return [f"The error is {_against_noise(bench)}."]
     return [f"The model is complete: {_against_noise(bench)}."]
@@ -110,8 +104,6 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """The candidates, whether it matters which it is, and what would decide."""
     opinion = _opinion(diagnosis)
     choice = "; and ".join(_or(members) for members in opinion.terms)
-    if diagnosis.waiting:
-        return [f"What is left looks like {choice}."] if choice else []
     if opinion.families:
         kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
         parts = [f"The {bench.sensor} shows {kinds}: {choice}, and these data cannot tell which."]
@@ -162,7 +154,9 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
             "room's field does not."
         )
-    return [left, none, advice]
+    report = diagnosis.report
+    odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
+    return [left, none, *([f"{_capital(odd)}."] * bool(odd)), advice]
 
 
 def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
@@ -187,6 +181,16 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
             "of the sensor does: something moved. Measure it again; nothing has been deleted."
         )
     ]
+
+
+def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    first = (
+        "The accelerometer's own model is not complete yet; what it lacks tilts the reference and "
+        f"would be blamed on the {bench.sensor}. Complete the accelerometer first. For now the "
+        f"{bench.sensor}'s error is {_against_noise(bench)}."
+    )
+    choice = "; and ".join(_or(members) for members in _opinion(diagnosis).terms)
+    return [first, f"What is left looks like {choice}."] if choice else [first]
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
@@ -336,7 +340,7 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return []
     angle = difference_at_one_g(known[0], known[1])
     names = " or ".join(one.effect.name for one in known)
-    if angle <= np.degrees(bench.ladder[-1].floor / bench.measured.gravity):
+    if angle <= np.degrees(noise_of_ladder(bench.ladder[-1:]) / bench.measured.gravity):
         return [
             (
                 f"For use at 1 g and below it does not matter whether it is {names}: up differs by "

@@ -28,15 +28,16 @@ from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Terms
 
 HOLDS, ROTATIONS = "holds", "rotations"
-MAGNITUDES, DIPS = "magnitude of the field", "dip at rest"
+HEADINGS = "rotations about the vertical, against the field"
+MAGNITUDES = "magnitude of the field"
 STILL = tuple(f"at rest, {axis} axis" for axis in AXES)
 COMPARED = tuple(f"{axis} axis" for axis in AXES)
 """Parts of the data, each with pictures of its own; the last set measurement beside model."""
 _PREFIX = {
     HOLDS: "",
     ROTATIONS: "",
+    HEADINGS: "heading-",
     MAGNITUDES: "",
-    DIPS: "dip-",
     **{part: f"rest-{axis}-" for part, axis in zip(STILL, AXES, strict=True)},
     **{part: f"model-{axis}-" for part, axis in zip(COMPARED, AXES, strict=True)},
 }
@@ -136,7 +137,7 @@ def parts_of(fit: SensorFit) -> tuple[str, ...]:
     """The parts of the data that a fit has rows of."""
     table = _table(fit)
     found = {_part(str(kind), axis) for kind, axis in zip(table.kind, table.axis, strict=True)}
-    return tuple(part for part in (HOLDS, ROTATIONS, *STILL, MAGNITUDES, DIPS) if part in found)
+    return tuple(part for part in (HOLDS, ROTATIONS, HEADINGS, *STILL, MAGNITUDES) if part in found)
 
 
 def _table(fit: SensorFit) -> ResidualTable:
@@ -147,7 +148,7 @@ def _table(fit: SensorFit) -> ResidualTable:
 def _part(kind: str, axis: int) -> str:
     if kind == "still":
         return STILL[axis]
-    return {"hold": HOLDS, "field": MAGNITUDES, "dip": DIPS}.get(kind, ROTATIONS)
+    return {"hold": HOLDS, "field": MAGNITUDES, "heading": HEADINGS}.get(kind, ROTATIONS)
 
 
 def _residual_views(fit: SensorFit, measured: Experiment, part: str) -> Iterator[ResidualView]:
@@ -195,7 +196,7 @@ def influences(measured: Experiment, part: str, source: IntArray) -> Iterator[In
         return
     row = source
     if isinstance(measured, GyroscopeExperiment):
-        if part == ROTATIONS:
+        if part in (ROTATIONS, HEADINGS):
             yield from _of_rotations(measured, source)
             return
         row = np.searchsorted(measured.rest.labels.index[::3], source)
@@ -303,16 +304,13 @@ def _stills_beside(fit: SensorFit, measured: GyroscopeExperiment) -> tuple[Float
 def _field_beside(
     fit: SensorFit, measured: MagnetometerExperiment
 ) -> tuple[FloatArray, FloatArray]:
-    """What was read beyond the true field, and the model's reading, µT, shape (k + h, 3)."""
+    """What was read beyond the true field, and the model's reading, shape (k, 3)."""
     where, sensor = measured.circumstances, fit
-    y = np.concatenate(
-        [measured.data.pieces.mean(measured.data.pieces.reading), measured.data.dips.reading]
-    )
+    y = measured.data.pieces.mean(measured.data.pieces.reading)
     if fit.base == FIELD_BASE:
         corrected = fit.correct(y, where)
         left = _table(fit).residual[:, None]
         along = left * corrected / np.linalg.norm(corrected, axis=1)[:, None]
-        along[len(measured.data) :] = 0.0
         field, model = corrected - along, y - along @ np.linalg.inv(sensor.matrix).T
     else:
         field, model = where.magnetic, _predicted(fit, measured, where.magnetic)
@@ -332,7 +330,6 @@ _SUSPECT_PARTS = {
     RowKind.HOLD: (HOLDS, "m/s^2"),
     RowKind.ROTATION: (ROTATIONS, "rad"),
     RowKind.FIELD: (MAGNITUDES, "uT"),
-    RowKind.DIP: (DIPS, "uT"),
 }
 
 
@@ -430,18 +427,14 @@ def point_of(fit: SensorFit, report: FitReport | None, view: ResidualView, place
     assert measured is not None and table is not None  # noqa: S101, PT018 (narrows the types)
     where, row = measured.circumstances, index
     if isinstance(measured, MagnetometerExperiment):
-        pieces, still = measured.data.pieces, index - len(measured.data)
+        pieces = measured.data.pieces
         time, name = float(where.time[index]), place_of(table, index)
-        if still >= 0:
-            hold = None if report is None else report.holds[int(measured.data.dips.hold[still])]
-            span = unknown if hold is None else (hold.start, hold.end)
-            return Point(name, time, measured.data.dips.reading[still], measured.unit, *span, True)
         first, past = pieces.offsets[index : index + 2]
         span = float(pieces.time[first]), float(pieces.time[past - 1])
         return Point(
             name, time, pieces.mean(pieces.reading)[index], measured.unit, *span, at_rest=False
         )
-    if isinstance(measured, GyroscopeExperiment) and view.part == ROTATIONS:
+    if isinstance(measured, GyroscopeExperiment) and view.part in (ROTATIONS, HEADINGS):
         turned = int(np.searchsorted(measured.rotations.usable, index))
         first, past = measured.closure.samples.offsets[turned : turned + 2]
         rate = np.degrees(measured.closure.motion.rate[first:past])

@@ -97,6 +97,16 @@ class AccelerometerExperiment(Experiment):
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 
+    def under(
+        self, reference: GravityReference | None, readings: Readings | None
+    ) -> "AccelerometerExperiment":
+        """See ``Experiment``: these rows need no reference but the size of gravity."""
+        del reference
+        if readings is None or readings is self.readings:
+            return self
+        args = self.holds, self.gravity, self.unit, self._start, self.identified, self.noise
+        return AccelerometerExperiment(*args, readings, self.source.labels.group)
+
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
         identified = self.identified

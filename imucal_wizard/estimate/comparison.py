@@ -56,20 +56,20 @@ def method_rows(
     if "accelerometer" in report.sensors:
         unit = report.sensors["accelerometer"].bias_unit
         rows += [
-            _row("accelerometer", name, _accelerometer(report, unit, name), report.gravity)
+            _row(report, "accelerometer", name, _accelerometer(report, unit, name), report.gravity)
             for name in MethodNames("accelerometer")
         ]
         if gyroscope is not None:
             rows += _gyroscopes(report, _default_accelerometer(report, unit), gyroscope)
     if series is not None:
         series = without_repeats(series)
-        rows += [_magnetometer(series, field, name) for name in MethodNames("magnetometer")]
+        rows += [_magnetometer(report, series, field, name) for name in MethodNames("magnetometer")]
     return tuple(rows)
 
 
 def _gyroscopes(report: FitReport, reference: SensorFit, unit: str) -> list[MethodRow]:
     rows = [
-        _row("gyroscope", name, _gyroscope(report, reference, unit, name))
+        _row(report, "gyroscope", name, _gyroscope(report, reference, unit, name))
         for name in MethodNames("gyroscope")
     ]
     both = report.sensors.get("gyroscope")
@@ -94,10 +94,13 @@ def _paper(sensor: str, name: str) -> str:
     return "" if found is None else found.paper
 
 
-def _row(sensor: str, name: str, make: Fit, size: float | None = None) -> MethodRow:
-    paper = _paper(sensor, name)
+def _row(
+    report: FitReport, sensor: str, name: str, make: Fit, size: float | None = None
+) -> MethodRow:
+    """The row of a method; where the report has its result, that one."""
+    paper, known = _paper(sensor, name), report.sensors.get(sensor)
     try:
-        fit = make()
+        fit = known if known is not None and known.method == name else make()
     except DataError as error:
         return MethodRow(sensor, name, paper, None, why=str(error))
     if size is None:
@@ -120,20 +123,23 @@ def _gyroscope(report: FitReport, reference: SensorFit, unit: str, name: str) ->
     return make
 
 
-def _magnetometer(series: Series, field: float | None, name: str) -> MethodRow:
-    paper = _paper("magnetometer", name)
+def _magnetometer(report: FitReport, series: Series, field: float | None, name: str) -> MethodRow:
+    """The row of a method, in the frame of the report."""
+    paper, known, stage = _paper("magnetometer", name), report.magnetic, report.second_stage
     try:
-        found = fit_magnetometer(series, field, name)
+        found = known
+        if found is None or found.fit.method != name:
+            readings = None if known is None else known.data.readings
+            found = fit_magnetometer(series, field, name, readings)
+        fit = found.fit
+        if found is known:
+            fit = report.sensors["magnetometer"]
+        elif stage is not None:
+            fit = found.aligned(stage.alignment)
     except DataError as error:
         return MethodRow("magnetometer", name, paper, None, why=str(error))
-    return MethodRow(
-        "magnetometer",
-        name,
-        paper,
-        found.fit,
-        found.relative_error,
-        found.relative_error_held_out,
-    )
+    errors = found.relative_error, found.relative_error_held_out
+    return MethodRow("magnetometer", name, paper, fit, *errors)
 
 
 def difference(row: MethodRow, first: MethodRow) -> float | None:

@@ -15,7 +15,7 @@ from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
-    from imucal_wizard.estimate.result import GravityReference
+    from imucal_wizard.estimate.result import GravityReference, Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,10 @@ class Experiment(ABC):
         circumstances: one row per hold (or group of samples), for what effects may depend on.
         assumption: what all sizes rest on where the data do not show it, a sentence, or "".
         covariance_entries: which of the twelve entries ``SensorFit.covariance`` is of, in order.
+        at_rest: the sensor is read in still periods; else while it is turned.
+        settled: parameters that another fit has determined and that are reported with these.
+        needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
+            cannot be judged before that model is complete.
     """
 
     sensor: str
@@ -77,6 +81,23 @@ class Experiment(ABC):
     readings: Readings | None = None
     assumption: str = ""
     covariance_entries: tuple[int, ...] = tuple(range(ENTRIES))
+    at_rest: bool = True
+    settled: "tuple[Parameter, ...]" = ()
+    needs_reference: bool = False
+
+    @abstractmethod
+    def under(
+        self, reference: "GravityReference | None", readings: Readings | None
+    ) -> "Experiment":
+        """The same rows with gravity as another fit sees it, and circumstances of a recording.
+
+        Args:
+            reference: up in each hold by the accelerometer's present model; None keeps that of now.
+            readings: the recording; None keeps the circumstances of now.
+
+        Returns:
+            This experiment itself where neither changes anything.
+        """
 
     @abstractmethod
     def directions(self, base: Sequence[str]) -> Directions:

@@ -6,7 +6,8 @@ From the final linearisation follow, once and for all who ask: covariance, error
 errors that noise alone would leave, outliers, the residual table.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
@@ -47,6 +49,9 @@ BLIND_TO_GROUP = 1e-9
 MIN_SHARE = 0.05
 """Of the measured noise that a kind of row may seem to have by its residual: by chance with three
 degrees of freedom once in three hundred."""
+NOT_SHOWN = 1e-6
+"""Share of a group's own error, of the largest share of any combination in it, below which the
+other rows do not show that combination."""
 EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
@@ -243,26 +248,38 @@ class _Problem:
                 [self._columns(s, r) for s, r in zip(sources, rows, strict=True)]
             )
         doubts = columns[:, first + len(self.terms) :]
-        known = {
-            name: precision
-            for source in sources
-            for name, precision in zip(source.shared, source.shared_precision, strict=True)
-        }
-        prior, value = np.zeros(first), np.zeros(first)
+        value = np.zeros(first)
         if len(self.directions.precision):
-            prior = self.directions.precision
             moved = calibration.entries - self.experiment.begin(self.base).entries
             value = self.directions.columns.T @ moved
         return System(
             residual=self.residual(rows, calibration.shared, doubts),
             columns=columns,
             own=np.concatenate([one.own for one in rows]),
-            kinds=numbered([source.labels.component for source in sources]),
-            precision=np.concatenate(
-                [prior, self.terms.precision, [known[name] for name in self.shared]]
-            ),
+            kinds=self._kinds,
+            precision=self._precision,
             value=np.concatenate([value, calibration.sizes, calibration.shared]),
             groups=tuple(slice(first + g.start, first + g.stop) for g in self.terms.groups),
+        )
+
+    @cached_property
+    def _kinds(self) -> IntArray:
+        return numbered([source.labels.component for source in self.experiment.sources])
+
+    @cached_property
+    def _precision(self) -> FloatArray:
+        known = {
+            name: precision
+            for source in self.experiment.sources
+            for name, precision in zip(source.shared, source.shared_precision, strict=True)
+        }
+        prior = self.directions.precision
+        return np.concatenate(
+            [
+                prior if len(prior) else np.zeros(len(self.directions)),
+                self.terms.precision,
+                [known[name] for name in self.shared],
+            ]
         )
 
     def _columns(self, source: RowSource, rows: Rows) -> FloatArray:
@@ -349,6 +366,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
                 found.directions.dropped,
                 by_repeats,
             ),
+            *experiment.settled,
             *_size_parameters(terms, calibration.sizes, size_errors),
         ),
         unit=experiment.error_unit,
@@ -359,7 +377,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         floor_fitted=_floor_fitted(found) if floors is None else floors[0],
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
-        covariance=None if of_entries is None else of_entries[np.ix_(kept, kept)],
+        covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
         repeat_rms=_repeat_rms(found, repeats),
@@ -464,19 +482,66 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
     fitted = noise - system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
     left = (noise / sigma[:, None]) - white @ (lever.T @ (noise / sigma[:, None]))
     expected = fitted.copy()
-    for group in distinct(groups[groups >= 0]):
-        rows = np.flatnonzero(groups == group)
-        gate = np.eye(len(rows)) - base_lever[rows] @ white[rows][:, base].T
-        inner = np.eye(len(rows)) - lever[rows] @ white[rows].T
-        if np.linalg.eigvalsh(gate)[0] < HOLE or np.linalg.eigvalsh(inner)[0] < BLIND_TO_GROUP:
+    both = np.column_stack([system.residual / sigma, left])
+    for rows in groups_by_size(groups):
+        gate = unexplained(base_lever, white[:, base], rows)
+        inner = unexplained(lever, white, rows)
+        if (
+            np.linalg.eigvalsh(gate).min() < HOLE
+            or np.linalg.eigvalsh(inner).min() < BLIND_TO_GROUP
+        ):
             return None, None
-        both = np.column_stack([system.residual[rows] / sigma[rows], left[rows]])
-        step = lever[rows].T @ np.linalg.solve(inner, both)
-        moved = system.columns[np.ix_(rows, reported)] @ step[reported]
-        out[rows] += moved[:, 0]
-        expected[rows] += moved[:, 1:]
+        step = np.swapaxes(lever[rows], 1, 2) @ np.linalg.solve(inner, both[rows])
+        moved = system.columns[rows][:, :, reported] @ step[:, reported]
+        out[rows] += moved[:, :, 0]
+        expected[rows] += moved[:, :, 1:]
     floors = items.mean((fitted**2).sum(axis=1)), items.mean((expected**2).sum(axis=1))
     return out, floors
+
+
+def groups_by_size(labels: IntArray) -> Iterator[IntArray]:
+    """Places of the members of each group, for all groups of one size at once.
+
+    Args:
+        labels: number of each one's group, −1 for none, shape (n,).
+
+    Yields:
+        Shape (groups, size).
+    """
+    order = np.argsort(labels, kind="stable")
+    order = order[labels[order] >= 0]
+    counts = np.bincount(labels[order])
+    sizes = np.repeat(counts, counts)
+    for size in distinct(counts[counts > 0]):
+        yield order[sizes == size].reshape(-1, size)
+
+
+def unexplained(lever: FloatArray, white: FloatArray, rows: IntArray) -> FloatArray:
+    """``1 − H`` of groups of rows: what their own pull on the fit leaves of their errors.
+
+    Args:
+        lever: whitened columns times the covariance, shape (n, p).
+        white: whitened columns, shape (n, p).
+        rows: of each group, shape (groups, size).
+
+    Returns:
+        Shape (groups, size, size).
+    """
+    return np.asarray(np.eye(rows.shape[1]) - lever[rows] @ np.swapaxes(white[rows], 1, 2))
+
+
+def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
+    """Errors of groups of rows under the fit of all others, ``(1 − H)⁻¹ r`` over what that shows.
+
+    Args:
+        unexplained: 1 − H of each group, shape (groups, size, size).
+        errors: under the fit of all, shape (groups, size).
+    """
+    values, vectors = np.linalg.eigh(unexplained)
+    seen = values > NOT_SHOWN * values[:, -1:]
+    inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+    turned = np.swapaxes(vectors, 1, 2) @ errors[:, :, None]
+    return np.asarray((vectors @ (inverse[:, :, None] * turned))[:, :, 0])
 
 
 def _noise_root(found: Minimum[Experiment]) -> FloatArray:
@@ -537,7 +602,7 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     rows do not determine the rest, or too few are later.
     """
     time = np.concatenate([source.labels.time for source in found.experiment.sources])
-    early = time < float(np.quantile(found.experiment.circumstances.time, EARLY))
+    early = time < sample_quantile(found.experiment.circumstances.time, EARLY)
     items = _items(found)
     late = ~early[items.rows]
     count = len(distinct(items.item[late]))
@@ -596,11 +661,10 @@ def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
     residual, white = system.residual / sigma, system.columns / sigma[:, None]
     lever = white @ found.balance.covariance
     drops = np.zeros(items.item.max(initial=-1) + 1)
-    for item in range(len(drops)):
-        rows = items.rows[items.item == item]
-        inner = np.eye(len(rows)) - lever[rows] @ white[rows].T
-        alone = np.linalg.pinv(inner, rcond=1e-6, hermitian=True)
-        drops[item] = residual[rows] @ alone @ residual[rows]
+    for places in groups_by_size(items.item):
+        rows = items.rows[places]
+        alone = left_out(unexplained(lever, white, rows), residual[rows])
+        drops[items.item[places[:, 0]]] = (residual[rows] * alone).sum(axis=1)
     own = residual[items.rows]
     judged = distinct(system.kinds[items.rows])
     freedom = float(found.balance.freedom[judged].sum())

@@ -15,7 +15,7 @@ from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import (
@@ -23,7 +23,6 @@ from imucal_wizard.estimate.gyroscope import (
     GyroscopeExperiment,
     RotationSet,
     determined_entries,
-    gyroscope_experiment,
     motion_of,
 )
 from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION
@@ -80,7 +79,7 @@ def undisturbed(series: Series, found: MagnetometerFit) -> Series:
 
 def field_at(
     holds: Sequence[Hold], calm: Series, found: MagnetometerFit, clock: float | None = None
-) -> tuple[list[int], FloatArray]:
+) -> tuple[list[int], FloatArray, FloatArray]:
     """Mean reading of the magnetometer in each hold in which the field stood still.
 
     Args:
@@ -91,9 +90,9 @@ def field_at(
             ends of each hold are left out.
 
     Returns:
-        Indices of the holds, and the means, shape (k, 3).
+        Indices of the holds, the means, shape (k, 3), and the samples behind each, shape (k,).
     """
-    chosen, means = [], []
+    chosen, means, counts = [], [], []
     for index, hold in enumerate(holds):
         trim = END_SHARE * (hold.end - hold.start) if clock is None else 0.0
         offset = clock or 0.0
@@ -102,7 +101,8 @@ def field_at(
             continue
         chosen.append(index)
         means.append(values.mean(axis=0))
-    return chosen, np.array(means, float).reshape(-1, 3)
+        counts.append(len(values))
+    return chosen, np.array(means, float).reshape(-1, 3), np.array(counts, float)
 
 
 def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
@@ -114,7 +114,7 @@ def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
 
 def segments(holds: Sequence[Hold], gyroscope: Series) -> list[Segment]:
     """The gyroscope between each hold and the next, where it is whole."""
-    interval = float(np.median(np.diff(gyroscope.time))) if len(gyroscope) > 1 else 0.0
+    interval = median(np.diff(gyroscope.time)) if len(gyroscope) > 1 else 0.0
     found = (
         _segment(
             index,
@@ -138,7 +138,7 @@ def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Se
         before, after = places.get(id(rotation.before)), places.get(id(rotation.after))
         if rotation.problem is not None or before is None or after is None:
             continue
-        interval = float(np.median(np.diff(rotation.time)))
+        interval = median(np.diff(rotation.time))
         one = _segment(before, after, Series(rotation.time, rotation.rate, ""), interval)
         out += [] if one is None else [one]
     return out
@@ -211,9 +211,11 @@ def with_gyroscope(
     clock = clock_offset(passages(turns, fit_before, calm, aligned))
     stage = replace(stage, clock=clock)
     offset = 0.0 if clock is None else clock.seconds
-    places, readings = field_at(report.holds, calm, found, offset)
+    places, readings, counts = field_at(report.holds, calm, found, offset)
     field = (readings - aligned.bias) @ aligned.matrix.T
     known = dict(zip(places, unit_vectors(field), strict=True))
+    # of a component of the unit vector, by the noise of the samples
+    doubts = dict(zip(places, (found.noise / found.magnitude) ** 2 / counts, strict=True))
     holds = report.holds
     faulty = {(one.before.start, one.after.start) for one in report.rotations if one.problem}
     turns = [
@@ -229,12 +231,9 @@ def with_gyroscope(
     known_fit = fit_before.experiment
     try:
         if not isinstance(known_fit, GyroscopeExperiment):
-            accelerometer = report.sensors["accelerometer"]
-            known_fit = gyroscope_experiment(
-                report.holds, report.rotations, accelerometer, fit_before.bias_unit
-            )
+            raise DataError("the gyroscope has no rotations to close by both references")
         rotations = _with_unseen(known_fit.rotations, turns, len(report.rotations))
-        source = _heading_rows(known_fit, rotations, turns, known)
+        source = _heading_rows(known_fit, rotations, turns, known, doubts)
         both = known_fit.with_rows(rotations, [source], tuple(range(12)))
         free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
         better = fit(known_fit.with_rows(rotations, [source], free))
@@ -271,6 +270,7 @@ def _heading_rows(
     rotations: RotationSet,
     turns: Sequence[Segment],
     field: dict[int, FloatArray],
+    doubts: dict[int, float],
 ) -> FieldClosure:
     """Rows for all rotations at whose ends the field is known."""
     before, after = (
@@ -322,7 +322,9 @@ def _heading_rows(
         before=np.array([field[hold] for hold in before]),
         after=np.array([field[hold] for hold in after]),
     )
-    return FieldClosure(by_gravity, by_field, noise, labels)
+    found = FieldClosure(by_gravity, by_field, np.column_stack([before, after]), noise, labels)
+    by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
+    return replace(found, noise=noise + by_magnetometer / found.level)
 
 
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:

@@ -16,6 +16,7 @@ from imucal_wizard.core.attitude import Samples, advancing, lay_samples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Directions, Experiment
@@ -197,7 +198,7 @@ class GyroscopeExperiment(Experiment):
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
-    base_terms = BASE
+    base_terms, needs_reference = BASE, True
 
     def __init__(
         self,
@@ -317,11 +318,15 @@ class GyroscopeExperiment(Experiment):
         return GyroscopeExperiment(*args, self.readings, more)
 
     def under(
-        self, reference: GravityReference, readings: Readings | None
+        self, reference: GravityReference | None, readings: Readings | None
     ) -> "GyroscopeExperiment":
-        """The same rotations with gravity as another fit of the accelerometer sees it."""
+        """See ``Experiment``."""
+        reference, readings = reference or self.of, readings or self.readings
+        if reference is self.of and readings is self.readings:
+            return self
+        more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, self.sources[2:])
+        return GyroscopeExperiment(*args, self.free, readings, more)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
@@ -403,7 +408,7 @@ class GyroscopeExperiment(Experiment):
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
         noise = self.closure.noise
-        return int((noise > UNSTEADY * np.median(noise)).sum())
+        return int((noise > UNSTEADY * median(noise)).sum())
 
 
 def gyroscope_experiment(

@@ -1,6 +1,7 @@
 """The gyroscope of a recording: the fit by gravity, and Q's single-axis approaches beside it."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from imucal_wizard.core.attitude import advancing
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
@@ -90,6 +92,10 @@ def fit_gyroscope(
         rounding = rate_shift(holds, turned) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
         offset = method_of("gyroscope", method).run(data)
+        with suppress(DataError):
+            args = holds, rotations, accelerometer, unit, readings
+            experiment = gyroscope_minimum(*args).experiment
+            offset = replace(offset, experiment=experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
     silent: tuple[str, ...] = ()
     try:
@@ -112,7 +118,7 @@ def fit_gyroscope(
     single = single_axis(named, experiment, found)
     result = found
     if method != DEFAULTS["gyroscope"]:
-        result = method_of("gyroscope", method).run(
+        published = method_of("gyroscope", method).run(
             GyroscopeData(
                 holds=tuple(holds),
                 labels=reference.labels,
@@ -124,6 +130,7 @@ def fit_gyroscope(
                 closure=experiment.closure.closures,
             )
         )
+        result = replace(published, experiment=experiment)
     table = comparison(single, experiment, found)
     warnings = (*silent, *result.warnings)
     return GyroscopeReport(result, named, angles, table, warnings, found.outlier)
@@ -151,7 +158,7 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
         return ()
     steps = np.concatenate([np.diff(one.time[advancing(one.time)]) for one in usable])
     spread = np.concatenate([one.rate for one in usable]).std(axis=0)
-    noise = np.sqrt(density / float(np.median(steps)))
+    noise = np.sqrt(density / median(steps))
     still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())
     return tuple(
         f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, or "

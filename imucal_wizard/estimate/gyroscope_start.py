@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quaternions import matrices, quaternions
+from imucal_wizard.core.quaternions import carried_back, quaternions
 from imucal_wizard.core.readings import FloatArray, IntArray, distinct
 from imucal_wizard.model.nominal_gains import nominal_of
 
@@ -145,6 +145,5 @@ def misfit(
     """Mean square distance of carried up from the accelerometer's, all along the rotations."""
     turned = samples.turned((samples.reading - bias) @ matrix.T)
     first, last = attitudes(quaternions(turned), samples.step_offsets)
-    attitude = matrices(samples.at_samples(first, last))
-    carried = np.einsum("jin,nj->ni", attitude, before[samples.rotation])
-    return float(((carried - up) ** 2).sum(axis=1).mean())
+    carried = carried_back(samples.at_samples(first, last), before[samples.rotation].T)
+    return float(((carried - up.T) ** 2).sum(axis=0).mean())

@@ -200,6 +200,7 @@ class HoldMagnitudes:
                 experiment.gain,
                 gravity,
             ),
+            experiment=experiment,
         )
 
     def _pull(self, theta: FloatArray, method: Callable[[FloatArray], FloatArray]) -> FloatArray:

@@ -9,7 +9,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
-from imucal_wizard.estimate.fit import Minimum, outlier_of
+from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import loose_candidates, rest_numbers, usual_candidates
@@ -86,13 +86,10 @@ def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) 
         return np.inf
     white = found.system.columns * np.sqrt(shares)[:, None]
     errors = found.system.residual * np.sqrt(shares)
-    hat = white @ found.balance.covariance @ white.T / found.balance.variance[0] / shares[0]
+    lever = white @ found.balance.covariance / found.balance.variance[0] / shares[0]
     squares = 0.0
-    for group in range(len(up)):
-        rows = np.flatnonzero(groups == group)
-        inner = np.eye(len(rows)) - hat[np.ix_(rows, rows)]
-        left_out = np.linalg.lstsq(inner, errors[rows], rcond=1e-6)[0]
-        squares += float(left_out @ left_out)
+    for rows in groups_by_size(groups):
+        squares += float((left_out(unexplained(lever, white, rows), errors[rows]) ** 2).sum())
     noise = float(np.sqrt(squares / shares.sum())) / gravity
     return expected_error(up, experiment.identified.basis, noise) * gravity
 

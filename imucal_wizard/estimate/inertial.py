@@ -73,6 +73,12 @@ def fit_holds(
     assert accelerometer.reference is not None  # noqa: S101 (narrows the type)
     named = _with_poses(holds, accelerometer.reference.up)
     rotations = [_between(rotation, named) for rotation in rotations]
+    odd: dict[str, str] = {}
+    if accelerometer.outlier is not None:
+        hold = named[accelerometer.outlier.index]
+        pose = f" ({hold.pose})" if hold.pose else ""
+        place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
+        odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
     sensors = {"accelerometer": _validated(accelerometer, validation, options.gravity)}
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
@@ -86,6 +92,10 @@ def fit_holds(
             sensors["gyroscope"] = gyroscope.fit
             notes += gyroscope_warnings(gyroscope, units["gyroscope"])
         notes += gyroscope.warnings
+        if gyroscope.outlier is not None:
+            bad = rotations[gyroscope.outlier.index]
+            place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
+            odd["gyroscope"] = _stands_out(place, gyroscope.outlier)
     return FitReport(
         gravity=options.gravity,
         rates=rates,
@@ -95,6 +105,7 @@ def fit_holds(
         comparison=() if gyroscope is None else gyroscope.comparison,
         angles=() if gyroscope is None else gyroscope.angles,
         warnings=tuple(dict.fromkeys(note for note in notes if note)),
+        outlier_notes=odd,
     )
 
 
@@ -144,11 +155,6 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     if fit.bias_unit != COUNT:
         notes += _unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
     notes.append(noticed(fit))
-    if fit.outlier is not None:
-        hold = holds[fit.outlier.index]
-        pose = f" ({hold.pose})" if hold.pose else ""
-        place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
-        notes.append(_stands_out(place, fit.outlier))
     count = sum(hold.hand_held for hold in holds)
     if count:
         notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
@@ -189,10 +195,6 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
     fit = report.fit
     if fit is None:
         return notes
-    if report.outlier is not None:
-        bad = report.rotations[report.outlier.index]
-        place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
-        notes.append(_stands_out(place, report.outlier))
     notes.append(noticed(fit))
     matrix = fit.matrix / (np.linalg.norm(fit.matrix) / np.sqrt(3.0))
     best = np.abs(matrix).argmax(axis=1)

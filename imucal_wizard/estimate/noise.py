@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.measurement.holds import Hold
 
 BATCH_FREEDOM = 4
@@ -107,7 +108,7 @@ def _pooled(values: FloatArray, freedom: int) -> float:
     """
     known = values[np.isfinite(values)]
     ratio = (1.0 - 2.0 / (9.0 * freedom)) ** 3
-    return float(np.median(known)) / ratio if len(known) else 0.0
+    return median(known) / ratio if len(known) else 0.0
 
 
 TRUST = 3 * BATCH_FREEDOM

@@ -223,6 +223,8 @@ class FitReport:
         sensors: the fit of each sensor by name.
         comparison: the gyroscope's three methods side by side.
         warnings: what the user must know.
+        outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
+            words. A verdict, which weighs every other explanation too, replaces them.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: what the sensors say of each other, or None.
     """
@@ -237,3 +239,8 @@ class FitReport:
     warnings: tuple[str, ...] = field(default=())
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
+    outlier_notes: dict[str, str] = field(default_factory=dict)
+
+    def notes(self, *, judged: bool) -> tuple[str, ...]:
+        """What the user must know beside the verdicts, or where there are none."""
+        return self.warnings if judged else (*self.warnings, *self.outlier_notes.values())

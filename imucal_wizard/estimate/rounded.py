@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import (
     resolution_of,
@@ -79,9 +80,7 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
         if step is None or sensor not in units or not averages:
             continue
         shift = float(np.sqrt(_shift(averages, step).mean()))
-        noise = float(
-            np.sqrt(np.median([np.trace(covariance) / 3.0 for covariance, _ in averages]))
-        )
+        noise = float(np.sqrt(median([np.trace(covariance) / 3.0 for covariance, _ in averages])))
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
             notes.append(

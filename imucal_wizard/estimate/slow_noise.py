@@ -19,6 +19,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.measurement.holds import Hold
 
@@ -73,7 +74,7 @@ def slow_covariances(spans: FloatArray, shown: Sequence[Shown]) -> list[FloatArr
     """
     kernel = averaged(spans)
     seconds = spans[:, 1] - spans[:, 0]
-    slow = [2.0 * float(np.median(one.noise * seconds)) * kernel * one.alike for one in shown]
+    slow = [2.0 * median(one.noise * seconds) * kernel * one.alike for one in shown]
     if not all((one.noise > 0.0).all() for one in shown):
         return [0.0 * one for one in slow]
     log = _prior(RATIOS) + sum(_evidence(*pair) for pair in zip(shown, slow, strict=True))

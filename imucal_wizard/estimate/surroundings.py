@@ -69,13 +69,12 @@ def visits(holds: Sequence[Hold], up: FloatArray, labels: IntArray) -> IntArray:
         up: unit up vector of each.
         labels: number of each one's direction, shape (n,).
     """
-    number = np.zeros(len(holds), np.int64)
-    for row in range(1, len(holds)):
-        pause = holds[row].start - holds[row - 1].end
-        moved = float(np.linalg.norm(up[row] - up[row - 1]))
-        same = labels[row] == labels[row - 1] and (pause < AWAY_AND_BACK or moved < UNMOVED)
-        number[row] = number[row - 1] + (not same)
-    return number
+    start = np.array([hold.start for hold in holds])
+    end = np.array([hold.end for hold in holds])
+    near = start[1:] - end[:-1] < AWAY_AND_BACK
+    near |= np.linalg.norm(np.diff(up, axis=0), axis=1) < UNMOVED
+    new = (np.diff(labels) != 0) | ~near
+    return np.concatenate([np.zeros(min(len(holds), 1), np.int64), np.cumsum(new)])
 
 
 def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:

@@ -12,6 +12,7 @@ from imucal_wizard.core.limits.procedure import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.guide.measurements import KeptRotation
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
@@ -75,7 +76,7 @@ def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float 
         return None
     directions = force[felt] / size[felt, None]
     index = AXES.index(axis)
-    tilt = np.quantile(np.abs(directions[:, index]), MIN_GRAVITY_SHARE)
+    tilt = sample_quantile(np.abs(directions[:, index]), MIN_GRAVITY_SHARE)
     if tilt > np.sin(np.radians(MAX_PATH_TILT_DEG)):
         return None
     across, along = directions[:, (index + 1) % 3], directions[:, (index + 2) % 3]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 
 SPREAD = 0.02
 """Deviation of a hold from the common sphere by errors of the axes, as a share of gravity."""
@@ -39,7 +40,7 @@ def guessed_offset(reading: FloatArray) -> float:
     smallest, largest = float(np.min(reading)), float(np.max(reading))
     if not smallest > MIN_OFFSET_RATIO * largest or largest < LEAST_OFFSET:
         return 0.0
-    return float(2.0 ** round(np.log2(float(np.median(reading)))))
+    return float(2.0 ** round(np.log2(median(reading))))
 
 
 class UpEstimate:

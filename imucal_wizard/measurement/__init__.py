@@ -1,1 +1,1 @@
-"""What was measured: stillness, holds, rotations, and how coarse and noisy the samples are."""
+"""Holds and rotations: stillness, segmentation, resolution and quality of the data."""

@@ -1,6 +1,6 @@
-"""What is wrong with the data: one set of checks with one set of limits, live and offline.
+"""Data-quality checks: one set with one set of limits, for streams and recordings.
 
-Every check gives one sentence that says what was seen and what to do, or "".
+Every check returns one sentence that says what was found and what to do, or "".
 """
 
 import itertools
@@ -52,16 +52,17 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
+from imucal_wizard.core.statistics import median, sample_quantile
 from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
 
 _STEPS_FROM = 5000
-"""Samples from which the smallest step is taken."""
+"""Samples from which the smallest step is determined."""
 
 
 def check_recording(readings: Readings) -> tuple[str, ...]:
-    """Everything that a whole recording shows to be wrong."""
+    """All warnings about a whole recording."""
     if len(readings) < MIN_CHECKED_SAMPLES:
         return (f"there are only {len(readings)} samples",)
     sensors = _sensors(readings)
@@ -74,13 +75,13 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
 
 
 def _sensors(readings: Readings) -> list[tuple[str, Series]]:
-    """The sensors that have enough samples to show anything."""
+    """The sensors with enough samples for a check."""
     both = (("accelerometer", readings.accelerometer), ("gyroscope", readings.gyroscope))
     return [(n, s) for n, s in both if s is not None and len(s) >= MIN_CHECKED_SAMPLES]
 
 
 def repeated_samples(readings: Readings) -> str:
-    """Samples that repeat the one before in every axis."""
+    """Warning about samples that repeat the previous one on every axis."""
     values = _together(readings)
     share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
     if not MAX_REPEATED_SHARE < share < 1.0:
@@ -93,13 +94,13 @@ def repeated_samples(readings: Readings) -> str:
 
 
 def frozen_values(readings: Readings) -> str:
-    """Not one value changes."""
+    """Warning if no value ever changes."""
     values = _together(readings)
     if not bool(np.all(values == values[0])):
         return ""
     return (
-        "No value changes at all: the sensor does not answer and its last values are printed, or "
-        "so few digits that no noise is seen. Check its wiring, and print more digits."
+        "No value changes at all: the sensor does not answer and its last values are repeated, or "
+        "too few digits are printed to show noise. Check its wiring, and print more digits."
     )
 
 
@@ -111,7 +112,7 @@ def _together(readings: Readings) -> FloatArray:
 
 
 def dead_axes(sensor: str, series: Series) -> str:
-    """Axes that never change while another axis does, or that are copies of one another."""
+    """Warning about axes that never change while another one does, or that are identical."""
     values = series.values
     spans = np.ptp(values, axis=0)
     lively = max(len(distinct(values[:, axis])) for axis in range(3)) > 5
@@ -131,7 +132,7 @@ def dead_axes(sensor: str, series: Series) -> str:
 
 
 def zero_rate(readings: Readings) -> str:
-    """The gyroscope is exactly zero while the accelerometer shows noise."""
+    """Warning about a gyroscope that reads exactly zero while the accelerometer shows noise."""
     gyroscope = readings.gyroscope
     if gyroscope is None or not len(gyroscope):
         return ""
@@ -140,21 +141,21 @@ def zero_rate(readings: Readings) -> str:
     if float(np.mean(np.all(gyroscope.values == 0.0, axis=1))) <= MAX_ZERO_RATE_SHARE:
         return ""
     return (
-        "The gyroscope reads exactly zero at rest: the device takes its own bias out (BNO055 in a "
+        "The gyroscope reads exactly zero at rest: the device removes its own bias (BNO055 in a "
         "fusion mode, WitMotion with automatic calibration) or prints too few digits. Switch to "
         "raw data (BNO055: AMG mode; WitMotion: register 0x63 = 1), or its bias cannot be found."
     )
 
 
 def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> str:
-    """Steps between readings that are coarser than what a calibration needs.
+    """Warning about steps that are too coarse for a calibration.
 
-    Noise above half a step dithers it away in the average of a hold; then it does no harm.
+    Noise above half a step dithers it away in the mean of a hold; such steps do no harm.
 
     Args:
         sensor: ``accelerometer`` or ``gyroscope``.
         series: its samples.
-        printed: the step of the printed digits, in the unit of the samples, where it is known.
+        printed: the step of the printed digits in the unit of the samples, if known.
     """
     if series.unit == COUNT:
         return ""
@@ -174,7 +175,7 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
 
 
 def smallest_step(values: FloatArray) -> float:
-    """Smallest difference between distinct values of the axis that resolves best; 0 without one."""
+    """Smallest step between distinct values of the axis with the finest resolution; 0 if none."""
     steps = []
     for axis in values.T:
         differences = np.diff(distinct(axis))
@@ -185,7 +186,7 @@ def smallest_step(values: FloatArray) -> float:
 
 
 def _quietest_noise(values: FloatArray) -> float:
-    """Noise of the stillest stretch, from differences of neighbours; the largest axis."""
+    """Noise of the quietest stretch, from differences of neighbouring samples; the largest axis."""
     count = len(values) // MIN_CHECKED_SAMPLES
     if not count:
         return 0.0
@@ -195,21 +196,21 @@ def _quietest_noise(values: FloatArray) -> float:
 
 
 def wrong_gravity(readings: Readings) -> str:
-    """The size of gravity at rest does not fit the unit."""
+    """Warning if the magnitude of gravity at rest does not fit the unit."""
     series = readings.accelerometer
     size = _gravity_at_rest(series)
     if series.unit == COUNT or size is None:
         return ""
     if size < MIN_GRAVITY and _feels_gravity(readings.gyroscope):
         return (
-            "What is taken for the gyroscope reads as gravity does, and the accelerometer does "
-            "not: their columns are exchanged. Correct the names that the device prints, or say "
-            "which column is which."
+            "The gyroscope's columns show gravity and the accelerometer's do not: they are "
+            "exchanged. Correct the names that the device prints, or state which column is "
+            "which."
         )
     likely = _unit_taken_for_another(size)
     if size < MIN_GRAVITY and not likely:
         return (
-            f"The acceleration is only {size:.2g} m/s² at rest: the device has taken gravity out "
+            f"The acceleration is only {size:.2g} m/s² at rest: the device has removed gravity "
             f"(linear acceleration), or the unit is wrong. Let it print the raw acceleration, or "
             f"correct the unit."
         )
@@ -220,28 +221,28 @@ def wrong_gravity(readings: Readings) -> str:
 
 
 def _gravity_at_rest(series: Series) -> float | None:
-    """Median size of the readings in blocks in which it is steady; None where it never is."""
+    """Median magnitude in the blocks in which it is steady; None if it never is."""
     sizes = np.linalg.norm(series.values, axis=1)
     length = max(4, round(GRAVITY_BLOCK_SECONDS * series.rate))
     count = len(sizes) // length
     blocks = sizes[: count * length].reshape(count, length)
     means = blocks.mean(axis=1)
     still = (blocks.std(axis=1) <= MAX_REST_VARIATION * means) | (means < MIN_GRAVITY)
-    return float(np.median(means[still])) if still.any() else None
+    return median(means[still]) if still.any() else None
 
 
 def _feels_gravity(series: Series | None) -> bool:
-    """Whether rates have steadily the size that one g has in a usual unit."""
+    """Whether rates steadily have the magnitude of 1 g in a common unit."""
     if series is None or series.unit == COUNT or not len(series):
         return False
     sizes = np.linalg.norm(series.values, axis=1)
-    size = float(np.median(sizes))
+    size = median(sizes)
     near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE.values())
     return near and float(np.std(sizes)) < 0.05 * size
 
 
 def _unit_taken_for_another(size: float) -> str:
-    """What was printed in another unit than it was taken for, by the size of gravity."""
+    """The confusion of units that explains the magnitude of gravity, in words, or ""."""
     for taken in UNITS_BY_SIZE:
         unit = unit_of_gravity(size / ACCELERATION[taken], 0.1)
         if unit not in (None, taken):
@@ -250,22 +251,22 @@ def _unit_taken_for_another(size: float) -> str:
 
 
 def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
-    """Axes that stand at the end of their range.
+    """Warning about an axis at the end of its range.
 
     Args:
         sensor: the sensor.
         series: its samples.
-        short: they are a few seconds, which may end in a rest; then the end must be beyond the
-            smallest usual range.
+        short: the samples span only a few seconds, which may end in a rest; the end must then be
+            beyond the smallest common range.
     """
     for axis in range(3):
         column = series.values[:, axis]
         for end in (float(column.max()), float(column.min())):
             if _is_end(column, end, sensor, series.unit, short=short):
                 return (
-                    f"The {sensor}'s {AXES[axis]} axis stands at its limit ({end:.5g} "
+                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
                     f"{series.unit}): the range is too small for this movement. Set a larger range "
-                    f"in the device, or turn more slowly; what was measured there is wrong."
+                    f"in the device, or turn more slowly; the readings there are wrong."
                 )
     return ""
 
@@ -284,18 +285,18 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
     lengths = np.diff(np.append(starts, len(column)))
     here = column[starts] == end
-    # a high quantile of the runs elsewhere: a sensor that hangs once does not hide an end
-    elsewhere = float(np.quantile(lengths[~here], 0.999)) if not here.all() else 0.0
+    # a high quantile of the runs elsewhere, so that one stuck reading does not hide an end
+    elsewhere = sample_quantile(lengths[~here], 0.999) if not here.all() else 0.0
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
 def clipped_axis(rate: FloatArray, rest: FloatArray, full_scale: float | None) -> str | None:
-    """The axis that reached the end of its range during a rotation, or None.
+    """The axis that was clipped during a rotation, or None.
 
     Args:
         rate: readings, shape (n, 3).
         rest: the reading at rest, shape (3,).
-        full_scale: largest rate the gyroscope shows, in the reading's unit, or None.
+        full_scale: full scale of the gyroscope in the reading's unit, or None.
     """
     for index, axis in enumerate(AXES):
         largest = np.abs(rate[:, index]).max(initial=0.0)
@@ -309,9 +310,9 @@ def clipped_axis(rate: FloatArray, rest: FloatArray, full_scale: float | None) -
 
 
 def _flat_top(values: FloatArray) -> bool:
-    """Whether equal samples at the largest value are entered with a jump.
+    """Whether a plateau at the largest value is entered by a jump.
 
-    A smooth peak in coarse steps stands on one value, too, but it comes there step by step.
+    A smooth peak in coarse steps also forms a plateau, but it is entered step by step.
     """
     if len(values) <= MIN_PLATEAU:
         return False
@@ -330,31 +331,31 @@ def _flat_top(values: FloatArray) -> bool:
 
 
 def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
-    """Accelerometer axes that show one extreme reading and no noise in several holds.
+    """Warnings about accelerometer axes that repeat one extreme reading without noise.
 
-    Of readings whose noise is smaller than their step it cannot be told: any hold may be silent.
+    Readings whose noise is smaller than their step cannot be judged: any hold may be silent.
 
     Args:
-        holds: as they were measured, without what rounding adds to their covariance.
+        holds: holds without the contribution of rounding to their covariance.
         step: smallest step of the readings of each axis, shape (3,).
     """
     if len(holds) <= MIN_SILENT_HOLDS:
         return []
     means = np.array([hold.accelerometer for hold in holds])
     variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
-    samples = float(np.median([hold.samples for hold in holds]))
+    samples = median([hold.samples for hold in holds])
     notes = []
     for axis in range(3):
-        usual = float(np.median(variances[:, axis]))
+        usual = median(variances[:, axis])
         if not usual * samples > step[axis] ** 2:
             continue
         silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
         for end in (means[:, axis].min(), means[:, axis].max()):
-            # a mean of equal readings is theirs to rounding only
+            # the mean of equal readings equals them only up to rounding
             count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
             if count >= MIN_SILENT_HOLDS:
                 notes.append(
-                    f"the accelerometer's {AXES[axis]} axis stands at {end:.5g} without any noise "
+                    f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
                     f"in {count} holds: the end of its range. Set a larger range in the device and "
                     "measure again; this calibration is wrong"
                 )
@@ -362,9 +363,9 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
 
 
 def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
-    """A warning when an accelerometer axis that has noise shows none at all, or "".
+    """Warning about an accelerometer axis that normally has noise and shows none, or "".
 
-    A reading at the end of its range, or one that is repeated for ever, does not flicker.
+    A reading at the end of its range, or one that is repeated, does not flicker.
     """
     if noise is None:
         return ""
@@ -380,20 +381,20 @@ def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
 
 
 def missing_samples(time: FloatArray) -> str:
-    """Samples that are missing, or times that were taken where the samples arrived."""
+    """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    # nobody knows what is missing at a restart
+    usual = median(steps) if len(steps) else 0.0
+    # the loss at a restart is unknown
     restarts = np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
     gaps = np.flatnonzero((usual > 0.0) & (steps > MAX_STEP_RATIO * usual) & ~restarts)
     if not len(gaps):
         return ""
     ratios = steps[gaps] / usual
-    uneven = float(np.median(np.abs(ratios - np.round(ratios)))) > MAX_UNEVEN_PART
-    bursts = float(np.median(ratios)) > MAX_BURST_RATIO
+    uneven = median(np.abs(ratios - np.round(ratios))) > MAX_UNEVEN_PART
+    bursts = median(ratios) > MAX_BURST_RATIO
     if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
         return (
-            "the times jitter as if they were taken where the samples arrived; let the device"
+            "the times jitter as if they were taken on arrival; let the device"
             " print its own time, or leave the column out and give the rate"
         )
     longest = gaps[np.argmax(steps[gaps])]
@@ -406,18 +407,18 @@ def missing_samples(time: FloatArray) -> str:
 
 
 def refuse_without_gravity(readings: Readings) -> None:
-    """Refuse a recording whose accelerometer does not feel gravity.
+    """Refuse a recording whose accelerometer does not respond to gravity.
 
-    In every position of rest an accelerometer reads the same size in another direction, a gyroscope
-    the same bias. The unit does not matter, so that counts are told as well.
+    At rest, an accelerometer reads the same magnitude in every orientation and a gyroscope the same
+    bias. The unit does not matter, so counts can be judged, too.
 
     Raises:
-        RecordingError: the gyroscope feels it instead, or the device has taken it out.
+        RecordingError: the gyroscope responds to gravity instead, or the device has removed it.
     """
     gyroscope = readings.gyroscope
     if gyroscope is not None and sensors_exchanged(readings.accelerometer, gyroscope):
         raise RecordingError(
-            "accelerometer and gyroscope are exchanged: gx,gy,gz feel gravity in every position and"
+            "accelerometer and gyroscope are exchanged: gx,gy,gz show gravity in every position and"
             " ax,ay,az do not; name the columns in their true order, or give the accelerometer's"
             " file first",
             settings=("columns",),
@@ -431,15 +432,15 @@ def refuse_without_gravity(readings: Readings) -> None:
         and _feels(series) < MIN_POSITION_RATIO
     ):
         raise RecordingError(
-            f"the accelerations measure only {size:.3g} m/s^2 at rest: the device has taken gravity"
-            " out (linear or user acceleration), or these columns are another sensor's; record the"
+            f"the accelerations measure only {size:.3g} m/s^2 at rest: the device has removed"
+            " gravity (linear acceleration), or the columns belong to another sensor; record the"
             " raw accelerometer, or name its columns",
             settings=("columns",),
         )
 
 
 def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
-    """Whether what is called gyroscope feels gravity and what is called accelerometer does not."""
+    """Whether the gyroscope's columns respond to gravity and the accelerometer's do not."""
     felt = _feels(gyroscope)
     sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)
     even = len(sizes) > 0 and float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
@@ -447,11 +448,11 @@ def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
 
 
 def _feels(series: Series) -> float:
-    """By how many times their noise the positions of rest differ; 0 when there are too few."""
+    """Ratio of the variation between rests to their noise; 0 if there are too few rests."""
     means, noise = _rests(series)
     if len(means) < MIN_RESTS or not noise.any():
         return 0.0
-    return float(np.sqrt(means.var(axis=0).sum()) / np.median(noise[noise > 0.0]))
+    return float(np.sqrt(means.var(axis=0).sum()) / median(noise[noise > 0.0]))
 
 
 def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
@@ -462,5 +463,5 @@ def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
         return np.zeros((0, 3)), np.zeros(0)
     blocks = series.values[: count * size].reshape(count, size, 3)
     noise = np.sqrt(blocks.var(axis=1).sum(axis=1))
-    quiet = noise <= MAX_QUIET_RATIO * np.quantile(noise, 0.1)
+    quiet = noise <= MAX_QUIET_RATIO * sample_quantile(noise, 0.1)
     return blocks.mean(axis=1)[quiet], noise[quiet]

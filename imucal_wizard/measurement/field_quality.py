@@ -1,7 +1,7 @@
-"""The quality of a magnetometer's samples: repeated readings, saturated axes, no constant field.
+"""Quality of magnetometer samples: repeats, saturation, a plane instead of a shell, scatter.
 
-Everything here works without a calibration, or with distances from one that was found elsewhere, so
-that the guided procedure and the fit refuse the same data in the same words.
+The checks need no calibration, or only distances from one, so the guided procedure and the fit
+refuse the same data with the same words.
 """
 
 from math import comb, sqrt
@@ -12,61 +12,66 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series, distinct
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import (
+    SIGMA_PER_MEDIAN,
+    median,
+    robust_deviation,
+    sample_quantile,
+)
 
 MAX_PLANE_FLATNESS = 0.1
-"""Spread out of the plane over spread in it, up to which readings are a single circle."""
+"""Ratio of the spread across a plane to that in it, up to which readings are a single circle."""
 MAX_NEAR_PLANE_FLATNESS = 0.25
-"""The same for readings through which no ellipsoid could be laid."""
+"""The same for readings that fit no ellipsoid."""
 MIN_MOTION_RATIO = 2.5
-"""Spread over sample-to-sample noise, below which nothing but noise is seen."""
+"""Ratio of the spread to the sample-to-sample noise, below which the device did not turn."""
 MAX_SHELL_SCATTER = 0.12
-"""Scatter over the field's size beyond which readings are no shell at all."""
+"""Ratio of the scatter to the magnitude of the field, above which readings are not a shell."""
 EARTH_FIELD_RANGE = (22.0, 67.0)
-"""The Earth's field from the South Atlantic to the poles, µT (World Magnetic Model)."""
+"""Range of the Earth's field, µT (World Magnetic Model)."""
 MAX_FIELD_SCALE_ERROR = 1.25
-"""How far a sensor's scale may be off: beyond, the field is not the Earth's."""
+"""Largest factor by which a sensor's scale may be wrong; beyond it, the field is not the
+Earth's."""
 MIN_SPIKE_RATIO = 4.0
-"""How many times as far from the median of five a wild sample lies as three in four do."""
+"""Distance of a spike from the median of five, as a multiple of the 75 % quantile of distances."""
 SPIKE_QUANTILE = 0.75
 SAMPLES_PER_STRETCH = 50
 MAX_SPIKE_SAMPLES = 1500
-"""Samples that are looked at for wild ones, about, in stretches of so many."""
+"""Approximate number of samples searched for spikes, in stretches of the length above."""
 MIN_STUCK_SHARE = 0.005
-"""Share of the samples at one extreme value from which an axis may be saturated."""
+"""Share of samples at an extreme value, above which an axis may be saturated."""
 MIN_STUCK_SAMPLES = 10
-"""Samples at one value that may be a pile."""
+"""Samples at one extreme value that may be saturated."""
 MIN_STUCK_DEPTH = 3.0
-"""How many standard deviations such samples must lie inside the ellipsoid of the others."""
+"""Distance of such samples inside the ellipsoid of the others, in standard deviations."""
 MIN_STUCK_RATIO = 3.0
-"""How often the extreme value must come against the usual, or against the values next to it."""
+"""Ratio of the frequency of the extreme value to that of the values next to it."""
 STUCK_NEIGHBOURS = 3
-"""Values next to the extreme one."""
+"""Number of values next to the extreme one that are compared with it."""
 MIN_NOISE_STEPS = 0.5
-"""Noise, in steps of the readings, from which the extreme value is rare even at rest. Rounding
-alone seems to be 0.29 of a step, the root of a twelfth."""
+"""Noise in resolution steps, above which the extreme value is rare even at rest. Rounding alone
+appears as 0.29 of a step (1/√12)."""
 DIFFERENCE_ORDERS = (2, 4, 6)
-"""Of the differences that tell the noise: of white noise all say the same, of what moves smoothly
-the higher ones say less, and of what moves by jerks the lower ones."""
+"""Orders of the differences that measure the noise: all agree for white noise; high orders suppress
+smooth motion, low orders suppress jerks."""
 MIN_RUNS = 50
-"""Runs from which on their lengths say anything."""
+"""Runs needed to judge their lengths."""
 MAX_SINGLE_RUN_SHARE = 0.05
-"""Share of runs of one that a loop's jitter makes."""
+"""Share of runs of length one that the jitter of a loop produces."""
 SHORTEST_RUN_QUANTILE = 0.1
-"""Quantile of the runs that are one measurement: longer ones may be several equal ones ..."""
+"""Quantile of the run lengths that corresponds to one measurement ..."""
 MAX_SINGLE_RUN_RATIO = 1.6
-"""... where they are so many times as long."""
+"""... and the ratio to it above which a run contains several equal measurements."""
 
 
 def check_readings(readings: FloatArray) -> None:
-    """Refuse what is visible without a fit.
+    """Refuse data whose fault is visible without a fit.
 
     Args:
         readings: in the order of time, shape (n, 3).
 
     Raises:
-        DataError: too few samples, an axis that says nothing or is plainly cut off, or readings in
-            one plane.
+        DataError: too few samples, a constant or saturated axis, or readings in one plane.
     """
     if len(readings) < MIN_FIELD_SAMPLES:
         raise DataError(
@@ -78,10 +83,7 @@ def check_readings(readings: FloatArray) -> None:
     columns = np.ascontiguousarray(readings.T)
     still = np.flatnonzero(columns.max(axis=1) == columns.min(axis=1))
     if len(still) == 3:
-        raise DataError(
-            "the magnetometer sends one and the same value: it is not there, or asleep. Look at "
-            "its wiring, address and sketch"
-        )
+        raise DataError(CONSTANT_FIELD)
     if len(still):
         raise DataError(
             f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
@@ -92,7 +94,7 @@ def check_readings(readings: FloatArray) -> None:
 
 
 def check_plane(readings: FloatArray) -> None:
-    """Refuse a single circle, whatever wild samples stand around it.
+    """Refuse a single circle; spikes are ignored.
 
     Args:
         readings: shape (n, 3), in the order of time.
@@ -106,7 +108,7 @@ def check_plane(readings: FloatArray) -> None:
 
 
 def missing_shell(readings: FloatArray) -> DataError | None:
-    """What to say of readings that fit no ellipsoid, when its reason is plain to see."""
+    """The error for readings that fit no ellipsoid if the cause is visible, or None."""
     readings = _without_spikes(readings)
     if _is_noise(readings):
         return DataError(
@@ -117,22 +119,22 @@ def missing_shell(readings: FloatArray) -> DataError | None:
 
 
 def _without_spikes(readings: FloatArray) -> FloatArray:
-    """Readings without single wild ones: a few make a plane look thick, and a turn like noise.
+    """Readings without spikes, which make a plane look thick and a rotation look like noise.
 
-    Of many readings some stretches will do.
+    Of a long series only some stretches are used.
     """
     stretch = np.arange(len(readings)) // SAMPLES_PER_STRETCH
     readings = readings[stretch % max(1, len(readings) // MAX_SPIKE_SAMPLES) == 0]
     middle = np.median(np.lib.stride_tricks.sliding_window_view(readings, 5, axis=0), axis=-1)
     off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
     apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
-    # a fast turn is off as well, but there the neighbours are apart
-    wild = (off > MIN_SPIKE_RATIO * np.quantile(off, SPIKE_QUANTILE)) & (apart < 0.5 * off)
+    # a fast rotation deviates as well, but its neighbours differ
+    wild = (off > MIN_SPIKE_RATIO * sample_quantile(off, SPIKE_QUANTILE)) & (apart < 0.5 * off)
     return np.asarray(readings[4:-4][~wild])
 
 
 def _flatness(readings: FloatArray) -> float:
-    """Spread across the plane of the readings over the spread in it."""
+    """Ratio of the spread across the plane of the readings to the spread in it."""
     values = np.linalg.eigvalsh(np.cov(readings.T))
     return float(np.sqrt(max(values[0], 0.0) / values[2]))
 
@@ -144,10 +146,10 @@ def _is_noise(readings: FloatArray) -> bool:
 
 
 def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
-    """Refuse a cloud through which an ellipsoid was laid all the same.
+    """Refuse a cloud of readings to which an ellipsoid was fitted nevertheless.
 
     Args:
-        sigma: robust scatter of the distances.
+        sigma: robust scatter of the distances from the ellipsoid.
         radius: mean radius, same unit.
         readings: shape (n, 3).
 
@@ -163,12 +165,12 @@ def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
 
 
 def check_field(magnitude: float, unit: str, field: float | None) -> str:
-    """A warning about the field's size, or "".
+    """A warning about the magnitude of the field, or "".
 
     Args:
-        magnitude: mean size of the field by the reading's own unit.
+        magnitude: mean magnitude of the field in the reading's unit.
         unit: the reading's unit.
-        field: the local field that the user gave, µT.
+        field: the local field stated by the user, µT.
 
     Raises:
         DataError: it is far from the Earth's.
@@ -188,8 +190,8 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
         and not 1.0 / MAX_FIELD_SCALE_ERROR <= magnitude / field <= MAX_FIELD_SCALE_ERROR
     ):
         return (
-            f"the readings say {magnitude:.3g} µT, but {field:.3g} µT was given: check the "
-            "unit, and at what iron is near"
+            f"the readings give {magnitude:.3g} µT, but {field:.3g} µT was stated: check the "
+            "unit, and look for iron nearby"
         )
     if not low <= magnitude <= high:
         return f"the field of {magnitude:.3g} µT is outside the Earth's {low:.0f} to {high:.0f} µT"
@@ -197,7 +199,7 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
 
 
 def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
-    """Samples at an extreme value that comes suspiciously often, by axis and end (``+x``)."""
+    """Samples at an extreme value that is suspiciously frequent, by axis and end (``+x``)."""
     out: dict[str, BoolArray] = {}
     for axis, values in zip("xyz", readings.T, strict=True):
         low, high = float(values.min()), float(values.max())
@@ -214,10 +216,10 @@ def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
 
 
 def check_clipping(readings: FloatArray) -> None:
-    """Refuse an axis that is plainly cut off, whatever the others say.
+    """Refuse an axis that is clearly saturated.
 
-    Where the noise is as large as a step of the readings, the largest value of all is rarer than
-    those just below it, even at rest. An axis at its end has lost its noise.
+    If the noise is at least about a step, the largest value is rarer than those just below it, even
+    at rest. A saturated axis has lost its noise.
 
     Args:
         readings: in the order of time, shape (n, 3).
@@ -233,18 +235,18 @@ def check_clipping(readings: FloatArray) -> None:
         beside = slice(1, 1 + STUCK_NEIGHBOURS)
         if len(levels) < 2 + STUCK_NEIGHBOURS or counts[0] < MIN_STUCK_RATIO * counts[beside].max():
             continue
-        step = float(np.median(np.diff(levels[: 2 + STUCK_NEIGHBOURS])))
+        step = median(np.diff(levels[: 2 + STUCK_NEIGHBOURS]))
         if _noise(values, there) > MIN_NOISE_STEPS * step:
             raise saturation_error(name, there)
 
 
 def _noise(values: FloatArray, there: BoolArray) -> float:
-    """Noise of the samples between the ends: what no motion explains."""
+    """Noise of the samples between the ends, without any motion."""
     found = []
     for order in DIFFERENCE_ORDERS:
         free = ~np.lib.stride_tricks.sliding_window_view(there, order + 1).any(axis=1)
         rough = np.abs(np.diff(values, order))[free]
-        size = float(np.median(rough)) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
+        size = median(rough) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
         found.append(SIGMA_PER_MEDIAN * size / sqrt(comb(2 * order, order)))
     return min(found)
 
@@ -253,8 +255,8 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
 
     Args:
-        stuck: see ``stuck_samples``.
-        distance: of every sample from the ellipsoid through the others, shape (n,).
+        stuck: as returned by ``stuck_samples``.
+        distance: distance of every sample from the ellipsoid of the others, shape (n,).
 
     Raises:
         DataError: an axis is saturated.
@@ -262,16 +264,16 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     others = ~np.any(list(stuck.values()), axis=0)
     sigma = robust_deviation(distance[others])
     for name, there in stuck.items():
-        if float(np.median(distance[there])) < -MIN_STUCK_DEPTH * sigma:
+        if median(distance[there]) < -MIN_STUCK_DEPTH * sigma:
             raise saturation_error(name, there)
 
 
 def saturation_error(name: str, there: BoolArray) -> DataError:
-    """What to say of an axis at its end.
+    """The error for a saturated axis.
 
     Args:
-        name: of the axis and the end, ``+x``.
-        there: the samples at it, shape (n,).
+        name: axis and end, like ``+x``.
+        there: which samples are at the end, shape (n,).
     """
     end = "largest" if name[0] == "+" else "smallest"
     return DataError(
@@ -282,13 +284,12 @@ def saturation_error(name: str, there: BoolArray) -> DataError:
 
 
 def without_repeats(series: Series) -> Series:
-    """The readings as they were measured, each once; the series itself where none is repeated.
+    """The readings without repeats; the series itself if none is repeated.
 
-    A sketch that prints all sensors in one loop repeats the last field until the next one is
-    measured. Counted as samples, the repeats make the noise look smaller than it is, and the steps
-    between them look like disturbances. Coarse readings repeat too, but then runs of length one are
-    common; where a faster stream repeats a reading, a run is hardly ever shorter than the time
-    between two measurements.
+    A sketch that prints all sensors in one loop repeats the last field until the next measurement.
+    Counted as samples, the repeats make the noise look too small, and the steps between them look
+    like disturbances. Coarse readings repeat as well, but with many runs of length one; if a faster
+    stream repeats a reading, a run is hardly ever shorter than the time between two measurements.
     """
     changed = (np.diff(series.values, axis=0) != 0.0).any(axis=1)
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
@@ -296,11 +297,11 @@ def without_repeats(series: Series) -> Series:
     whole = lengths[1:-1]
     if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
         return series
-    shortest = float(np.quantile(whole, SHORTEST_RUN_QUANTILE))
+    shortest = sample_quantile(whole, SHORTEST_RUN_QUANTILE)
     period = float(whole[whole <= MAX_SINGLE_RUN_RATIO * shortest].mean())
     if period < 1.5:
         return series
-    # equal readings that follow one another stay as many as were measured
+    # consecutive equal measurements keep their number
     counts = np.maximum(np.round(lengths / period).astype(np.int64), 1)
     first = np.repeat(starts, counts)
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -309,17 +310,22 @@ def without_repeats(series: Series) -> Series:
 
 
 def repeats_note(series: Series, once: Series) -> tuple[str, ...]:
-    """What the user should know of readings that were repeated; nothing where none was."""
+    """A message about repeated readings; empty if there are none."""
     if len(once) == len(series):
         return ()
     message = (
-        f"each reading of the magnetometer stands {len(series) / len(once):.2g} times in the "
-        "recording: it is slower than the lines, and each counts once"
+        f"each reading of the magnetometer is repeated {len(series) / len(once):.2g} times in the "
+        "recording, because the sensor is slower than the lines; each counts once"
     )
     return (message,)
 
 
 _PLANE = (
-    "the magnetometer's readings lie in one plane: one circle, or half of one, carries no "
+    "the magnetometer's readings lie in one plane: one circle cannot determine a "
     "calibration. Turn it once round with each of its six faces down"
 )
+CONSTANT_FIELD = (
+    "the magnetometer sends one and the same value: it is missing or asleep. Check its wiring, "
+    "address and sketch"
+)
+"""Message about a magnetometer whose readings never change, live and in a recording."""

@@ -1,4 +1,4 @@
-"""Holds and rotations: what was measured, summed up so that the samples are not needed again."""
+"""Holds and rotations, summarised so that their samples are not needed again."""
 
 from collections import deque
 
@@ -21,19 +21,19 @@ from imucal_wizard.measurement.rounding import rounding_variance
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """One still period.
+    """One period of rest.
 
     Attributes:
-        start: time of the first sample kept, s.
-        end: time just after the last sample kept, s.
+        start: time of the first sample, s.
+        end: time just after the last sample, s.
         accelerometer: mean reading, shape (3,), m/s² or counts.
         accelerometer_covariance: covariance of that mean, shape (3, 3), from block means.
         gyroscope: mean reading, shape (3,), rad/s or counts; None without a gyroscope.
         gyroscope_covariance: covariance of that mean.
-        samples: how many accelerometer samples were averaged.
+        samples: number of accelerometer samples averaged.
         temperature: mean temperature, °C, or None.
-        pose: the named pose it was taken as, or None.
-        hand_held: taken at the operator's word although the device was not still.
+        pose: the named pose for which it was measured, or None.
+        hand_held: recorded on the operator's command although the device was not still.
     """
 
     start: float
@@ -53,14 +53,14 @@ class Rotation:
     """The motion between two holds.
 
     Attributes:
-        before: the hold it starts from.
-        after: the hold it ends in.
+        before: the hold before the motion.
+        after: the hold after the motion.
         time: gyroscope sample times from inside ``before`` to inside ``after``, s, shape (n,).
         rate: gyroscope readings at these times, shape (n, 3), rad/s or counts.
-        axis: the body axis it was about (``x``, ``y``, ``z``), or None when about none of them.
-        accelerometer: accelerometer readings at these times, shape (n, 3), or None when not kept;
-            they let the fit begin without knowing the gyroscope's unit.
-        problem: why it cannot be used (a gap, clipping), or None.
+        axis: the body axis of the rotation (``x``, ``y``, ``z``), or None for any other axis.
+        accelerometer: accelerometer readings at these times, shape (n, 3), or None if not kept;
+            with them the fit can start without the gyroscope's unit.
+        problem: the reason why it cannot be used (a gap, clipping), or None.
     """
 
     before: Hold
@@ -74,24 +74,24 @@ class Rotation:
 
 @dataclass(frozen=True, eq=False)
 class Collected:
-    """What the procedure has measured: the input of the fit.
+    """All measurements of the procedure: the input of the fit.
 
-    The fit takes all holds and rotations alike; ``up_down``, ``poses`` and ``turns`` record which
-    of them counted for which step of the procedure.
+    The fit uses all holds and rotations; ``up_down``, ``poses`` and ``turns`` record which of them
+    belong to which step of the procedure.
 
     Attributes:
-        holds: all holds kept, in time order.
-        rotations: all motions between neighbouring holds, good and rejected.
+        holds: all holds in time order.
+        rotations: all motions between neighbouring holds, accepted and rejected.
         up_down: indices of the holds that belong to the up/down step.
         poses: indices of the holds that belong to the 18 poses.
         turns: indices into ``rotations`` of the rotations of the rotation step.
-        validation: holds that the fit must not see.
-        magnetometer: every sample of it in time order, or None without one.
-        field_spans: sample times (from, to) of the field step, s, without what was taken back or
-            disturbed.
-        field_left_out: what was disturbed in it: from, to, s, and the reason.
-        steps: smallest step of each accelerometer and of each gyroscope axis in all samples, shape
-            (3,) each, 0 where none was seen; None when nobody has looked.
+        validation: holds withheld from the fit.
+        magnetometer: all samples of the magnetometer in time order, or None without one.
+        field_spans: time spans (from, to) of the field step, s, without withdrawn or disturbed
+            parts.
+        field_left_out: disturbed spans: from, to, s, and the reason.
+        steps: resolution of each accelerometer and gyroscope axis over all samples, shape (3,)
+            each, 0 if none was seen; None if it was not determined.
     """
 
     holds: tuple[Hold, ...]
@@ -107,19 +107,16 @@ class Collected:
 
 
 def hold_from(blocks: Blocks) -> Hold:
-    """A hold from consecutive blocks that are all at rest (guards already taken off)."""
-    mean_g = covariance_g = None
-    if blocks.mean_g is not None:
-        mean_g, covariance_g = _average(blocks.mean_g)
-    mean_a, covariance_a = _average(blocks.mean_a)
+    """A hold from consecutive blocks at rest, guards already removed."""
+    mean, covariance = _average(blocks.mean)
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
-        accelerometer=mean_a,
-        accelerometer_covariance=covariance_a,
-        gyroscope=mean_g,
-        gyroscope_covariance=covariance_g,
+        accelerometer=mean[:3],
+        accelerometer_covariance=covariance[:3, :3],
+        gyroscope=mean[3:] if blocks.turning else None,
+        gyroscope_covariance=covariance[3:, 3:] if blocks.turning else None,
         samples=len(blocks) * blocks.size,
         temperature=float(known.mean()) if len(known) else None,
     )
@@ -128,39 +125,40 @@ def hold_from(blocks: Blocks) -> Hold:
 def trim_ends(
     blocks: Blocks, step_a: FloatArray | float = 0.0, step_g: FloatArray | float | None = 0.0
 ) -> Blocks:
-    """The same blocks without the ends at which the device came to rest or already left it.
+    """Trim the ends at which the device was still settling or already moving.
 
-    A rotation that begins slowly stays within any limit of stillness for a while, but it shows at
-    once against the middle of the hold. The middle half gives centre and spread of each axis; from
-    either end blocks are taken off as long as they, or their neighbours inwards, lie too far out.
-    A reading that flickers between two neighbouring values is at rest.
+    A rotation that begins slowly stays within any limit of stillness for a while, but deviates
+    clearly from the middle of the hold. The middle half gives centre and spread of each axis;
+    blocks are removed from each end while they, or their inner neighbours, deviate too far. A
+    reading that flickers between two neighbouring values is at rest.
 
     Args:
         blocks: consecutive blocks.
-        step_a: smallest step of the accelerometer's readings, where it is known.
-        step_g: the same of the gyroscope.
+        step_a: resolution of the accelerometer, if known.
+        step_g: resolution of the gyroscope, if known.
     """
     count = len(blocks)
     if count < MIN_BLOCKS_TO_TRIM:
         return blocks
-    means, variances, step = blocks.mean_a, blocks.var_a, np.broadcast_to(step_a, 3)
-    if blocks.mean_g is not None and blocks.var_g is not None:
-        means, variances = np.hstack((means, blocks.mean_g)), np.hstack((variances, blocks.var_g))
-        step = np.concatenate((step, np.broadcast_to(0.0 if step_g is None else step_g, 3)))
+    step = np.zeros(blocks.mean.shape[1])
+    step[:3] = step_a
+    if blocks.turning:
+        step[3:] = 0.0 if step_g is None else step_g
     middle = slice(count // 4, count - count // 4)
-    centre = median_of_rows(means[middle])
-    scatter = SIGMA_PER_MEDIAN * median_of_rows(np.abs(means[middle] - centre))
-    variance = median_of_rows(variances[middle])
+    centre = median_of_rows(blocks.mean[middle])
+    away = np.abs(blocks.mean - centre)
+    scatter = SIGMA_PER_MEDIAN * median_of_rows(away[middle])
+    variance = median_of_rows(blocks.variance[middle])
     rounded = rounding_variance(variance, step)
     spread = np.maximum(np.maximum(scatter, np.sqrt(variance / blocks.size)), np.sqrt(rounded))
-    off = np.asarray((np.abs(means - centre) > MAX_SETTLING_SIGMA * spread).any(axis=1))
+    off = np.asarray((away > MAX_SETTLING_SIGMA * spread).any(axis=1))
     most = min(MAX_TRIMMED_BLOCKS, count // 4)
     first, past = _quiet_from(off, most), count - _quiet_from(off[::-1], most)
     return blocks.select(slice(first, past))
 
 
 def _quiet_from(off: BoolArray, most: int) -> int:
-    """How many blocks to take off the beginning: while one or the next one is off."""
+    """Number of blocks to remove at the beginning: while one or its successor deviates."""
     taken = 0
     while taken < most and (off[taken] or off[taken + 1]):
         taken += 1
@@ -168,10 +166,9 @@ def _quiet_from(off: BoolArray, most: int) -> int:
 
 
 def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean of block means, and its covariance from the scatter of about five longer batches.
+    """Mean of block means, and its covariance from about five batch means.
 
-    Batch means, unlike the scatter of single samples, count noise that is correlated from sample to
-    sample at its true weight.
+    Unlike the scatter of single samples, batch means include correlated noise with its true weight.
     """
     origin = means[0]
     centred = means - origin
@@ -179,14 +176,15 @@ def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
     length = max(len(means) // COVARIANCE_BATCHES, 1)
     count = len(means) // length
     if count < 2:
-        return origin + average, np.full((3, 3), np.nan)
-    batches = centred[: count * length].reshape(count, length, 3).mean(axis=1)
-    scatter = batches - batches.mean(axis=0)
+        return origin + average, np.full((len(average), len(average)), np.nan)
+    pieces = centred[: count * length].reshape(count, length, -1)
+    batches = np.add.reduce(pieces, axis=1) / length
+    scatter = batches - np.add.reduce(batches, axis=0) / count
     return origin + average, scatter.T @ scatter / (count * (count - 1))
 
 
 class HoldBuilder:
-    """Gathers the blocks of the present still run of a stream."""
+    """Collects the blocks of the current rest in a stream."""
 
     def __init__(self) -> None:
         self._recent: deque[Blocks] = deque(maxlen=WINDOW_BLOCKS)
@@ -194,16 +192,16 @@ class HoldBuilder:
 
     @property
     def seconds(self) -> float:
-        """How long the hold would be if it ended now, guards off."""
+        """Duration of the hold if it ended now, without guards, s."""
         kept = len(self._run) - 2 * GUARD_BLOCKS
         if kept <= 0:
             return 0.0
         return float(self._run[-1 - GUARD_BLOCKS].end[0] - self._run[GUARD_BLOCKS].start[0])
 
     def add(self, block: Blocks, still: bool) -> None:
-        """Take one block (``len(block) == 1``) and whether the window ending with it is still.
+        """Add one block, and whether the window ending with it is still.
 
-        The first block after a run broke it, so the next run begins after that block.
+        The first block after a run ended it, so the next run begins after that block.
         """
         self._recent.append(block)
         if not still:
@@ -215,18 +213,18 @@ class HoldBuilder:
             self._run = list(self._recent)
 
     def hold(self) -> Hold | None:
-        """The hold so far without its guards and unsettled ends; None when nothing is left."""
+        """The hold so far without guards and unsettled ends; None if nothing remains."""
         kept = self._run[GUARD_BLOCKS : len(self._run) - GUARD_BLOCKS]
         return hold_from(trim_ends(join_blocks(kept))) if kept else None
 
     def drop(self) -> None:
-        """Forget the present run and the blocks before it."""
+        """Drop the current run and the blocks before it."""
         self._run = []
         self._recent.clear()
 
 
 def runs_of_still_blocks(still: BoolArray) -> list[tuple[int, int]]:
-    """Runs of blocks (first, past the last), guards off, in which every window is still."""
+    """Runs of blocks in which every window is still, as (first, past the last), without guards."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
     runs = []
     earliest = 0

@@ -1,12 +1,11 @@
-"""A request to measure something beyond the plan: a pose to hold, or rotations about one axis.
+"""Requests for measurements beyond the plan: a pose to hold, or rotations about an axis.
 
-Requests travel as one text, the argument of the command ``measure``, so that a session that is
-resumed asks for the same.
+Requests are passed as one text, the argument of the command ``measure``, so that a resumed session
+makes the same requests.
 """
 
 from collections.abc import Sequence
 
-import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
@@ -15,7 +14,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 
 MAX_REQUESTS = 100
-"""More than anybody would measure in one go."""
+"""More than anybody would measure in one session."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +22,13 @@ class MeasurementRequest:
     """One pose to hold, or some rotations about one axis.
 
     Attributes:
-        up: up in the body frame, unit vector; where rotations begin.
-        pose: its name, or None for a direction without one.
-        why: what it is good for, in words.
-        warm: with the device warmed up first.
+        up: up direction in the body frame, unit vector; the start of rotations.
+        pose: name of the pose, or None.
+        why: the purpose, in words.
+        warm: whether the device must be warmed up first.
         axis: the body axis to rotate about, or "" for a pose.
-        turns: how many rotations about it (the name is that of stored sessions).
-        brief: what this request alone is good for, where ``why`` says more; "" is ``why``.
+        turns: number of rotations about the axis (the name is that of stored sessions).
+        brief: the purpose of this request alone, if ``why`` covers several; "" means ``why``.
     """
 
     up: tuple[float, float, float]
@@ -47,26 +46,30 @@ class MeasurementRequest:
 
     @property
     def reason(self) -> str:
-        """What this request alone is good for."""
+        """The purpose of this request alone."""
         return self.brief or self.why
 
     @property
     def words(self) -> str:
-        """Where it is, in plain words."""
+        """The pose or direction in words."""
         return pose_in_words(self.pose) if self.pose else direction_in_words(self.direction)
 
 
 def requests_to_text(asked: Sequence[MeasurementRequest]) -> str:
-    """What ``requests_from_text`` reads."""
+    """The requests as text."""
+    import msgspec  # only where requests travel
+
     return msgspec.json.encode(list(asked)).decode()
 
 
 def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
-    """What is asked for.
+    """The requests in a text.
 
     Raises:
-        UsageError: it is no such text, or asks for what cannot be.
+        UsageError: the text is not a list of possible requests.
     """
+    import msgspec
+
     try:
         asked = tuple(msgspec.json.decode(text, type=list[MeasurementRequest]))
     except msgspec.MsgspecError as error:

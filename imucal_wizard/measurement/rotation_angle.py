@@ -1,8 +1,8 @@
-"""The angle of a turn about one body axis, from gravity, with the full circle and its sign.
+"""The angle of a rotation about a body axis from gravity, including full turns and the sign.
 
 Q's equations 25–28 divide by a root and lose the sign of one component, so they end at ±90°. Here
-the tilt is the two-argument arctangent in the plane of rotation; whole circles come from the
-integrated rate where its scale is known, else from following the tilt.
+the tilt is the two-argument arctangent in the plane of rotation; full turns come from the
+integrated rate if its scale is known, otherwise from following the tilt.
 """
 
 import math
@@ -15,7 +15,7 @@ from imucal_wizard.core.readings import FloatArray
 
 
 def tilt_about_axis(up: FloatArray, axis: str) -> float | None:
-    """Angle of gravity in the plane across an axis, rad, growing with a positive turn.
+    """Angle of gravity in the plane perpendicular to an axis, rad; positive rotations increase it.
 
     With (k, i, j) in cyclic order and ``du/dt = u × w``, a rate about k moves ``u`` from j to i.
 
@@ -34,12 +34,12 @@ def tilt_about_axis(up: FloatArray, axis: str) -> float | None:
 
 
 def axis_elevation(up: FloatArray, axis: str) -> float:
-    """How far an axis is from level, degrees: gravity shows turns about level axes only."""
+    """Elevation of an axis from level, degrees; gravity shows only rotations about level axes."""
     return abs(math.degrees(math.asin(max(-1.0, min(1.0, float(up[AXES.index(axis)]))))))
 
 
 def unwrapped(angle: float, near: float) -> float:
-    """The same angle plus the whole circles that bring it nearest to ``near``, rad."""
+    """The angle plus the full turns that bring it nearest to ``near``, rad."""
     return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
 
 
@@ -52,8 +52,8 @@ def rotation_between(
         before: up during the first hold.
         after: up during the second.
         axis: the axis.
-        turned: the integrated rate, rad; 0 where its scale is not known, which means less than
-            half a circle.
+        turned: the integrated rate, rad; 0 if its scale is unknown, which assumes less than half a
+            turn.
     """
     first, last = tilt_about_axis(before, axis), tilt_about_axis(after, axis)
     if first is None or last is None:
@@ -68,7 +68,7 @@ def integrated_rate(time: FloatArray, rate: FloatArray) -> FloatArray:
 
 
 class RotationAngle:
-    """The angle of a turn under way, moment by moment."""
+    """The angle of a rotation in progress, updated piece by piece."""
 
     def __init__(self, axis: str, up: FloatArray) -> None:
         self._axis = axis
@@ -80,8 +80,8 @@ class RotationAngle:
         """The angle so far, rad.
 
         Args:
-            up: up now, or None where the accelerometer does not say.
-            turned: what the rate adds in this moment, rad, or None while its scale is unknown.
+            up: current up direction, or None if the accelerometer does not show it.
+            turned: increment of the integrated rate, rad, or None while its scale is unknown.
         """
         if turned is not None:
             self._carried += turned

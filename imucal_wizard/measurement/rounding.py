@@ -1,4 +1,4 @@
-"""Readings come in steps: how large these are, and what they do to noise and to averages."""
+"""Resolution of readings: the size of their steps, and the effect on noise and averages."""
 
 from collections.abc import Sequence
 
@@ -8,23 +8,26 @@ from imucal_wizard.core.readings import FloatArray, distinct
 
 STEP_SLICES = 20
 SAMPLES_PER_SLICE = 20_000
-"""Steps are taken from so many pieces of so many samples, spread over the recording."""
+"""The resolution is determined from this many slices of this many samples, spread over the
+recording."""
 MIN_STEP_SHARE = 0.02
-"""Share of all changes that may be smaller than the step: a garbled number here and there."""
+"""Share of the changes that may be smaller than the resolution: occasional garbled numbers."""
 STEP_RANGE = 1e-150, 1e150
-"""Steps whose squares are numbers; no sensor has others."""
+"""Steps whose squares are finite and not zero; no sensor has others."""
 FINE_RATIO = 1e6
-"""σ²/q² from which on steps are no matter."""
+"""σ²/q² above which steps do not matter."""
+NO_ROUNDING = 1.0
+"""σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
 FOURIER_TERMS = np.arange(1, 200)
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
-"""Values of σ²/q²; beyond, rounding only adds q²/12."""
+"""Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
 
 def resolution_of(values: FloatArray) -> FloatArray:
-    """Smallest step of each axis, shape (axes,); 0 where it never changes.
+    """Resolution of each axis, shape (axes,); 0 if it never changes.
 
-    Of coarse readings it is their resolution; of fine ones, which hardly ever change by so little
-    as one step, some small share of their noise, which does no harm.
+    For coarse readings this is the smallest step. Fine readings hardly ever change by a single
+    step; for them the result is a small share of their noise, which is harmless.
 
     Args:
         values: readings in order of time, shape (n, axes).
@@ -35,7 +38,7 @@ def resolution_of(values: FloatArray) -> FloatArray:
     stop = np.append(
         np.minimum(starts[:-1] + SAMPLES_PER_SLICE, starts[1:]), starts[-1:] + SAMPLES_PER_SLICE
     )
-    with np.errstate(invalid="ignore", over="ignore"):  # what is no number is left out below
+    with np.errstate(invalid="ignore", over="ignore"):  # ``_step`` drops what is not finite
         pieces = [np.abs(np.diff(values[a:b], axis=0)) for a, b in zip(starts, stop, strict=True)]
     return np.array([_step(column) for column in np.concatenate(pieces).T])
 
@@ -50,30 +53,33 @@ def _step(changes: FloatArray) -> float:
 
 
 def rounding_noise(step: FloatArray) -> FloatArray:
-    """Standard deviation that rounding to a step adds to what is not at rest: step / √12."""
+    """Standard deviation that rounding adds to a moving reading: step / √12."""
     return np.asarray(step / np.sqrt(12.0))
 
 
 def rounding_variance(before: FloatArray, step: FloatArray) -> FloatArray:
-    """Mean square by which rounding shifts an average, that no averaging takes away.
+    """Mean square shift of an average by rounding, which averaging does not reduce.
 
-    Of normal noise σ before rounding to steps q the expected shift is a Fourier series in where
-    the true value lies between two steps; over all places its mean square is
+    For normal noise σ rounded to steps q, the expected shift is a Fourier series in the position of
+    the true value between two steps; its mean square over all positions is
 
         r² = (q²/2π²) Σ exp(−4π²k²σ²/q²) / k²,   k = 1, 2, …
 
-    which is q²/12 without noise and next to nothing from σ = q/2 on (Widrow & Kollár, Quantization
+    which is q²/12 without noise and negligible from σ = q/2 on (Widrow & Kollár, Quantization
     Noise, 2008).
 
     Args:
-        before: σ², of single readings before they are rounded.
+        before: σ² of single readings before rounding.
         step: q, of the same shape; 0 for none.
     """
-    return np.asarray(np.where(step > 0.0, _share(_in_steps(before, step)) * step**2, 0.0))
+    square = step**2
+    if (before > NO_ROUNDING * square).all():
+        return np.zeros(np.shape(before))
+    return np.asarray(np.where(step > 0.0, _share(_in_steps(before, step)) * square, 0.0))
 
 
 def _in_steps(variance: FloatArray, step: FloatArray) -> FloatArray:
-    """Variance over q², cut at ``FINE_RATIO``, which also stands for no step at all."""
+    """Variance over q², limited to ``FINE_RATIO``, which also represents no step at all."""
     square = np.where(step > 0.0, step, 1.0) ** 2
     return np.where(step > 0.0, np.minimum(variance, FINE_RATIO * square) / square, FINE_RATIO)
 
@@ -87,9 +93,10 @@ def _share(ratio: FloatArray) -> FloatArray:
 
 
 def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArray:
-    """Variance σ² of readings before rounding, from what they show after it, over many places.
+    """Variance σ² of readings before rounding from their variance after it.
 
-    Over all places between two steps ``σ² + q²/12 − r²(σ)`` is seen; it grows with σ.
+    Averaged over all positions between two steps, ``σ² + q²/12 − r²(σ)`` is observed; it grows with
+    σ.
 
     Args:
         rounded: mean variance of rounded readings.
@@ -104,28 +111,28 @@ def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArra
 
 
 def rounding_shift(sigma: float, step: FloatArray) -> float:
-    """Shift of the mean of a rest by rounding, rms, on the axis where it is largest.
+    """Root mean square shift of the mean of a rest by rounding, on the axis with the largest one.
 
     Args:
         sigma: standard deviation of rounded readings, the same on all axes.
-        step: of each axis, in the same unit, shape (axes,).
+        step: resolution of each axis in the same unit, shape (axes,).
     """
     before = variance_before_rounding(np.full(step.shape, sigma**2), step)
     return float(np.sqrt(rounding_variance(before, step).max()))
 
 
 class Resolution:
-    """Watches the samples for their smallest steps.
+    """Tracks the smallest steps of the samples.
 
-    A coarse reading may not flicker at all in one pose and all the time in another, so this goes
-    on after the noise has been measured.
+    A coarse reading may be constant in one pose and flicker in another, so tracking continues after
+    the noise has been measured.
     """
 
     def __init__(self) -> None:
         self._steps = [np.full(3, np.inf), np.full(3, np.inf)]
 
     def see(self, samples: Sequence[FloatArray | None]) -> bool:
-        """Take samples of accelerometer and gyroscope; True when a smaller step is seen."""
+        """Add samples of accelerometer and gyroscope; True if a smaller step is found."""
         news = False
         for index, values in enumerate(samples):
             if values is not None:
@@ -137,6 +144,6 @@ class Resolution:
 
     @property
     def steps(self) -> tuple[FloatArray, FloatArray]:
-        """Smallest step of each accelerometer and gyroscope axis; 0 where none was seen."""
+        """Resolution of each accelerometer and gyroscope axis; 0 if no step was seen."""
         first, second = (np.where(np.isfinite(steps), steps, 0.0) for steps in self._steps)
         return first, second

@@ -1,7 +1,7 @@
-"""Holds and rotations of a whole recording, and the stillness limits that suit it.
+"""Holds and rotations of a recording, and the stillness limits that suit it.
 
 No fixed multiple of the quietest noise finds the holds of every recording: a device on a table
-needs one, a device in a hand a thousand. Every candidate limit is tried; the fit chooses.
+needs 1, a hand-held device 1,000. Every candidate limit is tried, and the fit decides.
 """
 
 import itertools
@@ -32,16 +32,16 @@ from imucal_wizard.measurement.stillness import Limits, ReducedRecording
 
 
 def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
-    """The holds that these limits call still, long enough to be one."""
+    """The holds under these limits that are long enough."""
     runs = runs_of_still_blocks(stream.windows.still(limits))
     holds = [_hold_of_run(stream, run) for run in runs]
     return [hold for hold in holds if hold is not None]
 
 
 def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
-    """The hold in a run of still blocks, None where it is too short.
+    """The hold in a run of still blocks; None if it is too short.
 
-    Many limits find the same run, so each is summed up only once.
+    Many limits find the same run, so each is summarised once.
     """
     if run not in stream.holds:
         piece = trim_ends(stream.blocks.select(slice(*run)), stream.step_a, stream.step_g)
@@ -51,13 +51,13 @@ def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
 
 
 def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:
-    """Every usual limit with the holds it finds, from the strictest on; equal results once."""
+    """The common limits with the holds that they find, from the strictest; equal results once."""
     limits = ((factor, stream.noise.limits(float(np.sqrt(factor)))) for factor in VARIANCE_FACTORS)
     return _different(stream, limits)
 
 
 def loose_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:
-    """Looser limits, for a device whose quietest two seconds say little of how it is held."""
+    """Looser limits, for a device whose quietest two seconds are not typical of its holds."""
     return _different(stream, _doubled(stream))
 
 
@@ -74,10 +74,10 @@ def _different(
 
 
 def _doubled(stream: ReducedRecording) -> Iterator[tuple[float, Limits]]:
-    """Multiples of the quietest variance, doubled until no hand exceeds the limits.
+    """Multiples of the quietest variance, doubled up to the limits of a hand.
 
-    Each sensor stops at its own end: a tremor is many times a good gyroscope's noise, and hardly
-    more than a coarse accelerometer's step.
+    Each sensor has its own end: a tremor is many times a good gyroscope's noise, but hardly exceeds
+    a coarse accelerometer's step.
     """
     end, factor = _loosest(stream), float(VARIANCE_FACTORS[-1])
     while True:
@@ -90,7 +90,7 @@ def _doubled(stream: ReducedRecording) -> Iterator[tuple[float, Limits]]:
 
 
 def _loosest(stream: ReducedRecording) -> Limits:
-    """No looser than this, and no stricter than the largest multiple that is tried anyway."""
+    """The loosest limits; not stricter than the largest common multiple."""
     least = stream.noise.limits(float(np.sqrt(VARIANCE_FACTORS[-1])))
     gravity = float(np.ptp(stream.blocks.mean_a, axis=0).max()) / 2.0
     force = np.maximum(least.accelerometer, MAX_FORCE_LIMIT * gravity)
@@ -105,7 +105,7 @@ def _loosest(stream: ReducedRecording) -> Limits:
 def rotations_between(
     holds: Sequence[Hold], gyroscope: Series, accelerometer: Series
 ) -> list[Rotation]:
-    """The motions between neighbouring holds, with the reason where one cannot be used."""
+    """The motions between neighbouring holds, each with the reason if it cannot be used."""
     interval = 1.0 / gyroscope.rate
     rotations = []
     gravity = _gravity(holds)
@@ -122,7 +122,7 @@ def rotations_between(
 
 
 def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
-    """Whether two neighbouring holds are parts of one rest with a disturbance in it.
+    """Whether two neighbouring holds belong to one rest that was disturbed.
 
     Args:
         before: a hold.
@@ -134,20 +134,20 @@ def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
 
 
 def rest_numbers(holds: Sequence[Hold]) -> IntArray:
-    """Number of the rest to which each hold belongs, shape (n,)."""
+    """Index of the rest to which each hold belongs, shape (n,)."""
     gravity = _gravity(holds)
     new = [not same_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
     return np.cumsum(np.array([0, *new][: len(holds)], np.int64))
 
 
 def _gravity(holds: Sequence[Hold]) -> float:
-    """In the unit of the readings: half of what the liveliest axis shows between holds."""
+    """Gravity in the unit of the readings: half the range of the liveliest axis over the holds."""
     means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
     return float(np.ptp(means, axis=0).max()) / 2.0 if len(means) else 0.0
 
 
 def _at(series: Series, time: FloatArray) -> FloatArray:
-    """Readings at other times than their own, by linear interpolation."""
+    """Readings interpolated linearly to other times."""
     near = series.between(float(time[0]) - 1.0, float(time[-1]) + 1.0) if len(time) else series
     if not len(time) or not len(near):
         return np.zeros((len(time), 3))

@@ -1,9 +1,9 @@
-"""Is the device still? One rule on windows of half a second, for streams and for files alike.
+"""Stillness: one rule on windows of half a second, for streams and files.
 
-A window is still when the standard deviation of every accelerometer and gyroscope axis over it, and
-the distance of the gyroscope's mean from its resting value, are within their limits. The standard
-deviation is that of all samples in the window (within blocks and between them), so a slow rotation
-counts as well as a tremor.
+A window is still if the standard deviation of every accelerometer and gyroscope axis over it, and
+the deviation of the gyroscope's mean from its resting value, are within their limits. The standard
+deviation covers all samples in the window (within and between blocks), so a slow rotation counts as
+well as a tremor.
 """
 
 from collections.abc import Iterator
@@ -14,23 +14,24 @@ import numpy as np
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median, median_of_rows
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
 
 SAMPLES_PER_SLAB = 200_000
-"""Samples cut at a time, so that memory stays flat however long the recording is."""
+"""Samples cut at a time, so that memory stays bounded for any length of recording."""
 
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """The largest motion that still counts as rest, in the reading's units.
+    """The largest motion that counts as rest, in the reading's units.
 
     Attributes:
         accelerometer: standard deviation per axis, shape (3,).
         gyroscope: the same for the gyroscope, or None without one.
-        gyroscope_mean: the gyroscope's reading at rest, shape (3,), or None when not known.
-        rate: largest distance of a window's mean from ``gyroscope_mean``, shape (3,), or None.
+        gyroscope_mean: the gyroscope's reading at rest, shape (3,), or None if unknown.
+        rate: largest deviation of a window's mean from ``gyroscope_mean``, shape (3,), or None.
     """
 
     accelerometer: FloatArray
@@ -39,7 +40,7 @@ class Limits:
     rate: FloatArray | None = None
 
     def scaled(self, factor: float) -> "Limits":
-        """The same limits, wider by a factor."""
+        """The limits scaled by a factor."""
 
         def wider(limit: FloatArray | None) -> FloatArray | None:
             return None if limit is None else limit * factor
@@ -52,7 +53,7 @@ class Limits:
         )
 
     def capped(self, end: "Limits") -> "Limits":
-        """The same limits, but nowhere looser than others."""
+        """The limits, nowhere looser than others."""
 
         def lower(limit: FloatArray | None, most: FloatArray | None) -> FloatArray | None:
             return limit if limit is None or most is None else np.minimum(limit, most)
@@ -65,7 +66,7 @@ class Limits:
         )
 
     def equals(self, other: "Limits") -> bool:
-        """Whether the largest standard deviations are the same."""
+        """Whether the limits of the standard deviations are equal."""
         rates = self.gyroscope, other.gyroscope
         return bool(
             np.array_equal(self.accelerometer, other.accelerometer)
@@ -75,7 +76,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """What the half second that ends with each block shows, m blocks.
+    """Statistics of the half second that ends with each of m blocks.
 
     Attributes:
         std_a: standard deviation of the accelerometer, shape (m, 3); NaN until the window is full.
@@ -93,7 +94,7 @@ class Windows:
         return len(self.full)
 
     def select(self, rows: slice) -> "Windows":
-        """Some consecutive windows."""
+        """A slice of the windows."""
         return Windows(
             self.std_a[rows],
             None if self.std_g is None else self.std_g[rows],
@@ -113,14 +114,14 @@ class Windows:
 
 
 class WindowMaker:
-    """Slides the window over the blocks of a stream, however they are cut."""
+    """Slides the window over the blocks of a stream; the pieces make no difference."""
 
     def __init__(self, blocks: int = WINDOW_BLOCKS) -> None:
         self._length = blocks
         self._tail: Blocks | None = None
 
     def feed(self, blocks: Blocks) -> Windows:
-        """One window for each of these blocks, the one that ends with it."""
+        """The window that ends with each of these blocks."""
         known = 0 if self._tail is None else len(self._tail)
         both = blocks if self._tail is None else join_blocks([self._tail, blocks])
         windows = self._windows(both)
@@ -133,11 +134,10 @@ class WindowMaker:
         if count >= length:
             gaps = np.lib.stride_tricks.sliding_window_view(blocks.gap, length)
             full[length - 1 :] = ~gaps.any(axis=1)
-        std_a, _ = _spread(blocks.mean_a, blocks.var_a, length)
-        std_g = mean_g = None
-        if blocks.mean_g is not None and blocks.var_g is not None:
-            std_g, mean_g = _spread(blocks.mean_g, blocks.var_g, length)
-        return Windows(std_a, std_g, mean_g, full)
+        std, mean = _spread(blocks.mean, blocks.variance, length)
+        if not blocks.turning:
+            return Windows(std, None, None, full)
+        return Windows(std[:, :3], std[:, 3:], mean[:, 3:], full)
 
 
 def _spread(means: FloatArray, variances: FloatArray, length: int) -> tuple[FloatArray, FloatArray]:
@@ -162,10 +162,10 @@ def _spread(means: FloatArray, variances: FloatArray, length: int) -> tuple[Floa
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """What a device at rest shows: the floor from which limits are set.
+    """The noise of a device at rest, from which limits are derived.
 
     Attributes:
-        std_a: typical standard deviation over a window per axis, shape (3,), reading units.
+        std_a: typical standard deviation over a window, per axis, shape (3,), reading units.
         std_g: the same for the gyroscope, or None.
         mean_g: the gyroscope's reading at rest, shape (3,), or None.
     """
@@ -177,44 +177,44 @@ class Noise:
     def limits(self, factor: float) -> Limits:
         """Limits at ``factor`` standard deviations of the noise.
 
-        An axis whose noise is below its resolution shows none at all; it takes the limit of the
-        noisiest axis of its sensor, since a limit of zero could never be met.
+        An axis whose noise is below its resolution shows none; it takes a third of the noisiest
+        axis of its sensor, because a limit of zero could never be met.
         """
         gyroscope = None if self.std_g is None else factor * _floored(self.std_g)
         return Limits(factor * _floored(self.std_a), gyroscope, self.mean_g, gyroscope)
 
 
 def _floored(std: FloatArray) -> FloatArray:
-    """Noise per axis, with axes far below the noisiest one raised to a third of it."""
+    """Noise per axis; axes far below the noisiest one are raised to a third of it."""
     return np.maximum(std, np.max(std) / 3.0)
 
 
 def measure_noise(windows: Windows) -> Noise | None:
-    """The noise of windows that are all at rest: the median of each axis; None without any."""
+    """The noise of windows at rest: the median of each axis; None without windows."""
     if not windows.full.any():
         return None
     rows = windows.full
     std_g, mean_g = windows.std_g, windows.mean_g
     return Noise(
-        np.median(windows.std_a[rows], axis=0),
-        None if std_g is None else np.median(std_g[rows], axis=0),
-        None if mean_g is None else np.median(mean_g[rows], axis=0),
+        median_of_rows(windows.std_a[rows]),
+        None if std_g is None else median_of_rows(std_g[rows]),
+        None if mean_g is None else median_of_rows(mean_g[rows]),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """One block of the stream, the half second that ends with it, and its samples.
+    """One block of the stream, its samples and the half second that ends with it.
 
     Attributes:
-        summary: its sums (``len(summary) == 1``).
+        summary: its statistics (``len(summary) == 1``).
         window: the window that ends with it (``len(window) == 1``).
         time: sample times, s, shape (n,).
         acceleration: accelerometer readings, shape (n, 3).
         rate: gyroscope readings, shape (n, 3), or None without a gyroscope.
         seconds: nominal length of the block, s.
-        field: the magnetometer's samples since the block before, at times of their own; None as
-            long as there has been none.
+        field: the magnetometer's samples since the previous block, with their own times; None
+            before the first one.
     """
 
     summary: Blocks
@@ -242,7 +242,7 @@ class Block:
 
 
 class BlockStream:
-    """Cuts a stream into blocks with their samples, independently of how the readings are cut."""
+    """Cuts a stream into blocks with their samples; the pieces make no difference."""
 
     def __init__(self, rate: float) -> None:
         self._cutter = BlockCutter(rate)
@@ -291,7 +291,7 @@ class BlockStream:
         )
 
     def _field_until(self, last: float) -> Series | None:
-        """The magnetometer's samples up to a block's last sample; what comes later waits."""
+        """The magnetometer's samples up to a block's last sample; later ones wait."""
         series = self._field
         if series is None:
             return None
@@ -307,11 +307,10 @@ class ReducedRecording:
     Attributes:
         blocks: its blocks.
         windows: one per block.
-        noise: of its quietest two seconds, and not less than the steps of its readings make.
-        step_a: smallest step of each accelerometer axis, shape (3,); 0 where it always reads the
-            same.
-        step_g: the same of the gyroscope, or None.
-        holds: the hold in each run of blocks that has been summed up, None where it is too short.
+        noise: noise of its quietest two seconds, at least the rounding noise.
+        step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
+        step_g: resolution of each gyroscope axis, or None.
+        holds: the hold in each run of blocks summarised so far; None if it is too short.
     """
 
     blocks: Blocks
@@ -323,7 +322,7 @@ class ReducedRecording:
 
 
 def reduce_recording(readings: Readings) -> ReducedRecording | None:
-    """Blocks, windows and the quietest noise of a recording; None when it is shorter than that."""
+    """Reduce a recording to blocks, windows and its quietest noise; None if it is too short."""
     together = resample_gyroscope(readings)
     rate = together.accelerometer.rate
     if rate <= 0.0:
@@ -356,8 +355,8 @@ def _slabs(readings: Readings) -> Iterator[Readings]:
 def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:
     """Noise of the two seconds in which all axes together are quietest.
 
-    Where the noise is smaller than the step of the readings, most windows show none at all and the
-    others flicker between two values; the floor is then what rounding makes.
+    If the noise is smaller than the resolution, most windows show none and the others flicker
+    between two values; the rounding noise is then the lower limit.
     """
     full = windows.full
     if full.sum() < QUIET_BLOCKS:
@@ -385,8 +384,8 @@ def _rms(std: FloatArray) -> FloatArray:
 
 
 def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray:
-    """Variance over all axes against its own low values, so that two sensors can be added."""
+    """Variance over all axes relative to its own low values, so that two sensors can be added."""
     variance = (std**2).sum(axis=1)
     quiet = np.sort(variance[full])[:50]
-    least = max(float(np.median(quiet)), float(floor @ floor), 1e-300)
+    least = max(median(quiet), float(floor @ floor), 1e-300)
     return np.asarray(variance / least)

@@ -23,9 +23,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import effects
 from imucal_wizard.model.effect import (
-    ACCELEROMETER,
-    GYROSCOPE,
-    MAGNETOMETER,
+    SENSORS,
     Against,
     Circumstances,
     Effect,
@@ -80,7 +78,6 @@ def effect(name: str, extra: Iterable[Effect] = ()) -> Effect:
 
 _T = TypeVar("_T")
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
-_SENSORS = (ACCELEROMETER, GYROSCOPE, MAGNETOMETER)
 
 
 class OwnEffect(Effect):
@@ -193,8 +190,8 @@ def _check_words(path: Path, effect: Effect) -> None:
         )
     if effect.name in {known.name for known in builtin_effects()}:
         raise UsageError(f"{path}: {effect.name!r} is a built-in effect; choose another name")
-    if isinstance(effect.sensors, str) or not set(effect.sensors) <= set(_SENSORS):
-        raise UsageError(f"{path}: sensors {effect.sensors!r}; write some of {_SENSORS}")
+    if isinstance(effect.sensors, str) or not set(effect.sensors) <= set(SENSORS):
+        raise UsageError(f"{path}: sensors {effect.sensors!r}; write some of {SENSORS}")
     if effect.kind not in get_args(Kind):
         raise UsageError(f"{path}: kind {effect.kind!r}; write one of {get_args(Kind)}")
     if effect.against not in get_args(Against):

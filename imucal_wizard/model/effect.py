@@ -8,6 +8,7 @@ those by which the specific force moves the rate.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import field, replace
 from typing import Literal
 
@@ -41,11 +42,26 @@ GYROSCOPE = "gyroscope"
 MAGNETOMETER = "magnetometer"
 INPUT_OF = {ACCELEROMETER: "force", GYROSCOPE: "rate", MAGNETOMETER: "magnetic"}
 """Which of the circumstances a sensor measures."""
+SENSORS = tuple(INPUT_OF)
+"""In the order in which they are judged."""
 
 Kind = Literal["orientation", "time", "hold"]
 Against = Literal["input", "force", "temperature", "time", "previous", "vibration", "current"]
 Grades = Mapping[str, tuple[float, float]]
 Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
+
+
+@dataclass(frozen=True)
+class FieldUnit:
+    """The unit in which a magnetic field is told.
+
+    Attributes:
+        name: ``uT``, or ``count`` where nothing tells the field's size.
+        size: one µT in it, of counts about.
+    """
+
+    name: str = "uT"
+    size: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +79,12 @@ class Circumstances:
         time: s since the session's first sample, shape (n,).
         previous: specific force of the hold before, m/s², shape (n, 3); NaN before the first.
         vibration: mean square vibration, sum over the axes, (m/s²)², shape (n,).
-        magnetic: true flux density in the body frame, µT, shape (n, 3); NaN where none is given.
+        magnetic: true flux density in the body frame, in ``field_unit``, shape (n, 3); NaN where
+            none is given.
         current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
         current_unit: ``A`` or ``%``.
         gravity: local gravity, m/s².
+        field_unit: of ``magnetic``.
         reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
         reference_time: middle of the session, s; NaN takes the middle of the rows.
     """
@@ -81,6 +99,7 @@ class Circumstances:
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
     current_unit: str = "A"
     gravity: float = STANDARD_GRAVITY
+    field_unit: FieldUnit = field(default_factory=FieldUnit)
     reference_temperature: float = np.nan
     reference_time: float = np.nan
 
@@ -163,6 +182,7 @@ class Effect(ABC):
         equation: its formula on axis ``i``, ``x`` being the true input.
         order: place in lists; the plainest of a family first.
         against: what to draw the residuals over, to see it.
+        field_unit: in which its error of a magnetic field is told, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
         stories: what to tell about it, by sensor.
     """
@@ -176,6 +196,7 @@ class Effect(ABC):
     order: int = 100
     against: Against = "input"
     graded: bool = False
+    field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 
     @abstractmethod
@@ -267,6 +288,18 @@ class Size:
     grades: Grades = field(default_factory=dict)
     chosen: tuple[str, ...] = ()
 
+    def of_field(self, unit: FieldUnit) -> "Size":
+        """The same of a field in another unit than µT."""
+        return replace(
+            self,
+            unit=self.unit.replace("µT", unit.name),
+            typical=unit.size * self.typical,
+            grades={
+                grade: (unit.size * low, unit.size * high)
+                for grade, (low, high) in self.grades.items()
+            },
+        )
+
     def parameter(self, name: str) -> EffectParameter:
         """A parameter of this size."""
         return EffectParameter(name, self.unit, self.typical, self.grades, self.chosen)
@@ -276,6 +309,15 @@ class AxisEffect(Effect):
     """An effect whose parameter ``K_i`` moves axis ``i`` only: ``ε_i = K_i · shape_i``."""
 
     sizes: Mapping[str, Size]
+
+    def suited(self, c: Circumstances) -> "AxisEffect":
+        """On a magnetometer in the unit of its field."""
+        if MAGNETOMETER not in self.sizes or c.field_unit.name == "uT":
+            return self
+        made = copy(self)
+        made.field_unit = c.field_unit
+        made.sizes = {MAGNETOMETER: self.sizes[MAGNETOMETER].of_field(c.field_unit)}
+        return made
 
     @abstractmethod
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:

@@ -10,6 +10,7 @@ assumed, so that they add up linearly.
 """
 
 import inspect
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -150,11 +151,12 @@ def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
 
 
 def _heading(effect: Effect, sizes: FloatArray) -> Cost:
-    c = session_poses()
+    c, unit = session_poses(), effect.field_unit
+    c = replace(c, magnetic=unit.size * c.magnetic, field_unit=unit)
     left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes))
     east = np.cross(c.magnetic, c.force)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
-    turned = np.degrees((left * east).sum(axis=1) / (FIELD * np.cos(DIP)))
+    turned = np.degrees((left * east).sum(axis=1) / (unit.size * FIELD * np.cos(DIP)))
     return Cost(heading_rms=_rms(turned), heading_worst=float(np.abs(turned).max()))
 
 

@@ -11,8 +11,6 @@ MIN_TEMPERATURE_SWING = 0.5
 MIN_ROTATION_RATE = 1.0 * DEGREE
 """Rates under this are rest, rad/s."""
 SAME_DIRECTION = np.cos(np.radians(12.0))
-MIN_STILL_POSES_FOR_DIP = 6
-"""Still poses for three angles and the dip, and two to contradict them."""
 MIN_SESSION_SECONDS = 60.0
 """A session under a minute says nothing of what is slow, s."""
 MIN_VIBRATION_RATIO = 1.5
@@ -53,17 +51,6 @@ def fields(c: Circumstances) -> str | None:
     """Whether the magnetic field is known."""
     if not np.isfinite(c.magnetic).all():
         return "no magnetic field belongs to these readings; that is for a magnetometer"
-    return None
-
-
-def dips(c: Circumstances) -> str | None:
-    """Whether gravity and the field are both known in enough still poses."""
-    still = np.isfinite(c.force).all(axis=1) & np.isfinite(c.magnetic).all(axis=1)
-    if still.sum() < MIN_STILL_POSES_FOR_DIP:
-        return (
-            f"{still.sum()} still poses show both gravity and the field; hold the device still in "
-            f"{MIN_STILL_POSES_FOR_DIP} or more, all round, with the accelerometer's model complete"
-        )
     return None
 
 

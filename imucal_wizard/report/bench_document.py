@@ -9,6 +9,7 @@ from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.suspects import Suspect
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import SensorFit
 
 SCHEMA = "imucal-wizard/bench/1"
@@ -40,7 +41,7 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "families": [] if opinion is None else list(opinion.families),
         "added": list(said.added),
         "p": None if findings is None else findings.p,
-        "accelerometer_passed": not said.waiting,
+        "accelerometer_passed": said.verdict is not Verdict.WAITING,
         "disturbed_holds": list(said.disturbed_holds),
         "disturbed_rotations": list(said.disturbed_rotations),
         "disturbed_stretches": [list(one) for one in said.disturbed_stretches],
@@ -88,6 +89,7 @@ def _rung(one: Rung) -> dict[str, Any]:
         "rms_held_out": finite_or_none(one.rms_held_out),
         "rms_late": finite_or_none(one.rms_late),
         "floor": finite_or_none(one.floor),
+        "floor_fitted": finite_or_none(one.floor_fitted),
     }
 
 
@@ -103,7 +105,6 @@ def _noise(one: Rung) -> dict[str, Any]:
         "degrees_of_freedom": floors.freedom,
         "p_repeatable": finite_or_none(floors.p),
         "repeatable": floors.repeatable,
-        "floor": finite_or_none(floors.floor),
     }
 
 

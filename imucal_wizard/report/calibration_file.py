@@ -336,7 +336,7 @@ def from_report(
         holds=len(report.holds),
         rotations=sum(rotation.problem is None for rotation in report.rotations),
         sensors=sensors,
-        warnings=list(report.warnings),
+        warnings=list(report.notes(judged=False)),
         hold_means=[_means(hold) for hold in report.holds],
     )
 

@@ -34,7 +34,7 @@ def fit_document(
         "schema": FIT_SCHEMA,
         "rate": report.rates,
         "gravity": report.gravity,
-        "warnings": list(report.warnings),
+        "warnings": list(report.notes(judged=bool(says))),
         "verdict": list(says),
         "holds": [_hold(hold, report) for hold in report.holds],
         "rotations": [

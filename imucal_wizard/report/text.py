@@ -42,8 +42,8 @@ def summary(report: FitReport, says: Sequence[str] = ()) -> str:
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
         lines += ["", *_comparison(report)]
-    if report.warnings:
-        lines += ["", *(_wrapped(f"! {warning}") for warning in report.warnings)]
+    if notes := report.notes(judged=bool(says)):
+        lines += ["", *(_wrapped(f"! {note}") for note in notes)]
     return "\n".join([*lines, "", *map(_wrapped, says)]).rstrip()
 
 

@@ -1,1 +1,1 @@
-"""From the port to the screen: one thread that reads, writes down, decodes and decides."""
+"""From the port to the screen: the thread that reads, stores, decodes and decides."""

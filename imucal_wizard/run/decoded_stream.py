@@ -9,13 +9,13 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.snapshot import StreamStatus
 
 MAX_SILENCE_SECONDS = 3.0
-"""Seconds without data after which the silence is a problem."""
+"""Seconds without data after which silence is a problem."""
 
 _SILENT = "is the device switched on and sending, and is the baud rate right?"
 
 
 class LinkHealth:
-    """The problems of the stream, the most urgent first.
+    """The problems of the stream, the most urgent one first.
 
     Attributes:
         connected: whether the port is open.
@@ -28,27 +28,27 @@ class LinkHealth:
         self._silent = 0.0
 
     def link(self, problem: str) -> None:
-        """The port is open (``""``), or its problem."""
+        """Set the problem of the port; ``""`` if it is open."""
         self.connected, self._link = not problem, problem
         self._last, self._silent = None, 0.0
 
     def heard(self, arrival: float) -> None:
-        """Data came."""
+        """Data arrived."""
         self._last, self._silent = arrival, 0.0
 
     def silent(self, arrival: float) -> bool:
-        """No data until now; whether the message about it changes."""
+        """No data until now; True if the message about it changes."""
         if self._last is None:
             self._last = arrival
         before, self._silent = self._silent, arrival - self._last
         return self._silent >= MAX_SILENCE_SECONDS and int(self._silent) != int(before)
 
     def stalled(self, intake: Intake) -> str:
-        """Why no samples come although the port is open, or ``""``."""
+        """The reason why no samples arrive although the port is open, or ``""``."""
         if self._link:
             return ""
         return (
-            f"No data comes any more: {_SILENT}"
+            f"No data arrive any more: {_SILENT}"
             if self._silent >= MAX_SILENCE_SECONDS
             else intake.problem
         )
@@ -57,8 +57,8 @@ class LinkHealth:
         """The problem and what to do next, or ``""``.
 
         Args:
-            intake: what reads the stream.
-            journal: why nothing is written down at present, or ``""``.
+            intake: the intake of the stream.
+            journal: the reason why nothing is being saved, or ``""``.
         """
         unwritten = f"the session is {journal}" if journal else ""
         if self._link or unwritten or intake.problem:
@@ -72,11 +72,11 @@ class LinkHealth:
 
 Notification = tuple[EventKind, str]
 _AT_EASE = (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE)
-"""Steps in which nothing is measured."""
+"""Steps without measurements."""
 
 
 class Notifications:
-    """Notifications besides the procedure's events, each given once."""
+    """Notifications besides the procedure's events, each once."""
 
     def __init__(self) -> None:
         self._warned: set[str] = set()
@@ -90,12 +90,12 @@ class Notifications:
 
         Args:
             step: the step at work.
-            warnings: all that the stream's reader has noticed so far.
-            stalled: why no samples come, or "".
+            warnings: all warnings of the intake so far.
+            stalled: the reason why no samples arrive, or "".
             unwritten: why nothing is written down at present, or "".
         """
         noticed = self._noticed(warnings)
-        if step is not StepKind.SOURCE:  # there the preview shows it
+        if step is not StepKind.SOURCE:  # the preview shows it in that step
             yield from ((EventKind.WARNING, text) for text in noticed)
         if step not in _AT_EASE:
             yield from self._flow(stalled)
@@ -113,27 +113,27 @@ class Notifications:
         if stalled and not before:
             yield EventKind.STALLED, stalled
         elif before and not stalled:
-            yield EventKind.FLOWING, "Samples come again."
+            yield EventKind.FLOWING, "Samples arrive again."
 
     def _session(self, unwritten: str) -> Iterator[Notification]:
         before, self._unwritten = self._unwritten, bool(unwritten)
         if unwritten and not before:
             yield EventKind.WARNING, f"The session is {unwritten}."
         elif before and not unwritten:
-            yield EventKind.WRITTEN_AGAIN, "The session is written down again, without a gap."
+            yield EventKind.WRITTEN_AGAIN, "The session is being saved again, without a gap."
 
 
 class DecodedStream:
     """Decodes bytes to samples and collects warnings and problems.
 
     Args:
-        setup: what is known of it.
-        source: what is read, in words.
+        setup: known properties of the stream.
+        source: description of the source.
 
     Attributes:
-        source: the same; a port tells more once it is open.
-        intake: what reads the bytes; it has read none where a recording is played.
-        link_health: whether anything comes.
+        source: description of the source; a port adds the device once it is open.
+        intake: the intake of the bytes; unused if a recording is played.
+        link_health: state of the link.
     """
 
     def __init__(self, setup: StreamSetup, source: str) -> None:
@@ -152,13 +152,13 @@ class DecodedStream:
         self._notifications = Notifications()
 
     def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
-        """The samples in new bytes, each piece with its arrival; None when there are none."""
+        """The samples in new bytes, each piece with its arrival; None if there are none."""
         for _, arrival in pieces:
             self.link_health.heard(arrival)
         return self.intake.feed_all(pieces)
 
     def reconfigure(self, setup: StreamSetup) -> Readings | None:
-        """Use another setup from now on; returns the samples in the bytes that are still kept."""
+        """Use another setup from now on; returns the samples in the bytes kept so far."""
         intake, readings = self.intake.reconfigured(setup)
         self._setup = setup
         self._begin(intake)
@@ -179,11 +179,11 @@ class DecodedStream:
         return self._notifications.new(step, self.intake.warnings, stalled, unwritten)
 
     def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
-        """The stream as the screens show it.
+        """The status of the stream for the screens.
 
         Args:
-            rate: samples per second where no bytes are read.
-            samples: how many samples the procedure has been fed.
+            rate: samples per second if no bytes are read.
+            samples: number of samples that the procedure has received.
             unwritten: why nothing is written down at present, or "".
         """
         intake = self.intake

@@ -1,6 +1,6 @@
-"""From bytes to decisions without threads: stream, procedure, snapshot and journal.
+"""The engine: from bytes to decisions, without threads.
 
-Bytes and commands in the same order make the same state to the last bit, whenever they come.
+The same bytes and commands in the same order give a bit-identical state, whatever their timing.
 """
 
 from collections import deque
@@ -22,26 +22,26 @@ from imucal_wizard.run.snapshot_maker import SnapshotMaker
 
 EVENTS_KEPT = 50
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
-"""Events that change nothing of what has been measured."""
+"""Events that do not change the measurements."""
 
 
 class Engine:
-    """One stream and its procedure.
+    """A stream and its procedure.
 
-    Before the first sample there is no procedure, as rate and units are not known; commands wait
-    for it.
+    Before the first sample, rate and units are unknown and there is no procedure; commands wait for
+    it.
 
     Args:
-        setup: what is known of the stream.
-        settings: how the procedure is carried out.
-        source: what is read, in words.
-        journal: where everything is written down.
+        setup: known properties of the stream.
+        settings: settings of the procedure.
+        source: description of the source.
+        journal: journal of the session.
 
     Attributes:
         journal: the same.
         settings: the same.
-        samples: how many samples the procedure has been fed.
-        finished: nothing more will come.
+        samples: number of samples that the procedure has received.
+        finished: whether the source has ended.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Engine:
         """Call a listener with the instruction after each block of samples and each command.
 
         Args:
-            listener: called from the first sample on; set it before that.
+            listener: called from the first sample on; must be set before it.
         """
         self._listener = listener
 
@@ -83,7 +83,7 @@ class Engine:
         """Drop the samples but keep the event counters.
 
         Args:
-            noise: of the device at rest, where it is known already.
+            noise: noise of the device at rest, if already known.
         """
         self._stream.restart()
         self._waiting.clear()
@@ -95,16 +95,16 @@ class Engine:
         return self._stream.source
 
     def receive(self, data: bytes, arrival: float) -> None:
-        """Take bytes.
+        """Receive bytes.
 
         Args:
-            data: as they came.
-            arrival: when, s, on a clock that never goes back.
+            data: the bytes.
+            arrival: arrival, s, on a monotonic clock.
         """
         self.receive_all(((data, arrival),))
 
     def receive_all(self, pieces: Sequence[tuple[bytes, float]]) -> None:
-        """Take several pieces, each with its arrival: the same decisions as one by one, sooner."""
+        """Receive several pieces with their arrivals: faster, with the same decisions."""
         for data, arrival in pieces:
             self.journal.raw(arrival, data)
         was_ready = self._stream.intake.ready
@@ -117,7 +117,7 @@ class Engine:
         self._notify()
 
     def _resolved(self) -> None:
-        """Write down how the stream is read once everything about it is known."""
+        """Store the setup of the stream once it is complete."""
         if self._stream.intake.ready:
             self.journal.resolved(self._stream.intake.setup)
 
@@ -127,11 +127,12 @@ class Engine:
             self.emit(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
-        """Take samples that are decoded already, all sensors at the same times.
+        """Receive decoded samples, all sensors at the same times.
 
         Args:
             readings: the samples.
-            rate: samples per second of the whole, where it is known; 0 to take it from these.
+            rate: samples per second of the recording, if known; 0 to determine it from these
+                samples.
         """
         if not len(readings):
             return
@@ -169,7 +170,8 @@ class Engine:
         begun, readings = self._machine is not None, self._stream.reconfigure(setup)
         self._begin_again()
         if begun:
-            self.emit(EventKind.WARNING, "the stream is read anew: the procedure begins again")
+            text = "the stream is read with another setup: the procedure begins again"
+            self.emit(EventKind.WARNING, text)
         self._resolved()
         if readings is not None:
             self.receive_readings(readings)
@@ -191,7 +193,7 @@ class Engine:
         self._view.changed()
 
     def idle(self, arrival: float, *, expected: bool = False) -> None:
-        """No data until now; ``expected`` silence is no problem."""
+        """No data until now; ``expected`` silence is not a problem."""
         self.journal.idle()
         if expected:
             self._stream.link_health.heard(arrival)
@@ -205,7 +207,7 @@ class Engine:
         self.link("")
 
     def link(self, problem: str) -> None:
-        """Set the problem of the port; ``""`` for none."""
+        """Set the problem of the port; ``""`` if there is none."""
         self._stream.link_health.link(problem)
         self._view.changed()
 
@@ -239,7 +241,7 @@ class Engine:
 
     @property
     def provisional_noise(self) -> Noise | None:
-        """The noise of a rest that was shorter than asked for, where that had to do; else None."""
+        """The noise of a rest shorter than requested, if the settle step had to use it."""
         return None if self._machine is None else self._machine.provisional_noise
 
     def collected(self) -> Collected:

@@ -1,4 +1,4 @@
-"""Unexpected errors: the traceback goes to a file, one line to the user."""
+"""Unexpected errors: the traceback is written to a file, one line goes to the user."""
 
 import sys
 import threading
@@ -11,7 +11,7 @@ from imucal_wizard.core.output import note
 
 
 def write_traceback(error: BaseException) -> Path | None:
-    """Write the traceback of a fault to a file of its own; None where that is not possible."""
+    """Write the traceback of a fault to a new file; None if that is not possible."""
     from platformdirs import user_log_path
 
     lines = traceback.format_exception(error)
@@ -27,15 +27,15 @@ def write_traceback(error: BaseException) -> Path | None:
 def fault_text(error: BaseException, path: Path | None) -> str:
     """One line for the user: the fault and what to do next."""
     what = f"{type(error).__name__}: {error}".strip(": ").replace("\n", " ")[:200]
-    where = f"the traceback in {path}" if path is not None else "how you came here"
+    where = f"the traceback in {path}" if path is not None else "the steps that led to it"
     return (
-        f"imucal-wizard has a fault ({what}). What was measured is written down. Please report it "
-        f"with {where}"
+        f"imucal-wizard has a fault ({what}). The measurements are saved. Please report it with "
+        f"{where}"
     )
 
 
 def hide_tracebacks() -> None:
-    """From now on no traceback reaches the user, from whichever thread."""
+    """Write tracebacks of all threads to files from now on, and tell the user in one line."""
     sys.excepthook = _unforeseen
     threading.excepthook = _unforeseen_in_thread
 
@@ -50,4 +50,4 @@ def _unforeseen_in_thread(fault: threading.ExceptHookArgs) -> None:
     if fault.exc_value is not None:
         write_traceback(
             fault.exc_value
-        )  # the thread's owner says on the screen that it has stopped
+        )  # the thread's owner reports on the screen that it has stopped

@@ -21,17 +21,17 @@ _Write = Callable[[Session], None]
 
 
 class Journal:
-    """Writes to a session; a full disk delays the writing and never stops the measuring.
+    """Writes to a session; a full disk delays the writing and never stops the measurement.
 
-    What is not on the disk yet is kept in memory, so that it can be written again.
+    Data that are not yet on the disk are kept in memory, so that they can be written again.
 
     Args:
         session: where to write; None to write nothing.
         clock: seconds that never go back.
 
     Attributes:
-        problem: why nothing is written at present, and what to do; "" while all is well, and after
-            the end when all is on the disk.
+        problem: the reason why nothing is written at present, and what to do; "" if there is no
+            problem, and after the end if everything is on the disk.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Journal:
             self._why = str(error)
             self.problem = self._why
         if self.problem:
-            self.problem = f"not written down: {self._why}"
+            self.problem = f"not saved: {self._why}"
 
     def _do(self, write: _Write, size: int = 0) -> None:
         if self._session is not None:
@@ -130,7 +130,7 @@ class Journal:
             self._settle(session)
 
     def _settle(self, session: Session) -> None:
-        """Drop what a commit has brought to the disk."""
+        """Drop what a commit has written to the disk."""
         if session.commits != self._commits:
             self._commits = session.commits
             self._size -= sum(size for _, size in self._owed[: self._written])
@@ -145,6 +145,6 @@ class Journal:
                 f"waiting in memory, tried again every {WRITE_RETRY_SECONDS:.0f} s: {error}"
             )
             return
-        self.problem = f"nothing more is written down: {error}"
+        self.problem = f"no longer being saved: {error}"
         self._session = None
         self._owed.clear()

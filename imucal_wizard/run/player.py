@@ -1,4 +1,4 @@
-"""The thread that plays a recording or session as if it came from a device, at any speed."""
+"""The thread that plays a recording or session like a device, at any speed."""
 
 import math
 import time
@@ -20,55 +20,55 @@ from imucal_wizard.sessions import Command
 
 
 class Tape(Protocol):
-    """Something recorded that goes through an engine piece by piece."""
+    """A recording that is fed to an engine piece by piece."""
 
     def rewind(self) -> None:
         """Begin again."""
 
     def begin(self, engine: Engine) -> float | None:
-        """Go to where the procedure was started; None where that is for the player to do.
+        """Feed the tape up to the start of its procedure; None if the player must start it.
 
         Returns:
-            The seconds from which it goes on.
+            The time at which it continues, s.
         """
 
     def close(self) -> None:
         """Close the recording."""
 
     def play(self, engine: Engine, until: float) -> bool:
-        """Feed the data before ``until`` seconds; whether more are left."""
+        """Feed the data before ``until`` seconds; True if more are left."""
 
 
 class ReadingsTape:
     """The samples of a recording.
 
-    The gyroscope is brought to the accelerometer's times where it has its own: the procedure looks
-    at both together.
+    The gyroscope is interpolated to the accelerometer's times if it has its own, because the
+    procedure uses both together.
 
     Raises:
-        RecordingError: it holds no two samples.
+        RecordingError: it has fewer than two samples.
     """
 
     def __init__(self, readings: Readings) -> None:
         self._readings = _together(readings)
         self._rate = readings.accelerometer.rate
         if self._rate <= 0.0:
-            raise RecordingError("it holds too few samples to be played; record again")
+            raise RecordingError("it has too few samples to be played; record again")
         self._next = 0
 
     def rewind(self) -> None:
         """Begin again."""
         self._next = 0
 
-    def begin(self, engine: Engine) -> float | None:  # noqa: ARG002 -- other tapes feed it
-        """A recording holds no start of the procedure."""
+    def begin(self, engine: Engine) -> float | None:  # noqa: ARG002 -- other tapes use it
+        """A recording does not contain a start of the procedure."""
         return None
 
     def close(self) -> None:
         """Its samples are in memory."""
 
     def play(self, engine: Engine, until: float) -> bool:
-        """Feed the samples before ``until`` seconds from the beginning; whether more are left."""
+        """Feed the samples before ``until`` seconds from the beginning; True if more are left."""
         time = self._readings.accelerometer.time
         past = int(np.searchsorted(time, time[0] + until))
         if past > self._next:
@@ -91,20 +91,20 @@ class ReadingsTape:
 
 
 def _together(readings: Readings) -> Readings:
-    """Both sensors at the same times, with a warning if the gyroscope was resampled."""
+    """Both sensors at the same times, with a warning if the gyroscope was interpolated."""
     together = resample_gyroscope(readings)
     if together is readings:
         return readings
-    message = "the gyroscope's samples were brought to the accelerometer's times for the wizard"
+    message = "the gyroscope was interpolated to the accelerometer's times for the wizard"
     return replace(together, warnings=(*readings.warnings, message))
 
 
 MAX_PAUSE_SECONDS = 2.0
-"""Seconds without anything, as between the runs of a session, are played no longer than this."""
+"""Longest pause without data, s; longer ones, as between the runs of a session, are shortened."""
 
 
 class SessionTape:
-    """Plays a session with the commands in it; the engine comes to the state it was left in.
+    """Plays a session with its commands; the engine reaches the state in which it was left.
 
     Args:
         past: the session, open for reading; closed with the tape.
@@ -123,10 +123,10 @@ class SessionTape:
         self._arrival: float | None = None
 
     def begin(self, engine: Engine) -> float | None:
-        """Go at once to where the session was started.
+        """Feed the session up to the start of its procedure at once.
 
         Returns:
-            The seconds from which it goes on; None where it never was started.
+            The time at which it continues, s; None if the procedure was never started.
         """
         while self._next is not None and engine.step is StepKind.SOURCE:
             self._happen(engine, self._next)
@@ -134,9 +134,9 @@ class SessionTape:
         return None if engine.step is StepKind.SOURCE else self._position
 
     def play(self, engine: Engine, until: float) -> bool:
-        """Feed the data and commands before ``until`` seconds; whether more are left.
+        """Feed the data and commands before ``until`` seconds; True if more are left.
 
-        As a preview it plays no further than to the first command.
+        As a preview it plays only up to the first command.
         """
         while self._next is not None and self._due() <= until:
             self._begun |= engine.step is not StepKind.SOURCE
@@ -169,28 +169,28 @@ class SessionTape:
 PLAY_TICK_SECONDS = 0.02
 """Seconds between two pieces."""
 FAST_PIECE_SECONDS = 0.5
-"""Seconds of samples in a piece when it goes as fast as it can."""
+"""Seconds of samples per piece at unlimited speed."""
 _LONGEST_TICK = 0.25
-"""A thread that was held up does not catch up more than this, s."""
+"""Delay of the thread beyond which it does not catch up, s."""
 
 
 _AGAIN = (
-    "The recording has no rest as long as the settle step wants: the noise is that of its longest "
-    "rest so far, and it was played again from its beginning with that."
+    "The recording has no rest as long as the settle step needs: the noise was taken from its "
+    "longest rest so far, and the recording was played again from its beginning."
 )
 
 
 class Player(Runner):
     """Plays a tape through an engine.
 
-    Until the procedure is started the tape is a preview; ``start`` begins at its first sample, so
-    that the result does not depend on how long somebody looked. A recording that does not begin
-    with a rest loses its first holds to the search for one: once the noise is known all the same,
-    it is played again from its first sample. A session has its own start in it, and is what it was.
+    Until the procedure is started, the tape is a preview; ``start`` begins at its first sample, so
+    the result does not depend on the length of the preview. A recording that does not begin with a
+    rest would lose its first holds to the search for one; once the noise is known, it is played
+    again from its first sample. A session contains its own start and is replayed as it was.
 
     Args:
-        tape: what is played.
-        engine: what it goes through.
+        tape: the recording.
+        engine: the engine that receives it.
         speed: seconds of the recording per second; ``inf`` for as fast as possible.
         clock: seconds that never go back.
 
@@ -209,7 +209,7 @@ class Player(Runner):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         if not speed > 0.0:
-            raise UsageError(f"a speed of {speed:g} plays nothing; give one above 0")
+            raise UsageError(f"a speed of {speed:g} is impossible; give one above 0")
         super().__init__(engine, clock=clock)
         self._tape = tape
         self._speed = speed
@@ -232,7 +232,7 @@ class Player(Runner):
         self._second = False
 
     def _once_more(self) -> bool:
-        """Begin again with the noise of the longest rest, where the settle step had to make do."""
+        """Begin again with the noise of the longest rest, if the settle step had to use that."""
         noise = self._engine.provisional_noise
         if noise is None or self._second:
             return False
@@ -264,7 +264,7 @@ class Player(Runner):
             self._publish()
 
     def _step(self, passed: float) -> float:
-        """How far the tape goes in this time, s."""
+        """Seconds of the tape played in this time."""
         if math.isinf(self._speed):
             return FAST_PIECE_SECONDS
         return min(passed, _LONGEST_TICK) * self._speed

@@ -21,7 +21,7 @@ class ProcedureSettings:
     Attributes:
         procedure: the steps and what each needs.
         gravity: local gravity, m/s².
-        gyroscope_range: full scale of the gyroscope, rad/s, or None; it says nothing of counts.
+        gyroscope_range: full scale of the gyroscope, rad/s, or None; not used for counts.
     """
 
     procedure: Procedure = field(default_factory=Procedure)
@@ -34,9 +34,9 @@ class ProcedureSettings:
         """A procedure for a stream that begins with these samples.
 
         Args:
-            readings: the first samples, which tell the units.
+            readings: the first samples, which contain the units.
             rate: samples per second.
-            noise: of the device at rest, where it is known already.
+            noise: noise of the device at rest, if already known.
             listener: receives every instruction.
         """
         gyroscope = readings.gyroscope

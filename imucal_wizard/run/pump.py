@@ -1,7 +1,7 @@
-"""The thread that does nothing but fetch bytes, so that none is lost while others are decoded.
+"""The thread that only fetches bytes, so that none is lost while others are decoded.
 
-A serial line's buffer holds a few milliseconds of a fast stream. Deciding takes longer now and
-then: a format is recognised, a step ends, the disk is slow.
+The buffer of a serial line holds a few milliseconds of a fast stream. Some decisions take longer: a
+format is recognised, a step ends, the disk is slow.
 """
 
 import sys
@@ -12,15 +12,15 @@ from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.instruction import Instruction
 
 MAX_WAITING_BYTES = 1 << 18
-"""Bytes that wait at most, a third of a second at 8,000 lines/s; then the sender has to wait."""
+"""Bytes that wait at most (a third of a second at 8,000 lines/s); then the sender has to wait."""
 _FETCH_SECONDS = 0.02
-"""Seconds a read waits; ``close`` takes no longer."""
+"""Seconds that a read waits, and that ``close`` takes at most."""
 _TURN = 0.001
-"""Seconds after which a thread that computes lets the fetching one have its turn."""
+"""Seconds after which a computing thread yields to the fetching one."""
 
 
 class Link(Protocol):
-    """The part of ``acquire.link.Transport`` that the pump needs."""
+    """The part of ``acquire.transport.Transport`` that the pump needs."""
 
     @property
     def description(self) -> str:
@@ -33,21 +33,21 @@ class Link(Protocol):
         """The bytes that have arrived, or raise LinkError."""
 
     def reopen(self) -> bool:
-        """Look once for the same device."""
+        """Search once for the same device."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 class Pump:
-    """A port as a source: it is read at once, whatever the reader is busy with.
+    """A port as a source that is read immediately, even if the reader is busy.
 
     Args:
-        link: the port, not yet open. Only the pump touches it from then on.
+        link: the port, not yet open; from then on only the pump uses it.
 
     Attributes:
-        hand: nothing here moves a real device.
-        waiting: a real device is never expected to be silent.
+        hand: None: a real device is moved by a person.
+        waiting: False: a real device is never expected to be silent.
     """
 
     hand = None
@@ -78,7 +78,7 @@ class Pump:
         self._begin()
 
     def reopen(self) -> bool:
-        """Look once for the same device; go on fetching when it is there."""
+        """Search once for the same device; continue to fetch if it is found."""
         self.close()
         if not self._link.reopen():
             return False
@@ -86,10 +86,10 @@ class Pump:
         return True
 
     def read(self, timeout: float = 0.05) -> bytes:
-        """Everything that has been fetched; waits at most ``timeout`` seconds for some.
+        """All fetched bytes; waits at most ``timeout`` seconds for some.
 
         Raises:
-            LinkError: the device is gone, and all that came before has been handed over.
+            LinkError: the device is gone, and all its bytes have been returned.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._pieces or self._lost, timeout)
@@ -101,7 +101,7 @@ class Pump:
             return data
 
     def rest(self) -> bytes:
-        """A real device does not stop by itself: nothing is known to be on its way."""
+        """Always empty: a real device does not stop by itself."""
         return b""
 
     def follow(self, instruction: Instruction, samples: int) -> None:
@@ -118,14 +118,15 @@ class Pump:
         self._link.close()
 
     def _begin(self) -> None:
-        # Python's 5 ms are too long: a look takes two turns, and a terminal holds 5 ms at 8,000/s
+        # Python's 5 ms are too long: a read takes two switches, and a terminal holds 5 ms at 8,000
+        # lines/s
         sys.setswitchinterval(min(sys.getswitchinterval(), _TURN))
         self._closing, self._lost = False, None
         self._thread = threading.Thread(target=self._fetch, name="Pump", daemon=True)
         self._thread.start()
 
     def _fetch(self) -> None:
-        """The thread: until the port is closed or lost."""
+        """The thread: fetch until the port is closed or lost."""
         while not self._closing:
             try:
                 data = self._link.read(_FETCH_SECONDS)

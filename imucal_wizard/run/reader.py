@@ -1,4 +1,4 @@
-"""The thread that pulls a source: it writes down, decodes, decides, waits for a lost device."""
+"""The thread that reads a source: it stores, decodes, decides, and waits for a lost device."""
 
 import time
 from collections.abc import Callable
@@ -14,15 +14,16 @@ from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.runner import Runner, Stopped
 
 REOPEN_RETRY_SECONDS = 0.25
-"""Seconds between two looks for a device that is missing."""
+"""Seconds between two searches for a missing device."""
 _READ_SECONDS = 0.04
-"""Seconds a read waits; an order waits no longer."""
+"""Seconds that a read, and thus a command, waits."""
 Prepare = Callable[[Engine, Callable[[float], None]], float]
-"""Brings an engine to where a session ended, telling the share done; the time it goes on at, s."""
+"""Restores the engine to the end of a session, reporting the share done; returns the time at which
+the session continues, s."""
 
 
 class ByteSource(Protocol):
-    """Where bytes come from: a port (``Pump``) or the virtual IMU. Only the thread touches it."""
+    """A source of bytes: a port (``Pump``) or the virtual IMU. Only the thread uses it."""
 
     @property
     def hand(self) -> object | None:
@@ -34,7 +35,7 @@ class ByteSource(Protocol):
 
     @property
     def waiting(self) -> bool:
-        """Whether it stands still until the next instruction, so that silence is no fault."""
+        """Whether it stands still until the next instruction, so that silence is not a fault."""
 
     def open(self) -> None:
         """Open it, or raise LinkError."""
@@ -43,10 +44,10 @@ class ByteSource(Protocol):
         """The next bytes; waits at most ``timeout`` seconds for some. Raises LinkError."""
 
     def rest(self) -> bytes:
-        """All bytes until it stands still; empty where it does not."""
+        """All bytes until it stands still; empty if it does not."""
 
     def follow(self, instruction: Instruction, samples: int) -> None:
-        """Receive the instruction after so many of the source's samples."""
+        """Receive the instruction after ``samples`` of the source's samples."""
 
     def reopen(self) -> bool:
         """Look once for the same device."""
@@ -59,13 +60,13 @@ class Reader(Runner):
     """Reads a source until it is stopped.
 
     Args:
-        source: where the bytes come from, not yet open.
-        engine: what they go through.
-        prepare: run first by the thread, before the source is opened (a session is read again).
+        source: the source, not yet open.
+        engine: the engine that receives the bytes.
+        prepare: run by the thread before the source is opened (a session is restored).
         clock: seconds that never go back.
 
     Attributes:
-        hand: what moves the device, or None.
+        hand: the object that moves the device, or None.
     """
 
     def __init__(
@@ -98,16 +99,16 @@ class Reader(Runner):
             self._source.close()
 
     def _progress(self, share: float) -> None:
-        """Say how far the reading again has come; the procedure is shown once it is done."""
+        """Show the progress of restoring a session; the procedure is shown once it is done."""
         if self._stopping.is_set():
             raise Stopped
         if self._due:
-            text = f"Reading again what was measured before: {share:.0%} done."
+            text = f"Restoring the session: {share:.0%} done."
             self._publish_this(self._engine.busy(text))
 
     @property
     def _now(self) -> float:
-        """Seconds on the session's own clock, which goes on where an earlier run ended."""
+        """Time of the session's own clock, s, which continues where an earlier run ended."""
         return self._started + self._clock()
 
     def _open(self) -> bool:
@@ -128,12 +129,12 @@ class Reader(Runner):
         return False
 
     def _hear(self, instruction: Instruction, samples: int) -> None:
-        """Pass on an instruction, by the source's own count of samples."""
+        """Pass on an instruction, in the source's own count of samples."""
         if self._first is not None:
             self._source.follow(instruction, samples - self._first)
 
     def _catch_up(self) -> None:
-        """Read until the source stands still: an order falls on the same sample in every run."""
+        """Read until the source stands still: commands fall on the same sample in every run."""
         while self._first is not None and (data := self._source.rest()):
             self._engine.receive(data, self._now)
 
@@ -147,7 +148,7 @@ class Reader(Runner):
 
     def _set_setup(self, setup: StreamSetup) -> None:
         if self._first is not None:
-            self._first = 0  # the source is read anew from its first byte
+            self._first = 0  # the source is read again from its first byte
         super()._set_setup(setup)
 
     def _read_on(self) -> None:
@@ -165,7 +166,7 @@ class Reader(Runner):
             self._publish()
 
     def _wait_for_return(self, problem: str) -> None:
-        """The device is lost: look for it until it is back or the reader is stopped."""
+        """Search for the lost device until it is back or the reader is stopped."""
         self._engine.link(problem)
         self._engine.emit(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
         while not self._stopping.is_set():
@@ -175,5 +176,6 @@ class Reader(Runner):
             if self._source.reopen():
                 self._engine.connected(self._source.description)
                 self._engine.receive(LINK_BREAK, self._now)
-                self._engine.emit(EventKind.LINK_BACK, "The device is back; it goes on.")
+                text = "The device is back; the measurement continues."
+                self._engine.emit(EventKind.LINK_BACK, text)
                 return

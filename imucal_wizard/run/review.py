@@ -1,4 +1,4 @@
-"""A session replayed from its file, without the measurements that the operator took back."""
+"""A session replayed from its file, without withdrawn measurements."""
 
 from pathlib import Path
 
@@ -19,10 +19,10 @@ class ReviewedSession:
     """The state in which a session was left.
 
     Attributes:
-        collected: what has been measured and not taken back.
-        stream: of what.
-        step: where the session was left.
-        gravity: by which it was carried out, m/s².
+        collected: the measurements that were not withdrawn.
+        stream: the stream.
+        step: the step in which the session was left.
+        gravity: gravity used by the procedure, m/s².
     """
 
     collected: Collected
@@ -37,11 +37,11 @@ class ReviewedSession:
 
 
 def review_session(path: Path, options: RecordingOptions) -> ReviewedSession:
-    """Go through a session again, as a resume does, without writing.
+    """Replay a session, as a resume does, without writing.
 
     Args:
         path: the session.
-        options: what the user says of its stream; it goes over what the session knows.
+        options: the user's statements about the stream; they override the session's.
 
     Raises:
         SessionError: it cannot be read.
@@ -60,7 +60,7 @@ def fit_stream(collected: Collected, stream: StreamStatus, options: FitOptions) 
     """Fit the measurements of a stream.
 
     Raises:
-        DataError: it does not carry a calibration.
+        DataError: the measurements do not determine a calibration.
     """
     units = {"accelerometer": stream.accelerometer_unit}
     if stream.gyroscope is not None:

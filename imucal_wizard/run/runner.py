@@ -1,4 +1,4 @@
-"""A thread that owns an engine: orders go in through a queue, frozen snapshots come out."""
+"""A thread that owns an engine: commands go in through a queue, frozen snapshots come out."""
 
 import queue
 import threading
@@ -14,29 +14,29 @@ from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 
 SNAPSHOT_SECONDS = 0.03
-"""Snapshots are made at most so often, s, and only when somebody has asked for one."""
+"""Seconds between two snapshots at least; they are made only on request."""
 JOIN_SECONDS = 0.1
 """Seconds that ``stop`` waits for the thread."""
 _ANSWER = 0.05
 FAULT_TEXT = (
-    "reading has stopped by a fault of this program; nothing measured is lost: quit, and resume "
-    "the session"
+    "reading has stopped because of a fault in this program; no measurement is lost: quit, and "
+    "resume the session"
 )
-"""What is said when the thread ends unasked."""
+"""Message if the thread ends unexpectedly."""
 
 
-class Stopped(Exception):  # noqa: N818  it is no error
-    """The work was ended in its middle, as was asked for."""
+class Stopped(Exception):  # noqa: N818  not an error
+    """The work was interrupted on request."""
 
 
 class Runner(ABC):
     """The common part of the reader of a port and the player of a recording.
 
     Attributes:
-        live: it is a device, which can be asked for new poses.
+        live: whether the source is a device, from which new poses can be requested.
 
     Args:
-        engine: what the bytes go through; only the thread touches it once that runs.
+        engine: the engine; once the thread runs, only the thread uses it.
         clock: seconds that never go back.
     """
 
@@ -75,16 +75,16 @@ class Runner(ABC):
             self._thread.join(JOIN_SECONDS)
 
     def snapshot(self) -> Snapshot:
-        """The newest picture; the next one is made because somebody asks."""
+        """The newest snapshot; requests the next one."""
         self._asked.set()
         return self._published
 
     def command(self, name: str, argument: str = "") -> None:
-        """Hand a command to the procedure."""
+        """Pass a command to the procedure."""
         self._orders.put(lambda: self._command(name, argument))
 
     def set_setup(self, setup: StreamSetup) -> None:
-        """Read the stream in another way."""
+        """Read the stream with another setup."""
         self._orders.put(lambda: self._set_setup(setup))
 
     def collected(self) -> Collected:
@@ -134,7 +134,7 @@ class Runner(ABC):
         """Read or play until ``_stopping`` is set."""
 
     def _run_orders(self, wait: float = 0.0) -> None:
-        """Carry out the orders that wait; wait a while for the first one."""
+        """Carry out the waiting commands; wait a while for the first one."""
         try:
             order = self._orders.get(timeout=wait) if wait > 0.0 else self._orders.get_nowait()
             while order is not None:
@@ -144,13 +144,13 @@ class Runner(ABC):
             return
 
     def _publish(self) -> None:
-        """Make a snapshot when it is due and wanted."""
+        """Make a snapshot if one is due and requested."""
         if self._due:
             self._publish_this(self._engine.snapshot())
 
     @property
     def _due(self) -> bool:
-        """Whether a snapshot is wanted, and the last one old enough."""
+        """Whether a snapshot is requested and the last one is old enough."""
         return self._asked.is_set() and self._clock() - self._published_time >= SNAPSHOT_SECONDS
 
     def _publish_this(self, snapshot: Snapshot) -> None:

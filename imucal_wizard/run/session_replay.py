@@ -1,4 +1,4 @@
-"""Sessions begun, resumed and replayed: bytes and commands make the same state to the last bit."""
+"""Sessions: starting, resuming and replaying. The same bytes and commands give the same state."""
 
 import time
 from collections import deque
@@ -19,9 +19,9 @@ from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.sessions import Command, KeptSession, Session
 
 Pieces = tuple[tuple[bytes, float], ...]
-"""Bytes with their arrivals, s."""
+"""Pieces of bytes with their arrival times, s."""
 REPLAY_PIECE_SECONDS = 0.25
-"""Seconds of arrivals that go through the engine at once: it costs by the piece."""
+"""Seconds of arrivals that are fed to the engine at once, because each piece has a cost."""
 
 
 def _as_it_is(setup: StreamSetup) -> StreamSetup:
@@ -32,16 +32,16 @@ class SessionReplay:
     """The data and commands of a session; replaying them brings an engine to the same state.
 
     Args:
-        session: where it was written down.
-        known: adds to every setup of the stream what the user says of it now.
+        session: the session.
+        known: adds the user's present statements to every setup of the stream.
 
     Attributes:
         session: the same.
         about: all its settings.
-        settings: how the procedure was carried out.
+        settings: settings of the procedure.
 
     Raises:
-        SessionError: the settings are not there, or those of another version.
+        SessionError: the settings are missing, or belong to another version.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class SessionReplay:
         return Engine(self._known(self._setup), self.settings, source=source)
 
     def steps(self) -> Iterator[Pieces | Command]:
-        """The pieces of data, gathered, and the commands in their places between them."""
+        """The pieces of data, joined, and the commands between them."""
         commands = deque(self.session.commands())
         pieces: list[tuple[bytes, float]] = []
         for number, arrival, data in self.session.raw():
@@ -100,8 +100,8 @@ class SessionReplay:
         """Replay everything.
 
         Args:
-            engine: as ``engine`` makes it.
-            progress: called now and then with the share that is done.
+            engine: an engine made by ``engine``.
+            progress: called repeatedly with the share done.
         """
         for step in self.steps():
             self.replay_step(engine, step)
@@ -110,10 +110,10 @@ class SessionReplay:
 
 
 def _setup_of(text: str) -> StreamSetup:
-    """The setup that was written down with a command.
+    """The setup stored with a command.
 
     Raises:
-        SessionError: it is none.
+        SessionError: it is not a setup.
     """
     try:
         return StreamSetup.from_json(msgspec.json.decode(text))
@@ -124,7 +124,7 @@ def _setup_of(text: str) -> StreamSetup:
 
 
 MIN_RESUME_PAUSE_SECONDS = 1.0
-"""The shortest time that lies between two runs of one session, s."""
+"""Shortest time between two runs of one session, s."""
 
 
 def begin_session(
@@ -139,10 +139,10 @@ def begin_session(
 
     Args:
         path: the file to write.
-        setup: what is known of the stream.
-        settings: how the procedure is carried out.
-        source: what is read, in words.
-        about: what the caller needs to open the same source again (port, speed …).
+        setup: known properties of the stream.
+        settings: settings of the procedure.
+        source: description of the source.
+        about: data that the caller needs to open the same source again (port, speed …).
 
     Raises:
         SessionError: the file cannot be written.
@@ -155,13 +155,13 @@ def begin_session(
 
 @dataclass(frozen=True)
 class ResumedSession:
-    """A session taken up again.
+    """A resumed session.
 
     Attributes:
-        engine: in its first state; ``prepare`` brings it to where the session ended.
-        past: what it has seen.
+        engine: in its initial state; ``prepare`` brings it to the end of the session.
+        past: its data and commands.
         session: the file, open for writing.
-        created: when it was begun, seconds since 1970.
+        created: start of the session, seconds since 1970.
     """
 
     engine: Engine
@@ -180,16 +180,16 @@ class ResumedSession:
         progress: Callable[[float], None] | None = None,
         now: Callable[[], float] = time.time,
     ) -> float:
-        """Run everything through the engine again, and let it go on writing.
+        """Replay everything through the engine, and let it continue writing.
 
         Args:
             engine: ``self.engine``.
-            progress: called now and then with the share that is done; an error that it raises ends
-                the work and closes the session.
+            progress: called repeatedly with the share done; an exception that it raises stops the
+                work and closes the session.
             now: seconds since 1970.
 
         Returns:
-            The time on the session's own clock, s, at which it goes on.
+            The time of the session's own clock at which it continues, s.
         """
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
@@ -202,7 +202,7 @@ class ResumedSession:
 
 
 def resume_session(path: Path) -> ResumedSession:
-    """Open a session to go on with it.
+    """Open a session to continue it.
 
     Raises:
         SessionError: it cannot be read, or its settings are those of another version.

@@ -18,16 +18,16 @@ class StreamStatus:
     """The stream at one moment.
 
     Attributes:
-        source: what is read, in words ("virtual IMU", "/dev/ttyACM0, Arduino Nano").
-        format: name of the format, or "" before it is known.
+        source: description of the source ("virtual IMU", "/dev/ttyACM0, Arduino Nano").
+        format: name of the format, or "" while unknown.
         connected: False while the port is lost or not yet open.
-        problem: what is wrong and what to do, or "".
-        unwritten: why what arrives is not written down at present, or "".
-        rate: samples per second, 0 before it is known.
-        samples: samples decoded so far.
-        lost: samples missing by the device's own count or time.
-        malformed: lines or frames thrown away.
-        temperature: newest, °C, or None.
+        problem: the problem and what to do, or "".
+        unwritten: the reason why the data are not being saved, or "".
+        rate: samples per second, 0 while unknown.
+        samples: number of samples decoded.
+        lost: number of lost samples by the device's own counter or time.
+        malformed: number of lines or frames dropped.
+        temperature: newest temperature, °C, or None.
         accelerometer: newest reading, or None.
         gyroscope: newest reading, or None.
         magnetometer: newest reading, or None.
@@ -35,11 +35,12 @@ class StreamStatus:
         gyroscope_unit: ``rad/s`` or ``count``.
         magnetometer_unit: ``uT`` or ``count``.
         gravity: magnitude of the newest second's mean acceleration, in its unit, or None.
-        digits: printed decimals of the accelerometer columns, or None where not text.
-        warnings: what was noticed, newest last, each once.
-        needs: what must be asked before samples can be read (``columns``, ``gyroscope unit`` …).
-        columns: the columns as far as they are known, with a proposal where they must be asked.
-        line: the newest line as it came, safe to show.
+        digits: printed decimals of the accelerometer columns, or None if not text.
+        warnings: warnings, newest last, each once.
+        needs: properties that must be stated before samples can be read (``columns``, ``gyroscope
+            unit`` …).
+        columns: the columns as far as they are known, with a proposal if they must be stated.
+        line: the newest line, printable.
         values: the numbers read from it, one per column.
     """
 
@@ -69,14 +70,14 @@ class StreamStatus:
 
     @property
     def gravity_right(self) -> bool | None:
-        """Whether the accelerometer's unit is plausible; None where that cannot be told."""
+        """Whether the accelerometer's unit is plausible; None if unknown."""
         if self.gravity is None or self.accelerometer_unit == COUNT:
             return None
         return math.isclose(self.gravity, STANDARD_GRAVITY, rel_tol=MAX_PREVIEW_GRAVITY_ERROR)
 
     @property
     def few_digits(self) -> bool:
-        """Whether so few decimals are printed that they hide the noise."""
+        """Whether too few decimals are printed to show the noise."""
         known = self.digits is not None and self.accelerometer_unit != COUNT
         return known and (self.digits or 0) < MIN_PRINTED_DECIMALS
 
@@ -90,13 +91,13 @@ class Snapshot:
     """Everything a screen shows at one moment.
 
     Attributes:
-        serial: grows by one with every snapshot that differs from the one before.
+        serial: increases by one with every new snapshot.
         stream: the stream.
         status: the procedure.
         events: the newest events, oldest first, at most 50.
-        event_count: how many events there have been in all; the screen plays the new ones.
-        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing; NaN where
-            there is no gyroscope.
+        event_count: total number of events; the screen plays the new ones.
+        traces: newest seconds of all six channels, shape (n, 6), decimated for drawing; NaN without
+            a gyroscope.
         attitude: body-to-world rotation matrix for the drawing, shape (3, 3), or None.
         finished: the source has ended (a file) or the reader has stopped.
     """

@@ -1,4 +1,4 @@
-"""Traces, attitude and snapshot for the screen, built only when the screen asks."""
+"""Traces, attitude and snapshots for the screen, built only on request."""
 
 import math
 from collections.abc import Callable
@@ -14,9 +14,9 @@ from imucal_wizard.guide.up_direction import guessed_offset
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 
 _LEANING = 0.3
-"""Seconds in which the drawing leans to where gravity says up is, while the gyroscope turns it."""
+"""Time constant with which the drawn attitude follows gravity while the gyroscope rotates it, s."""
 _LEANING_ALONE = 0.05
-"""The same where no gyroscope in rad/s helps."""
+"""The same without a gyroscope in rad/s, s."""
 _RATE_PIECE_SECONDS = 0.01
 """Seconds over which the rate is averaged."""
 _MAX_RATE_PIECES = 200
@@ -24,22 +24,22 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class AttitudeFilter:
-    """Turned by the gyroscope, held upright by the accelerometer (a complementary filter).
+    """The attitude for the drawing: a complementary filter of gyroscope and accelerometer.
 
     Attributes:
-        matrix: body to world, shape (3, 3); None before up is known.
+        matrix: body to world, shape (3, 3); None before the up direction is known.
     """
 
     def __init__(self) -> None:
         self.matrix: FloatArray | None = None
 
     def feed(self, readings: Readings, up: tuple[float, float, float] | None) -> None:
-        """Follow new samples.
+        """Update the attitude by new samples.
 
         Args:
             readings: samples of all sensors at the same times.
-            up: up direction in the body frame as the procedure sees it, for accelerations in
-                counts, from which it cannot be read directly; None while it is not known.
+            up: up direction in the body frame from the procedure, for accelerations in counts,
+                which do not show it directly; None while unknown.
         """
         if not len(readings):
             return
@@ -53,7 +53,7 @@ class AttitudeFilter:
             self._lean(measured, seconds / (_LEANING if turned else _LEANING_ALONE))
 
     def _turn(self, readings: Readings) -> bool:
-        """Turn by the rate; whether it could be."""
+        """Rotate by the rate; False without a gyroscope in rad/s."""
         gyroscope = readings.gyroscope
         if gyroscope is None or gyroscope.unit != "rad/s" or len(gyroscope) < 2:
             return False
@@ -68,7 +68,7 @@ class AttitudeFilter:
         return True
 
     def _lean(self, up: FloatArray, time_constants: float) -> None:
-        """Turn the drawing about a level axis until ``up`` points up, or part of the way."""
+        """Rotate the drawing about a level axis until ``up`` points up, or part of the way."""
         if self.matrix is None:
             self.matrix, time_constants = np.eye(3), np.inf
         shown = self.matrix @ up
@@ -91,18 +91,18 @@ def _up_from(readings: Readings) -> FloatArray | None:
 
 
 TRACE_SECONDS = 10.0
-"""What the traces span."""
+"""Duration of the traces, s."""
 _POINTS = 500
-"""About how many points a trace has: more than the widest terminal can show."""
+"""Approximate number of points of a trace: more than the widest terminal can show."""
 _CHANNELS = 6
 
 
 class Ring:
-    """The newest rows of a table.
+    """A ring buffer of the newest rows of a table.
 
     Args:
-        rows: how many are kept.
-        columns: how wide the table is.
+        rows: number of rows kept.
+        columns: number of columns.
     """
 
     def __init__(self, rows: int, columns: int) -> None:
@@ -111,7 +111,7 @@ class Ring:
         self._count = 0
 
     def add(self, rows: FloatArray) -> None:
-        """Take new rows, shape (n, columns)."""
+        """Add rows, shape (n, columns)."""
         size = len(self._rows)
         rows = rows[-size:]
         first = min(len(rows), size - self._next)
@@ -121,18 +121,18 @@ class Ring:
         self._count = min(self._count + len(rows), size)
 
     def newest(self) -> FloatArray:
-        """A copy of what is kept, oldest first."""
+        """A copy of the rows, oldest first."""
         if self._count < len(self._rows):
             return self._rows[: self._count].copy()
         return np.concatenate([self._rows[self._next :], self._rows[: self._next]])
 
 
 class Traces:
-    """The newest readings, as the preview and the traces show them.
+    """The newest readings for the preview and the traces.
 
     Args:
         rate: samples per second.
-        counts: the accelerometer's readings are raw counts, which may have an offset.
+        counts: whether the accelerometer's readings are raw counts, which may have an offset.
     """
 
     def __init__(self, rate: float, *, counts: bool = False) -> None:
@@ -147,7 +147,7 @@ class Traces:
         self.temperature: float | None = None
 
     def feed(self, readings: Readings) -> None:
-        """Take new samples; every so many of them, counted from the first, is drawn."""
+        """Add samples; only every n-th one, counted from the first, is drawn."""
         count = len(readings)
         if not count:
             return
@@ -162,20 +162,20 @@ class Traces:
         self.accelerometer = _three(a[-1])
         self.gyroscope = None if g is None else _three(g[-1])
         field = readings.magnetometer
-        if field is not None and len(field):  # slower than the others, it may not be in every piece
+        if field is not None and len(field):  # a slower sensor may be absent in a piece
             self.magnetometer = _three(field.values[-1])
         if readings.temperature is not None and len(readings.temperature):
             self.temperature = float(readings.temperature.values[-1, 0])
 
     def drawn(self) -> FloatArray:
-        """The newest seconds of all six channels, shape (n, 6); NaN where there is no gyroscope."""
+        """The newest seconds of all six channels, shape (n, 6); NaN without a gyroscope."""
         return self._thin.newest()
 
     @property
     def gravity(self) -> float | None:
         """Magnitude of the newest second's mean acceleration; None before the first sample.
 
-        Counts that are centred at half the converter's range count from there.
+        Counts that are centred at half the converter's range are measured from there.
         """
         if self.accelerometer is None:
             return None
@@ -192,10 +192,10 @@ _GATHERED = 64
 
 
 class SnapshotMaker:
-    """Gathers samples cheaply and makes snapshots of them.
+    """Collects samples cheaply and makes snapshots of them.
 
     Args:
-        serial: number of the last snapshot that another view has made.
+        serial: number of the last snapshot of an earlier maker.
     """
 
     def __init__(self, serial: int = 0) -> None:
@@ -208,7 +208,7 @@ class SnapshotMaker:
         self._latest = Snapshot(serial)
 
     def begin(self, rate: float, readings: Readings) -> None:
-        """Rate and units are known."""
+        """Start, now that rate and units are known."""
         self.rate = rate
         self._traces = Traces(rate, counts=readings.accelerometer.unit == COUNT)
         gyroscope, magnetometer = readings.gyroscope, readings.magnetometer
@@ -219,14 +219,14 @@ class SnapshotMaker:
         )
 
     def feed(self, readings: Readings) -> None:
-        """Take new samples."""
+        """Add samples."""
         self._unseen.append(readings)
         self._dirty = True
         if len(self._unseen) >= _GATHERED:
             self._draw(None)
 
     def changed(self) -> None:
-        """Something else than the samples is new."""
+        """Mark the snapshot as outdated for another reason than samples."""
         self._dirty = True
 
     def snapshot(
@@ -236,7 +236,7 @@ class SnapshotMaker:
         events: tuple[tuple[Event, ...], int],
         finished: bool,
     ) -> Snapshot:
-        """A picture of everything; the last one again when nothing is new."""
+        """A snapshot of everything; the same object again if nothing is new."""
         if not self._dirty:
             return self._latest
         now = status()
@@ -255,7 +255,7 @@ class SnapshotMaker:
         return self._latest
 
     def bare(self, stream: StreamStatus) -> Snapshot:
-        """A picture of the stream alone, whatever is known of the rest."""
+        """A snapshot of the stream alone."""
         self._latest, self._dirty = Snapshot(self._latest.serial + 1, stream), True
         return self._latest
 

@@ -1,4 +1,4 @@
-"""One SQLite file per session, written as the bytes arrive, and the list of them."""
+"""Sessions: one SQLite file each, written as the bytes arrive, and their list."""
 
 from imucal_wizard.acquire.files.session_file import SUFFIX, Command
 from imucal_wizard.sessions.session import KeptSession, Session

@@ -1,7 +1,7 @@
-"""The file of a session: the bytes as they arrived, the commands, and the results.
+"""The file of a session: the received bytes, the commands, and the results.
 
-Bytes and commands are enough to come back to the same state; holds, rotations and events are
-written beside them as they are finished. A crash loses at most what came in the last half second.
+Bytes and commands are sufficient to restore the state; finished holds, rotations and events are
+stored as well. A crash loses at most the last half second.
 """
 
 import json
@@ -23,12 +23,12 @@ from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 class KeptSession:
     """A session file, read only. Used by one thread at a time.
 
-    Every method raises ``SessionError`` when the file can no longer be read.
+    Every method raises ``SessionError`` if the file can no longer be read.
 
     Attributes:
         path: the file.
         last_raw: number of the newest piece of bytes; 0 before the first.
-        last_arrival: arrival of the newest piece, s; None before the first.
+        last_arrival: arrival of the newest piece, s; None before the first one.
     """
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
@@ -39,7 +39,7 @@ class KeptSession:
 
     @classmethod
     def look(cls, path: Path) -> "KeptSession":
-        """An existing file, also one that is being written.
+        """Open an existing file, also one that is being written.
 
         Raises:
             SessionError: it cannot be read.
@@ -89,13 +89,13 @@ _Row = tuple[Any, ...]
 
 
 class FindingTables:
-    """Keeps the tables of holds and rotations up to date, writing only changed rows."""
+    """Updates the tables of holds and rotations, writing only changed rows."""
 
     def __init__(self) -> None:
         self._written: dict[str, list[_Row]] = {"hold": [], "rotation": []}
 
     def write(self, connection: sqlite3.Connection, collected: Collected) -> None:
-        """Write the rows that differ from last time; delete those that were taken back."""
+        """Write the rows that differ from last time; delete those that were withdrawn."""
         holds = (*collected.holds, *collected.validation)
         self._equal(connection, "hold", [_hold_row(hold) for hold in holds])
         self._equal(connection, "rotation", [_rotation_row(one) for one in collected.rotations])
@@ -137,7 +137,7 @@ def _rotation_row(rotation: Rotation) -> _Row:
 
 
 COMMIT_SECONDS = 0.5
-"""How far the file on disk may lie behind what has arrived."""
+"""Seconds by which the file on disk may lag behind the received data."""
 
 
 class Session(KeptSession):
@@ -146,7 +146,7 @@ class Session(KeptSession):
     Every method raises ``SessionError`` when the file can no longer be read or written.
 
     Attributes:
-        commits: how often what was written has been brought to the disk.
+        commits: number of commits.
     """
 
     def __init__(
@@ -165,9 +165,9 @@ class Session(KeptSession):
         """A new file.
 
         Args:
-            path: where; its folder is made when it is missing.
-            about: first settings, values that JSON can hold.
-            clock: seconds, by which the commits are spaced.
+            path: path of the file; its folder is created if it is missing.
+            about: initial settings, values that JSON can hold.
+            clock: clock for the interval between commits, s.
 
         Raises:
             SessionError: it exists already or cannot be written.
@@ -195,7 +195,7 @@ class Session(KeptSession):
 
     @classmethod
     def open(cls, path: Path, *, clock: Callable[[], float] = time.monotonic) -> "Session":
-        """An existing file, to be continued.
+        """Open an existing file to continue it.
 
         Raises:
             SessionError: it cannot be read, or another program is writing it.
@@ -228,7 +228,7 @@ class Session(KeptSession):
         """Write bytes before they are decoded.
 
         Args:
-            arrival: seconds on the session's own clock, which never goes back.
+            arrival: arrival on the session's own monotonic clock, s.
             data: the bytes.
         """
         with self._explaining():
@@ -249,7 +249,7 @@ class Session(KeptSession):
         self.commit()
 
     def write_findings(self, collected: Collected) -> None:
-        """Write the holds and rotations finished so far; delete those that were taken back."""
+        """Write the finished holds and rotations; delete those that were withdrawn."""
         with self._explaining():
             self._findings.write(self._connection, collected)
 

@@ -1,4 +1,4 @@
-"""The list of sessions with the step that each has reached."""
+"""The list of sessions, each with the step that it has reached."""
 
 import datetime as dt
 import sqlite3
@@ -13,16 +13,16 @@ from imucal_wizard.core.records import dataclass
 
 @dataclass(frozen=True)
 class SessionInfo:
-    """One session file at a glance.
+    """Summary of a session file.
 
     Attributes:
         path: the file.
-        created: when it was begun, seconds since 1970.
-        source: what was read, in words.
-        step: name of the step it had reached, or "".
-        seconds: how long bytes were taken down.
-        holds: how many holds it has.
-        problem: why it cannot be taken up again, or "".
+        created: start of the session, seconds since 1970.
+        source: description of the source.
+        step: name of the step reached, or "".
+        seconds: duration of the recording, s.
+        holds: number of holds.
+        problem: the reason why it cannot be resumed, or "".
     """
 
     path: Path
@@ -35,7 +35,7 @@ class SessionInfo:
 
     @property
     def finished(self) -> bool:
-        """Whether its result was reached or saved, so that nothing is left to measure."""
+        """Whether its result was reached or saved, so that no measurement is left."""
         return self.step in ("result", "validate", "save")
 
 
@@ -47,7 +47,7 @@ def default_directory() -> Path:
 
 
 def new_session_path(directory: Path, now: dt.datetime) -> Path:
-    """A name for a session begun now that no file in the folder has."""
+    """An unused file name for a new session in the folder."""
     stem = f"{now:%Y-%m-%d_%H%M%S}"
     path, number = directory / f"{stem}{SUFFIX}", 2
     while _taken(path):
@@ -56,7 +56,7 @@ def new_session_path(directory: Path, now: dt.datetime) -> Path:
 
 
 def _taken(path: Path) -> bool:
-    """Whether a file has this name; if that is unknown, creating the file reports the cause."""
+    """Whether a file of this name exists; if unknown, creating the file reports the cause."""
     try:
         return path.exists()
     except OSError:
@@ -64,10 +64,10 @@ def _taken(path: Path) -> bool:
 
 
 def list_sessions(directory: Path) -> list[SessionInfo]:
-    """The sessions in a folder, newest first; each that cannot be resumed has the reason."""
+    """The sessions in a folder, newest first; those that cannot be resumed have the reason."""
     try:
         paths = sorted(directory.glob(f"*{SUFFIX}"), reverse=True)
-    except OSError:  # a folder that cannot be looked into; who writes a session there is told why
+    except OSError:  # an unreadable folder; writing a session there reports the cause
         return []
     found = [_info(path) for path in paths]
     return sorted(found, key=lambda info: info.created, reverse=True)
@@ -84,19 +84,19 @@ def _info(path: Path) -> SessionInfo:
 def _changed(path: Path) -> float:
     try:
         return path.stat().st_mtime
-    except OSError:  # taken away since the folder was looked at
+    except OSError:  # deleted since the folder was read
         return 0.0
 
 
 def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
     connection.execute("PRAGMA busy_timeout = 0")
-    connection.execute("BEGIN IMMEDIATE")  # refused where it is being written, here or elsewhere
+    connection.execute("BEGIN IMMEDIATE")  # refused while it is being written, here or elsewhere
     connection.execute("ROLLBACK")
     about = session_file.read_meta(connection)
     first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
     holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
     created = float(about.get("created", 0.0))
-    dt.datetime.fromtimestamp(created, dt.UTC)  # a time that is none is damage like any other
+    dt.datetime.fromtimestamp(created, dt.UTC)  # an impossible time is damage
     return SessionInfo(
         path,
         created,

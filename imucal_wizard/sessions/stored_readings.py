@@ -1,8 +1,8 @@
-"""The readings behind a fit, read again from where they were written down.
+"""The readings of a fit, read from the session file.
 
-Without them neither vibration nor the step of the readings is known to the bench, and no hold can
-be looked at sample by sample. A stream of hours does not lie in memory, so a session is read from
-its file, in a thread, when the bench is opened.
+Without the readings, the bench knows neither vibration nor resolution and cannot show the samples
+of a hold. Hours of a stream are not kept in memory, so a thread reads them from the session file
+when the bench is opened.
 """
 
 import time
@@ -17,19 +17,19 @@ from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold
 
 MAX_MEAN_DIFFERENCE = 1e-6
-"""Relative difference of a hold's mean up to which it was made of these readings."""
+"""Relative difference of a hold's mean up to which it belongs to these readings."""
 
 MAX_WRITE_DELAY_SECONDS = 3.0
-"""Seconds for which a file that is being written may lack the newest samples."""
+"""Seconds by which a file that is being written may lag behind."""
 RETRY_SECONDS = 0.2
 
 
 def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:
-    """The readings of a session; None if the holds were not made of them.
+    """The readings of a session; None if the holds do not belong to them.
 
     Args:
         path: the session, or None.
-        holds: found in it.
+        holds: holds of the session.
     """
     if path is None or not path.is_file():
         return None
@@ -37,7 +37,7 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
     while True:
         try:
             readings = read_files([path])
-        except ImucalError:  # the bench works without them, it only knows less
+        except ImucalError:  # the bench works without them, with less information
             return None
         if made_of(readings, holds):
             return readings
@@ -45,11 +45,11 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
         complete = len(readings) > 0 and readings.accelerometer.time[-1] > ends
         if complete or time.monotonic() > patience:
             return None
-        time.sleep(RETRY_SECONDS)  # who writes the file does so in batches
+        time.sleep(RETRY_SECONDS)  # the file is written in batches
 
 
 def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
-    """Whether the first and the last hold were made of these readings."""
+    """Whether the first and the last hold belong to these readings."""
     for hold in (*holds[:1], *holds[-1:]):
         values = readings.accelerometer.between(hold.start, hold.end).values
         if not len(values):

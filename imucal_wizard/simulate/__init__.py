@@ -1,4 +1,4 @@
-"""The virtual IMU: a hand, a sensor, and the lines that it prints."""
+"""The virtual IMU: a hand, a sensor, and the lines that the device prints."""
 
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.hidden import Hidden, parse_hidden

@@ -9,9 +9,9 @@ from imucal_wizard.core.records import dataclass
 AXES = "xyz"
 TILT_SEPARATOR = "~"
 TILT = np.pi / 6.0
-"""``+z~+x``: the +z face on top, tilted 30° towards +x."""
+"""Tilt of a pose such as ``+z~+x``: the +z face on top, tilted 30° towards +x."""
 PLACEMENT_ERROR_DEG = 1.5
-"""How far a hand misses a pose, standard deviation per axis."""
+"""Placement error of a hand, standard deviation per axis, degrees."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class LieStill:
 
 @dataclass(frozen=True)
 class Rotate:
-    """Turn about one body axis, with the wobble of a hand about the others.
+    """Rotate about one body axis, with the wobble of a hand about the others.
 
     Attributes:
         axis: ``x``, ``y`` or ``z``.
@@ -40,11 +40,11 @@ class Rotate:
 
 @dataclass(frozen=True)
 class Place:
-    """Bring a direction on top by the shortest way.
+    """Bring a direction on top by the shortest rotation.
 
     Attributes:
         target: pose name as in ``+x-y``, or an up direction in the body frame.
-        error: how far it is missed, standard deviation per axis, degrees.
+        error: placement error, standard deviation per axis, degrees.
         fastest: peak rate, °/s; None for a leisurely one.
     """
 
@@ -62,17 +62,17 @@ class Tremble:
 
 @dataclass(frozen=True)
 class Shake:
-    """From now on the support vibrates with this rms per axis, m/s²; 0 for a quiet one."""
+    """Let the support vibrate with this rms per axis, m/s², from now on; 0 for none."""
 
     rms: float
 
 
 @dataclass(frozen=True)
 class PassSteel:
-    """From now on something of steel passes by, for as long as ``moves.STEEL_SECONDS``.
+    """Let a steel object pass by, for ``moves.STEEL_SECONDS``.
 
     Attributes:
-        field: what it adds to the field at its nearest, µT: east, north, up.
+        field: its contribution to the field at the nearest point, µT: east, north, up.
     """
 
     field: tuple[float, float, float] = (9.0, 13.0, -11.0)
@@ -85,7 +85,7 @@ def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArr
     """The unit up direction of a pose: ``+x``, ``+x-y``, ``+x-y+z``, or any vector.
 
     Raises:
-        UsageError: no such pose, or a vector without a direction.
+        UsageError: there is no such pose, or the vector has no direction.
     """
     vector = _named(target) if isinstance(target, str) else np.array(target, float)
     length = float(np.sqrt((vector * vector).sum()))
@@ -98,7 +98,7 @@ def check_action(action: Action) -> None:
     """Refuse a command that cannot be carried out.
 
     Raises:
-        UsageError: a pose or an axis that there is not.
+        UsageError: there is no such pose or axis.
     """
     match action:
         case Place(target):

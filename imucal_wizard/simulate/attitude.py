@@ -1,7 +1,7 @@
-"""Attitudes as unit quaternions ``(w, x, y, z)``, body to world, many at a time.
+"""Attitudes as arrays of unit quaternions ``(w, x, y, z)``, body to world.
 
-Conventions: ``v_world = q ⊗ v_body ⊗ q*``; a small turn ``φ`` in the body frame multiplies from the
-right, ``q ⊗ exp(φ)``; the world's up is ``+z``.
+Conventions: ``v_world = q ⊗ v_body ⊗ q*``; a small rotation ``φ`` in the body frame multiplies from
+the right, ``q ⊗ exp(φ)``; the world's up direction is ``+z``.
 """
 
 import numpy as np
@@ -27,13 +27,13 @@ def hamilton_product(p: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def to_world(q: FloatArray, body: FloatArray) -> FloatArray:
-    """Body vectors seen from the world: ``q ⊗ v ⊗ q*``."""
+    """Body vectors in the world frame: ``q ⊗ v ⊗ q*``."""
     twice = 2.0 * cross_rows(q[..., 1:], body)
     return body + q[..., :1] * twice + cross_rows(q[..., 1:], twice)
 
 
 def to_body(q: FloatArray, world: FloatArray) -> FloatArray:
-    """World vectors seen from the body: ``q* ⊗ v ⊗ q``."""
+    """World vectors in the body frame: ``q* ⊗ v ⊗ q``."""
     twice = 2.0 * cross_rows(world, q[..., 1:])
     return world + q[..., :1] * twice - cross_rows(q[..., 1:], twice)
 
@@ -60,7 +60,7 @@ def body_rate(turn: FloatArray, turn_rate: FloatArray) -> FloatArray:
 
 
 def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``a × b`` along the last axis; several times quicker than ``numpy.cross`` on few rows."""
+    """``a × b`` along the last axis; several times faster than ``numpy.cross`` for few rows."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], -1)
@@ -69,8 +69,9 @@ def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
 def shortest_rotation(now: FloatArray, wanted: FloatArray) -> FloatArray:
     """Body rotation vector after which the body direction ``wanted`` points where ``now`` did.
 
-    The up direction seen from the body obeys ``du/dt = u × w``, so the turn that carries it from
-    ``now`` to ``wanted`` is about ``wanted × now``. Upside down, any axis across ``now`` serves.
+    The up direction in the body frame obeys ``du/dt = u × w``, so the rotation that carries it from
+    ``now`` to ``wanted`` is about ``wanted × now``. If they are opposite, any axis perpendicular to
+    ``now`` will do.
 
     Args:
         now: unit up direction in the body frame, shape (3,).

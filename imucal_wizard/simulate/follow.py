@@ -1,4 +1,4 @@
-"""How the virtual hand follows the procedure's instructions."""
+"""The virtual hand's response to the procedure's instructions."""
 
 from collections.abc import Sequence
 
@@ -17,24 +17,25 @@ from imucal_wizard.simulate.scripts import (
 )
 
 MAX_HOLD_WAIT_SECONDS = 8.0
-"""How much longer than needed a pose is held, s, before the hand places it again."""
+"""Additional time, s, for which a pose is held before the hand places it again."""
 MAX_TURN_WAIT_SECONDS = 4.0
-"""How much longer than needed the hand waits, s, for a turn to be counted."""
+"""Additional time, s, for which the hand waits until a rotation is counted."""
 START_ERROR_DEG = 12.0
-"""A turn begins with its axis level within this; else the hand goes to the start pose first."""
+"""Tolerance of the level axis at the start of a rotation, degrees; beyond it, the hand goes to the
+start pose first."""
 FACE_SECONDS = 1.2
-"""A face lies on the table for so long before it is turned, s."""
+"""Time for which a face lies on the table before it is turned, s."""
 HAND_CIRCLE_DEG = 372.0
-"""A hand that turns a device once round turns a little more."""
+"""Angle of a circle by hand: slightly more than a full turn, degrees."""
 FOLLOW_SHAKE_RMS = 0.5
 """Vibration per axis of an idling machine on which every third pose is held, m/s²."""
 
 
 class Follower:
-    """Decides what the hand does about an instruction, and remembers what it has done for which.
+    """Decides how the hand responds to an instruction, and remembers its responses.
 
     Args:
-        shaken: every third of the poses is held on a support that vibrates.
+        shaken: whether every third pose is held on a vibrating support.
     """
 
     def __init__(self, *, shaken: bool = False) -> None:
@@ -45,11 +46,11 @@ class Follower:
         self._axis = ""
 
     def decide(self, asked: Instruction, rested: float, up: FloatArray) -> Sequence[Action]:
-        """What to do about an instruction to a device at rest.
+        """The response to an instruction, for a device at rest.
 
         Args:
             asked: the instruction.
-            rested: how long the device had been at rest when it was given, s.
+            rested: time for which the device had been at rest when the instruction was given, s.
             up: up direction in the body frame.
         """
         if asked.rotation is not None:
@@ -61,7 +62,7 @@ class Follower:
             pose = VALIDATION[asked.holds % len(VALIDATION)]
         if pose is None:
             return ()
-        # a pose may be wanted twice: the next request for it begins with the hold of the last one
+        # a pose may be requested twice: the second request begins with the hold of the first one
         request = (asked.step, pose, asked.holds if asked.step == "more" else 0)
         if request == self._request and rested < asked.needed + MAX_HOLD_WAIT_SECONDS:
             return ()
@@ -70,14 +71,14 @@ class Follower:
         return [*self._support(asked.step), Place(pose)]
 
     def _support(self, step: str) -> Sequence[Action]:
-        """What the device is laid on."""
+        """The support of the device."""
         if not self._shaken:
             return ()
         shakes = step == "poses" and self._placed % SHAKEN_EVERY == 0
         return [Shake(FOLLOW_SHAKE_RMS if shakes else 0.0)]
 
     def _circle(self, face: str | None, rested: float, up: FloatArray) -> Sequence[Action]:
-        """Once round with a face on the table; about one axis after the other without one."""
+        """One circle with a face on the table, or about the axes in turn if none is requested."""
         request = ("field", face)
         if face is None:
             self._turns += 1
@@ -116,16 +117,16 @@ class Follower:
             and angle * rotation.done[-1] > 0.0
             and abs(tilt - angle) < LARGEST_TILT_DEG
         ):
-            angle = -angle  # the wizard wants both senses, and has just had this one
+            angle = -angle  # the wizard requests both senses, and has just measured this one
         fastest = SPEEDS_DEG[self._turns % len(SPEEDS_DEG)]
         self._turns += 1
         return [Rotate(rotation.axis, angle, fastest)]
 
 
 def tilt_about(axis: int, start: FloatArray, up: FloatArray) -> float:
-    """How far the device has been turned about a level body axis since ``start`` was up, degrees.
+    """Rotation about a level body axis since ``start`` was up, degrees.
 
-    Turning by ``+θ`` about the axis carries the up direction, seen from the body, by ``−θ``.
+    A rotation by ``+θ`` about the axis carries the up direction in the body frame by ``−θ``.
     """
     along = np.eye(3)[axis]
     return float(np.degrees(np.arctan2(-np.cross(start, up) @ along, start @ up)))

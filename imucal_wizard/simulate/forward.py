@@ -1,8 +1,8 @@
 """The forward equations of the hidden effects, one small function each.
 
 Quantities are in the units in which effects are quoted: g for specific force, °/s for rate, µT for
-flux density, A, °C, minutes. Each function gives ``ε`` per unit of its size, as IEEE 1293
-(accelerometer) and IEEE 1431 (gyroscope) write the terms of the model equation.
+flux density, A, °C, minutes. Each function returns ``ε`` per unit of its size, following the terms
+of the model equations in IEEE 1293 (accelerometer) and IEEE 1431 (gyroscope).
 """
 
 from collections.abc import Callable
@@ -17,29 +17,29 @@ from imucal_wizard.simulate import attitude
 REFERENCE_TEMPERATURE = 25.0
 """Temperature at which thermal effects vanish, °C."""
 WARM_UP_TIME = 3.0
-"""Time constant of the warm-up unless told otherwise, minutes."""
+"""Default time constant of the warm-up, minutes."""
 ARM = np.array([0.05, -0.04, 0.06])
-"""Where the magnetometer sits on what is turned, from the middle of the turn, body frame, m."""
+"""Position of the magnetometer relative to the centre of rotation, body frame, m."""
 STEP_TIME = 1.5
-"""When the bias jumps unless told otherwise, minutes."""
+"""Default time of the bias step, minutes."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrueCircumstances:
-    """Everything an effect may depend on, at the sample times, in the units of the sizes.
+    """The quantities on which an effect may depend, at the sample times, in the units of the sizes.
 
     Attributes:
         force: true specific force, g, shape (n, 3).
         rate: true angular rate, °/s, shape (n, 3).
         temperature: °C, shape (n,).
-        minutes: since switching on, shape (n,).
+        minutes: time since power-on, shape (n,).
         previous: up direction of the pose before, shape (n, 3).
         vibration: acceleration of the device in the world, g, shape (n, 3).
         attitude: body to world, shape (n, 4).
-        sensed: specific force, rate, or flux density, whichever this sensor measures.
-        step: when the bias jumps, minutes.
+        sensed: specific force, rate, or flux density, as measured by this sensor.
+        step: time of the bias step, minutes.
         settling: time constant of the warm-up, minutes.
-        current: what the motors draw, A, shape (n,).
+        current: current of the motors, A, shape (n,).
     """
 
     force: FloatArray
@@ -131,7 +131,7 @@ def g2_sensitivity(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 
 
 def earth_rate(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
-    """``K`` about a world axis (x north, z up), seen from the body; shape (n, 3)."""
+    """``K`` about a world axis (x north, z up) in the body frame; shape (n, 3)."""
     return attitude.to_body(c.attitude, np.eye(3)[axes[0]])
 
 
@@ -141,7 +141,7 @@ def current(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
 
 
 def misalignment(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
-    """The field in axes turned by a small angle about one of them; shape (n, 3)."""
+    """The change of the field by a small rotation about one axis; shape (n, 3)."""
     second, third = (axes[0] + 1) % 3, (axes[0] + 2) % 3
     error = np.zeros_like(c.sensed)
     error[:, second] = c.sensed[:, third]
@@ -150,7 +150,7 @@ def misalignment(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 
 
 def field_gradient(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
-    """What the field of the room differs by where the magnetometer is; shape (n, 3).
+    """The difference of a non-uniform field at the position of the magnetometer; shape (n, 3).
 
     One of the three off-diagonal gradients of a field without curl or divergence, per metre.
     """

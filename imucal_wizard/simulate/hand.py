@@ -1,8 +1,8 @@
 """The virtual hand: it holds, rotates and lays down the device with a known true motion.
 
 Commands come from keys (``turn``, ``snap_to``, ``tremble``), from a script (``perform``), or from
-the procedure's instructions (``follow``). The hand carries them out one after the other at sample
-times, when ``advance`` makes the samples. A lock lets keys come from another thread.
+the procedure's instructions (``follow``). The hand executes them one after the other at sample
+times, when ``advance`` makes the samples. A lock admits keys from another thread.
 """
 
 import threading
@@ -29,11 +29,11 @@ from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.moves import Mover
 
 REACTION_SECONDS = 1.5
-"""Time from an instruction to the hand's move, s of samples."""
+"""Time from an instruction to the hand's motion, s of samples."""
 PREVIEW_SECONDS = 2.0
-"""Samples that a following hand lets the device make before the first instruction, s."""
+"""Time of samples made before the first instruction if the hand follows, s."""
 MAX_RATE = 100_000.0
-"""Samples per second at most: no IMU makes more, and more would fill the memory."""
+"""Largest number of samples per second: no IMU is faster, and more would fill the memory."""
 UNATTENDED_STEPS = ("source", "result", "save")
 """Steps in which nobody moves the device."""
 
@@ -48,9 +48,9 @@ class VirtualHand:
 
     Args:
         rate: samples per second.
-        seed: of everything that is by chance in a hand: errors of placement, wobble, tremor.
-        up: the pose it starts in, lying at rest.
-        shaken: when it follows, it holds every third pose on a support that vibrates.
+        seed: seed of the random quantities of a hand: placement errors, wobble, tremor.
+        up: the initial pose, at rest.
+        shaken: whether a following hand holds every third pose on a vibrating support.
         following: it follows the procedure's instructions.
 
     Attributes:
@@ -70,7 +70,7 @@ class VirtualHand:
         following: bool = False,
     ) -> None:
         if not 0.0 < rate <= MAX_RATE:
-            raise UsageError(f"a rate of {rate:g} samples per second cannot be; give one like 100")
+            raise UsageError(f"a rate of {rate:g} samples per second is impossible; give 100")
         self.shaken = shaken
         self._rate = rate
         self._mover = Mover(rate, seed, up)
@@ -100,7 +100,7 @@ class VirtualHand:
 
     @property
     def up(self) -> FloatArray:
-        """Up direction in the body frame at the end of the present move, shape (3,)."""
+        """Up direction in the body frame at the end of the current move, shape (3,)."""
         with self._lock:
             return self._mover.up
 
@@ -125,7 +125,7 @@ class VirtualHand:
             self._queue.append(Rotate(axis, degrees, fastest))
 
     def snap_to(self, target: str | tuple[float, float, float]) -> None:
-        """Bring a pose (``+x-y``) or an up direction on top, as well as a hand can.
+        """Bring a pose (``+x-y``) or an up direction on top, with the accuracy of a hand.
 
         Raises:
             UsageError: no such pose.
@@ -139,7 +139,7 @@ class VirtualHand:
         self.perform([Tremble(on)])
 
     def pass_steel(self) -> None:
-        """Let a steel object pass by at once, during any action."""
+        """Let a steel object pass by immediately, during any action."""
         with self._lock:
             self._mover.begin(PassSteel())
 
@@ -151,7 +151,7 @@ class VirtualHand:
         """Append these actions to the queue.
 
         Raises:
-            UsageError: a pose or an axis that there is not; then nothing of it is done.
+            UsageError: there is no such pose or axis; then no action is queued.
         """
         actions = list(script)
         for action in actions:
@@ -177,8 +177,8 @@ class VirtualHand:
         """Act on an instruction ``REACTION_SECONDS`` after the samples that it is about.
 
         Args:
-            instruction: what the procedure asks for.
-            samples: how many of the device's samples the procedure has judged.
+            instruction: the instruction.
+            samples: number of the device's samples that the procedure has processed.
         """
         with self._lock:
             waiting = self._instructions
@@ -192,18 +192,18 @@ class VirtualHand:
 
     @property
     def ahead(self) -> int | None:
-        """Samples it may go on before the next instruction; None for any number."""
+        """Number of samples that may be made before the next instruction; None if unlimited."""
         with self._lock:
             return None if self._horizon is None else max(0, self._horizon - self._mover.sample)
 
     @property
     def unattended(self) -> bool:
-        """Whether the procedure asks nothing of it now: it stands still after ``ahead`` samples."""
+        """Whether the procedure requests nothing: the device stops after ``ahead`` samples."""
         with self._lock:
             return self._horizon is not None and self._step in UNATTENDED_STEPS
 
     def advance(self, n: int) -> Motion:
-        """The next ``n`` samples of true motion; they do not depend on how they are divided."""
+        """The next ``n`` samples; the true motion does not depend on the division into calls."""
         parts = []
         with self._lock:
             while n > 0:
@@ -217,7 +217,7 @@ class VirtualHand:
         return _joined(parts)
 
     def remaining(self, most: int) -> int:
-        """Samples left of the present action, at most ``most``; 0 when the queue is empty."""
+        """Remaining samples of the current action, at most ``most``; 0 if the queue is empty."""
         with self._lock:
             if self._mover.left <= 0:
                 self._begin()

@@ -1,6 +1,6 @@
-"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``, and the one table of all terms.
+"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``, with a table of all terms.
 
-Each adds its ``ε`` to the true input on one axis; the sizes are:
+Each effect adds its ``ε`` to the true input on one axis; the sizes are:
 
 ===================== ============ ================== ===================================
 term                  size         gyroscope          equation on axis i
@@ -22,12 +22,13 @@ g2-sensitivity        –            °/s/g²             K f_j²
 earth-rate            –            °/h                rate about a world axis (z up, x north)
 ===================== ============ ================== ===================================
 
-and of the magnetometer: ``misalignment`` ° about axis i, ``bias-temperature`` µT/°C, ``current``
-µT/A, ``bias-drift`` µT/min, ``bias-step`` µT, ``field-gradient`` µT/m (of the room, no sensor's).
+and for the magnetometer: ``misalignment`` ° about axis i, ``bias-temperature`` µT/°C, ``current``
+µT/A, ``bias-drift`` µT/min, ``bias-step`` µT, ``field-gradient`` µT/m (of the room, not of the
+sensor).
 
-``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also take two letters,
-output then input (``xy``: the x gyroscope feels gravity along y); ``cross-product`` three, output
-then both factors (``xyz``). One letter there means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
+``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also accept two letters,
+output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-product`` three, output
+then both factors (``xyz``). For these, one letter means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
 """
 
 import math
@@ -48,14 +49,14 @@ _DEGREE = math.pi / 180.0
 
 @dataclass(frozen=True)
 class HiddenTerm:
-    """One line of the table: equation, unit of the size, and that unit in SI."""
+    """One row of the table: equation, unit of the size, and that unit in SI."""
 
     equation: forward.Forward
     unit: str
     si: float
-    """What turns size × equation into m/s², rad/s or µT."""
+    """Factor from size × equation to m/s², rad/s or µT."""
     letters: int = 1
-    """How many letters the axis may have."""
+    """Largest number of letters of the axis."""
 
 
 ACCELEROMETER: dict[str, HiddenTerm] = {
@@ -103,9 +104,9 @@ class Hidden:
 
     Attributes:
         sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
-        term: its name.
-        size: in the unit of the table above.
-        axes: output axis first.
+        term: name of the effect.
+        size: size in the unit of the table above.
+        axes: axes, the output axis first.
     """
 
     sensor: str
@@ -135,20 +136,20 @@ class Hidden:
 
 
 def needs_shaking(effects: Iterable[Hidden]) -> bool:
-    """Whether one of them shows only on a support that vibrates."""
+    """Whether one of the effects appears only on a vibrating support."""
     return any(effect.term == "vibration-rectification" for effect in effects)
 
 
 def draws_current(effects: Iterable[Hidden]) -> bool:
-    """Whether one of them shows only where motors run."""
+    """Whether one of the effects appears only with running motors."""
     return any(effect.term == "current" for effect in effects)
 
 
 def check_sensors(effects: Iterable[Hidden], *, magnetometer: bool) -> None:
-    """Refuse effects of a magnetometer that is not there.
+    """Refuse effects of a missing magnetometer.
 
     Raises:
-        UsageError: there is one.
+        UsageError: there is such an effect.
     """
     if not magnetometer and any(effect.sensor == "magnetometer" for effect in effects):
         raise UsageError(
@@ -157,10 +158,10 @@ def check_sensors(effects: Iterable[Hidden], *, magnetometer: bool) -> None:
 
 
 def parse_hidden(text: str) -> Hidden:
-    """Read ``TERM:SIZE:AXIS``, another sensor's as ``gyroscope/TERM:SIZE:AXIS``.
+    """Parse ``TERM:SIZE:AXIS``; for other sensors ``gyroscope/TERM:SIZE:AXIS``.
 
     Raises:
-        UsageError: not of that form, an unknown term, a size that is no number, a wrong axis.
+        UsageError: another form, an unknown term, a size that is not a number, or a wrong axis.
     """
     parts = text.strip().split(":")
     if len(parts) != 3:
@@ -171,7 +172,7 @@ def parse_hidden(text: str) -> Hidden:
     sensor = sensor or "accelerometer"
     if sensor not in TERMS:
         raise UsageError(
-            f"hidden effect {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM"
+            f"hidden effect {text!r}: {sensor!r} is not a sensor; write gyroscope/TERM"
         )
     if term not in TERMS[sensor]:
         raise UsageError(f"hidden effect {text!r}: {_unknown(sensor, term)}")
@@ -182,7 +183,7 @@ def _unknown(sensor: str, term: str) -> str:
     others = [name for name, table in TERMS.items() if term in table]
     if len(others) == 1 and others != ["accelerometer"]:
         return f"{term} is an effect of the {others[0]}; write {others[0]}/{term}"
-    return f"the {sensor} has no effect {term!r} here; it has {', '.join(TERMS[sensor])}"
+    return f"the {sensor} has no effect {term!r}; it has {', '.join(TERMS[sensor])}"
 
 
 def _size(text: str, word: str) -> float:

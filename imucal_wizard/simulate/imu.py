@@ -1,7 +1,7 @@
-"""The virtual IMU as a source that is pulled: whoever reads it makes its samples.
+"""The virtual IMU as a source that makes its samples when it is read.
 
-Nothing here runs in a thread of its own, and no sample is made that is not read. The samples
-depend on the seed and on what the hand does, never on how fast or in which pieces they are read.
+It has no thread of its own, and makes no sample that is not read. The samples depend on the seed
+and on the actions of the hand, never on the speed or the pieces of reading.
 """
 
 import math
@@ -27,12 +27,14 @@ from imucal_wizard.simulate.samples import VirtualLoad, VirtualSamples, VirtualS
 from imucal_wizard.simulate.sensor import SensorModel
 
 HEADER_PERIOD_SECONDS = 5.0
-"""The header is printed again so often, s, for those who listen late."""
+"""Time between two headers, s, for readers that start late."""
 READ_TICK_SECONDS = 0.02
-"""Time that a read waits for samples, s of the wall clock: lines come in pieces of this length."""
+"""Time that a read waits for samples, s of the wall clock; lines arrive in pieces of this
+length."""
 MAX_SAMPLES_PER_READ = 512
 MAX_CATCH_UP_SECONDS = 0.25
-"""Time that the device catches up after a pause, s of the wall clock; beyond it, it slows down."""
+"""Time that the device catches up after a pause, s of the wall clock; after longer pauses it is
+late."""
 
 
 class VirtualImu:
@@ -40,27 +42,27 @@ class VirtualImu:
 
     Args:
         rate: samples per second of device time.
-        seed: of the sensor's errors, the noise and the hand.
-        speed: device seconds per second of the wall clock; ``inf`` for as fast as it is read.
-        sensor: the sensor; drawn from the seed when not given.
-        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
-        magnetometer: it has a magnetometer, drawn from the seed.
-        ammeter: it measures the board's current, whatever is hidden.
-        following: the hand follows the procedure's instructions.
-        bias_step: when a ``bias-step`` happens, minutes.
-        line_end: what ends a line.
+        seed: seed of the sensor's errors, the noise and the hand.
+        speed: device seconds per second of the wall clock; ``inf`` for unlimited speed.
+        sensor: the sensor; drawn from the seed if not given.
+        hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
+        magnetometer: whether it has a magnetometer, drawn from the seed.
+        ammeter: whether it always measures the board's current.
+        following: whether the hand follows the procedure's instructions.
+        bias_step: time of a ``bias-step``, minutes.
+        line_end: line end.
 
     Attributes:
-        hand: moves the device.
-        speed: may be changed at any time.
+        hand: the hand that moves the device.
+        speed: speed, as above; may be changed at any time.
         sensor: the sensor's true parameters.
-        stream: its samples.
-        printer: its lines.
-        description: what is read, in words.
+        stream: source of its samples.
+        printer: printer of its lines.
+        description: description of the source.
 
     Raises:
-        UsageError: a hidden effect that cannot be read or belongs to a sensor that is not there,
-            or a rate or speed that cannot be.
+        UsageError: a hidden effect cannot be parsed or belongs to a missing sensor, or a rate or
+            speed is impossible.
     """
 
     description = "virtual IMU"
@@ -80,7 +82,7 @@ class VirtualImu:
         line_end: str = "\r\n",
     ) -> None:
         if not speed > 0.0:
-            raise UsageError(f"a speed of {speed:g} stands still; give one like 1 or 20")
+            raise UsageError(f"a speed of {speed:g} is impossible; give one like 1 or 20")
         self.speed = speed
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
@@ -133,11 +135,11 @@ class VirtualImu:
             return b""
         due = self._due(min(timeout, READ_TICK_SECONDS))
         self._owed = max(0.0, self._owed - due)
-        # a procedure that falls silent while it asks for something is not waited for
+        # while the procedure requests something, the device does not wait for it
         return self._lines(min(due, ahead) if ahead else due)
 
     def rest(self) -> bytes:
-        """Everything that is left to print before the device stands still; empty if it does not."""
+        """The lines that remain before the device stands still; empty if it does not."""
         return self._lines((self.hand.ahead or 0) if self.hand.unattended else 0)
 
     @property
@@ -146,12 +148,12 @@ class VirtualImu:
         return self.hand.unattended and self.hand.ahead == 0
 
     def follow(self, instruction: Instruction, samples: int) -> None:
-        """Tell the hand what the procedure asks for after so many of the device's samples."""
+        """Pass an instruction to the hand, given after ``samples`` of the device's samples."""
         if self.hand.following:
             self.hand.follow(instruction, samples)
 
     def _due(self, wait: float) -> int:
-        """Samples that the wall clock asks for; waits if there are none."""
+        """Number of samples due by the wall clock; waits if there are none."""
         if math.isinf(self.speed):
             return MAX_SAMPLES_PER_READ
         per_second = self._rate * self.speed
@@ -177,12 +179,12 @@ class VirtualImu:
 
 
 class LinePrinter:
-    """Turns samples into lines.
+    """Formats samples as lines.
 
     Args:
-        sensor: whose units the columns carry.
-        end: what ends a line; Arduino's unless told otherwise.
-        field: whether there are columns of a magnetometer, empty where it has no new sample.
+        sensor: the sensor, which determines the units of the columns.
+        end: line end; Arduino's by default.
+        field: whether there are columns of a magnetometer, empty without a new sample.
         load: whether there is a column of the motors' current.
     """
 
@@ -210,7 +212,7 @@ class LinePrinter:
         self._format = ",".join(formats) + end
 
     def lines(self, samples: VirtualSamples) -> bytes:
-        """The lines of these samples; one formatting for all of them is the quickest way."""
+        """The lines of these samples; formatting all of them at once is fastest."""
         columns = [samples.time, samples.accelerometer, samples.gyroscope]
         if samples.magnetometer is not None:
             columns.append(samples.magnetometer)

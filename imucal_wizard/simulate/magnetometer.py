@@ -1,8 +1,7 @@
-"""The virtual magnetometer: the Earth's field through the iron of a board, at a rate of its own.
+"""The virtual magnetometer: the Earth's field through the iron of a board, at its own rate.
 
-``y = A·(m + ε + soft iron·m) + hard iron + noise`` in the magnetometer's own axes, which lie a
-little turned against the accelerometer's. A sample stands in the line of the first IMU sample after
-it.
+``y = A·(m + ε + soft iron·m) + hard iron + noise`` in the magnetometer's own axes, which are
+slightly rotated against the accelerometer's. A sample appears in the line of the next IMU sample.
 """
 
 import numpy as np
@@ -15,11 +14,11 @@ from imucal_wizard.simulate.noise import RandomStream, generator
 from imucal_wizard.simulate.sensor import DEGREE
 
 FIELD_RATE = 80.0
-"""Samples per second, the MAG3110's fastest."""
+"""Samples per second, the fastest rate of the MAG3110."""
 FIELD_NOISE = 0.4
 """µT rms at that rate (MAG3110's data sheet)."""
 FIELD_STEP = 0.1
-"""µT."""
+"""Resolution, µT."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +27,7 @@ class TrueField:
 
     Attributes:
         world: field at the place, µT: east, north, up.
-        gain: symmetric; soft iron, scale and cross-axis of the sensor, shape (3, 3).
+        gain: symmetric matrix of soft iron, scale and cross-axis, shape (3, 3).
         hard_iron: µT, shape (3,).
         misalignment: rotation vector from the accelerometer's axes to its own, rad, shape (3,).
     """
@@ -40,9 +39,10 @@ class TrueField:
 
     @classmethod
     def drawn(cls, seed: int = 0) -> "TrueField":
-        """Hard iron up to ±60 µT, gains within 8 %, cross terms within 5 %, turned up to 3°.
+        """Draw hard iron up to ±60 µT, gains within 8 % and cross terms within 5 %.
 
-        The place is in the middle latitudes: 45 to 52 µT, 60 to 70° of dip.
+        The misalignment is up to 3° per axis. The place is in the middle latitudes: 45 to 52 µT, 60
+        to 70° of dip.
         """
         rng = generator(seed, RandomStream.FIELD)
         size, dip = rng.uniform(45.0, 52.0), rng.uniform(60.0, 70.0) * DEGREE
@@ -77,11 +77,11 @@ class TrueField:
 
 
 class VirtualMagnetometer:
-    """Samples of the field as they come.
+    """Samples of the field, one after the other.
 
     Args:
-        model: the place and the sensor.
-        seed: of the noise.
+        model: place and sensor.
+        seed: seed of the noise.
     """
 
     def __init__(self, model: TrueField, seed: int = 0) -> None:
@@ -90,7 +90,7 @@ class VirtualMagnetometer:
         self._next = 0.0
 
     def take(self, motion: Motion, error: FloatArray | None = None) -> FloatArray:
-        """Readings at the motion's samples, µT, shape (n, 3); NaN where there is no new one.
+        """Readings at the motion's samples, µT, shape (n, 3); NaN without a new one.
 
         Args:
             motion: the true motion.

@@ -1,8 +1,8 @@
-"""A segment of true motion, known exactly at every instant.
+"""Segments of true motion, known exactly at every instant.
 
 A segment is ``q(t) = q0 ⊗ exp(φ(t)) ⊗ exp(δ(t))``: a smooth rotation ``φ`` with its wobble, and the
-tremor ``δ`` of a hand. Both are closed forms, so rate and specific force are their exact
-derivatives at the sample times and not differences between samples.
+tremor ``δ`` of a hand. Both are closed forms, so rate and specific force at the sample times are
+exact derivatives and not differences of samples.
 """
 
 import numpy as np
@@ -34,11 +34,11 @@ def bump(s: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class Wobble:
-    """The wobble that a hand adds to a rotation about other axes; it begins and ends at zero.
+    """The wobble of a rotation by hand about other axes; it begins and ends at zero.
 
     Attributes:
         amplitude: rad, shape (k, 3).
-        phase: rad, shape (k, 3); swing ``j`` goes through ``j + 1`` periods.
+        phase: rad, shape (k, 3); component ``j`` completes ``j + 1`` periods.
     """
 
     amplitude: FloatArray
@@ -56,7 +56,7 @@ class Wobble:
 
 @dataclass(frozen=True, eq=False)
 class Tremor:
-    """A sum of sines in absolute time: the tremor of the hand that holds the device.
+    """The tremor of the hand that holds the device: a sum of sines in absolute time.
 
     Attributes:
         frequency: Hz, shape (k, 3).
@@ -95,9 +95,9 @@ class Motion:
         specific_force: ``f``, body frame, m/s², shape (n, 3); ``g·u`` at rest.
         rate: ``w``, body frame, rad/s, shape (n, 3).
         attitude: quaternion body to world, shape (n, 4).
-        acceleration: of the device in the world, m/s², shape (n, 3).
-        previous: up direction of the pose before this one, body frame, shape (n, 3).
-        disturbance: what is added to the place's magnetic field, world, µT, shape (n, 3).
+        acceleration: acceleration of the device in the world, m/s², shape (n, 3).
+        previous: up direction of the previous pose, body frame, shape (n, 3).
+        disturbance: contribution of a steel object to the magnetic field, world, µT, shape (n, 3).
     """
 
     time: FloatArray
@@ -111,7 +111,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class HandVibration:
-    """How this hand trembles and this support vibrates, at level 1.
+    """The tremor of the hand and the vibration of the support, at level 1.
 
     Attributes:
         angular: tremor of the attitude, rad.
@@ -125,7 +125,7 @@ class HandVibration:
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> "HandVibration":
-        """Sway near 1 Hz, physiological tremor near 9 Hz, an idling machine above 50 Hz."""
+        """Draw sway near 1 Hz, physiological tremor near 9 Hz, an idling machine above 50 Hz."""
         degree = np.pi / 180.0
         return cls(
             Tremor.drawn(rng, (0.7, 2.3, 9.0), (0.25 * degree, 0.06 * degree, 0.02 * degree)),
@@ -136,17 +136,17 @@ class HandVibration:
 
 @dataclass(frozen=True, eq=False)
 class MotionSegment:
-    """One move or one rest, ``count`` samples from sample ``first`` on.
+    """One move or one rest of ``count`` samples from sample ``first`` on.
 
     Attributes:
         first: index of its first sample.
-        count: how many samples it lasts.
+        count: number of samples.
         start: attitude without tremor at its beginning, shape (4,).
-        previous: up direction of the pose before, body frame, shape (3,).
-        turn: rotation vector of the whole turn, rad, shape (3,); None at rest.
-        wobble: what the hand adds; None at rest.
+        previous: up direction of the previous pose, body frame, shape (3,).
+        turn: rotation vector of the whole move, rad, shape (3,); None at rest.
+        wobble: wobble of the hand; None at rest.
         shift: displacement in the world, m, shape (3,).
-        tremor: level of the hand's tremor at the beginning and at the end.
+        tremor: level of the hand's tremor at the beginning and the end.
         shake: rms of the support's vibration, m/s².
     """
 
@@ -191,7 +191,7 @@ class MotionSegment:
     def _moved(
         self, whole: FloatArray, s: FloatArray, duration: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Attitude, rate and acceleration of the turn with its wobble."""
+        """Attitude, rate and acceleration of the rotation with its wobble."""
         value, slope, curvature = minimum_jerk(s)
         turn, turn_rate = value[:, None] * whole, slope[:, None] * whole
         if self.wobble is not None:
@@ -211,7 +211,7 @@ class MotionSegment:
         duration: float,
         unrest: HandVibration,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The same with the hand's tremor; the tremor's acceleration in the world."""
+        """Attitude and rate with the hand's tremor, and the tremor's acceleration in the world."""
         before, after = self.tremor
         value, slope, _ = minimum_jerk(s)
         level = before + (after - before) * value

@@ -1,4 +1,4 @@
-"""From an action of the hand to a segment of motion."""
+"""Conversion of the hand's actions to segments of motion."""
 
 from dataclasses import replace
 
@@ -28,29 +28,29 @@ from imucal_wizard.simulate.motion import (
 from imucal_wizard.simulate.noise import RandomStream, generator
 
 LEISURELY_DEG = 130.0
-"""Peak rate of a move without a given rate, °/s."""
+"""Default peak rate of a move, °/s."""
 SHORTEST_MOVE = 0.35
 """Shortest duration of a move, s."""
 TREMBLE_RAMP = 0.5
 """Time to pick the device up or to lay it down, s."""
 STEEL_SECONDS = 1.6
-"""Duration of the passing of a steel object, s."""
+"""Time in which a steel object passes by, s."""
 POSE_AFTER = 1.0
-"""A rest this long, s, counts as a pose that the sensor may remember."""
+"""Rest after which a pose counts for the hysteresis of the sensor, s."""
 
 
 class Mover:
-    """The attitude of the device and the present segment of motion.
+    """The attitude of the device and the current segment of motion.
 
     Args:
         rate: samples per second.
-        seed: of errors of placement, wobble and tremor.
-        up: the pose it starts in, lying at rest.
+        seed: seed of placement errors, wobble and tremor.
+        up: the initial pose, at rest.
 
     Attributes:
         sample: index of the next sample.
         rest_since: index of the first sample after the last move.
-        trembling: the device is held in the hand.
+        trembling: whether the device is held in the hand.
     """
 
     def __init__(self, rate: float, seed: int, up: str) -> None:
@@ -69,12 +69,12 @@ class Mover:
 
     @property
     def left(self) -> int:
-        """Samples left of the present segment."""
+        """Remaining samples of the current segment."""
         return self._stretch.first + self._stretch.count - self.sample
 
     @property
     def up(self) -> FloatArray:
-        """Up direction in the body frame at the end of the present segment."""
+        """Up direction in the body frame at the end of the current segment."""
         return attitude.to_body(self._stretch.end, attitude.WORLD_UP)
 
     def begin(self, action: Action) -> bool:
@@ -89,7 +89,7 @@ class Mover:
         self._stretch = self._lying(count)
 
     def advance(self, count: int) -> Motion:
-        """The next samples of the present segment; ``count`` is at most ``left``."""
+        """The next samples of the current segment; ``count`` is at most ``left``."""
         samples = np.arange(self.sample, self.sample + count)
         self.sample += count
         if self._stretch.turn is not None:
@@ -131,7 +131,7 @@ class Mover:
         return self._after(round(TREMBLE_RAMP * self._rate), tremor=levels)
 
     def _move(self, turn: FloatArray, fastest: float | None, error: float) -> MotionSegment:
-        """A rotation by hand: a little off, with a wobble and a shift of the device."""
+        """A rotation by hand: with placement error, wobble and a shift of the device."""
         miss = np.clip(self._rng.standard_normal(3), -2.5, 2.5) * np.radians(error)
         swing, phase, shift = np.clip(self._rng.standard_normal((3, 2, 3)), -2.0, 2.0)
         turn = turn + miss
@@ -160,7 +160,7 @@ class Mover:
         previous: FloatArray | None = None,
         tremor: tuple[float, float] = (0.0, 0.0),
     ) -> MotionSegment:
-        """A segment that begins where the present one ends."""
+        """A segment that begins at the end of the current one."""
         before = self._stretch.previous if previous is None else previous
         start = self._stretch.end
         return MotionSegment(

@@ -1,4 +1,4 @@
-"""Random streams by seed, and the noise of inertial sensors.
+"""Random streams from seeds, and the noise of inertial sensors.
 
 White noise of density ``N`` sampled at rate ``r`` has the standard deviation ``N √(r/2)``. Flicker
 noise, power ``h/f``, is a sum of first-order Gauss–Markov processes whose correlation times are
@@ -14,7 +14,7 @@ from imucal_wizard.core.readings import FloatArray
 
 
 class RandomStream(IntEnum):
-    """The random quantities; each has a stream of its own, independent of the others."""
+    """The random quantities; each has its own independent stream."""
 
     HAND = 1
     TREMOR = 2
@@ -27,12 +27,12 @@ class RandomStream(IntEnum):
 
 
 def generator(seed: int, what: RandomStream) -> np.random.Generator:
-    """The generator of one quantity for a seed; any integer is a seed."""
+    """The generator of one quantity for a seed; any integer is valid."""
     return np.random.default_rng([seed % 2**63, int(what)])
 
 
 NOISE_BLOCK = 64
-"""Noise is drawn in blocks of so many samples, so that no caller's batches change it."""
+"""Noise is drawn in blocks of this many samples, so that the caller's batches do not change it."""
 CORRELATION_TIME_RATIO = 3.0
 CORRELATION_TIMES: FloatArray = np.array([0.5 * CORRELATION_TIME_RATIO**k for k in range(7)])
 """Correlation times, s: 0.5 to 365."""
@@ -42,7 +42,7 @@ class SensorNoise:
     """An endless stream of noise on several channels.
 
     Args:
-        rng: where chance comes from; nothing else may draw from it.
+        rng: random generator, used for nothing else.
         rate: samples per second.
         density: white noise per channel, unit/√Hz, shape (c,).
         floor: Allan deviation of the bias instability per channel, unit, shape (c,).

@@ -21,13 +21,13 @@ from imucal_wizard.simulate.sensor import SensorModel
 FIRST_REST_SECONDS = 20.0
 TURN_HOLD_SECONDS = 5.0
 PLACING_SECONDS = 1.2
-"""Approximate time to bring the device into the next pose, s."""
+"""Approximate time to place the device in the next pose, s."""
 LINES_PER_WRITE = 4096
 RECORDING_SHAKE_RMS = 0.1
-"""Vibration of the support in every third pose where rectification is to be seen, m/s².
+"""Vibration of the support in every third pose if rectification is hidden, m/s².
 
-No search for holds in a recording calls a device at rest that is shaken harder. The hand that
-follows the wizard, whose limits can be loosened, shakes it harder.
+The search for holds in a recording would reject a stronger vibration. The hand that follows the
+wizard, whose limits can be widened, uses a stronger one.
 """
 FIRST_COMMENT = "# a virtual IMU"
 """First line of every simulated recording."""
@@ -60,23 +60,23 @@ def simulate_recording(
     magnetometer: bool = False,
     ammeter: bool = False,
 ) -> None:
-    """Write a recording: comments, header, one line per sample; the true parameters are not in it.
+    """Write a recording: comments, header, one line per sample; without the true parameters.
 
     Args:
         path: CSV file to write.
-        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
-        seed: of the sensor's errors, the noise and the hand.
+        hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
+        seed: seed of the sensor's errors, the noise and the hand.
         rate: samples per second.
         poses: ``6``, ``8`` (N's tilted ones), ``18``, ``26`` or ``26+repeats``.
-        model: the sensor; drawn from the seed when not given.
-        hold: seconds per pose; 5, or 10 where corners are taken.
-        rotations: turns about each axis at the end.
-        magnetometer: there is one too, and a circle on each face comes last.
-        ammeter: motors run, and their current has a column; so in any case where the effect of a
-            current is hidden.
+        model: the sensor; drawn from the seed if not given.
+        hold: seconds per pose; by default 5, or 10 with corners.
+        rotations: number of rotations about each axis at the end.
+        magnetometer: whether there is a magnetometer, with a circle on each face at the end.
+        ammeter: whether motors run and their current is measured; always if the effect of a current
+            is hidden.
 
     Raises:
-        UsageError: an unknown set of poses or hidden effect, or one of a sensor that is not there.
+        UsageError: an unknown set of poses or hidden effect, or an effect of a missing sensor.
         RecordingError: the file cannot be written.
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]

@@ -1,7 +1,7 @@
-"""The samples of the virtual IMU, one after the other: true motion in, readings out.
+"""The samples of the virtual IMU: true motion in, readings out.
 
-The samples depend on the seed and on what the hand does, and on nothing else: not on how many are
-asked for at a time, nor on when.
+The samples depend only on the seed and on the actions of the hand, not on how many are requested at
+a time or when.
 """
 
 from collections.abc import Iterable
@@ -22,9 +22,9 @@ from imucal_wizard.simulate.sensor import DEGREE, SensorModel
 MAX_CURRENT = 12.0
 """Current of the motors at full throttle, A."""
 MOTORS_OFF_SHARE = 0.3
-"""Share of the settings at which the motors stand still."""
+"""Share of the settings in which the motors are off."""
 SETTING_SECONDS = (4.0, 12.0)
-"""How long a setting lasts, s."""
+"""Shortest and longest duration of a setting, s."""
 AMMETER_STEP = 0.01
 """Resolution of the ammeter, A."""
 
@@ -38,8 +38,9 @@ class VirtualSamples:
         accelerometer: readings, shape (n, 3).
         gyroscope: readings, shape (n, 3).
         temperature: °C, shape (n,).
-        magnetometer: readings, µT, shape (n, 3), NaN where there is no new one; None without one.
-        current: what the motors draw, A, shape (n,); None without an ammeter.
+        magnetometer: readings, µT, shape (n, 3), NaN without a new one; None without a
+            magnetometer.
+        current: current of the motors, A, shape (n,); None without an ammeter.
     """
 
     time: FloatArray
@@ -51,10 +52,10 @@ class VirtualSamples:
 
 
 class VirtualLoad:
-    """The motors of the board: a throttle that is set anew every few seconds, by the seed alone.
+    """The motors of the board: a throttle that changes every few seconds, determined by the seed.
 
     Args:
-        seed: of the settings.
+        seed: seed of the settings.
     """
 
     def __init__(self, seed: int = 0) -> None:
@@ -83,13 +84,13 @@ class VirtualStream:
     """An endless stream of samples.
 
     Args:
-        hand: what moves the device.
-        sensor: what feels it.
-        hidden: effects that the sensor has besides, parsed or as ``TERM:SIZE:AXIS``.
-        rate: samples per second, the hand's.
-        seed: of the noise.
-        step: when a ``bias-step`` happens, minutes.
-        magnetometer: what feels the field, or None.
+        hand: the hand that moves the device.
+        sensor: the inertial sensors.
+        hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
+        rate: samples per second, as for the hand.
+        seed: seed of the noise.
+        step: time of a ``bias-step``, minutes.
+        magnetometer: the magnetometer, or None.
         load: the motors, or None.
     """
 

@@ -1,4 +1,4 @@
-"""The scripts of a whole calibration: poses, rotations, new orientations."""
+"""Scripts of a complete calibration: poses, rotations, circles."""
 
 import itertools
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ EDGES = tuple(
 CORNERS = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
 
 Target = str | tuple[float, float, float]
-"""A pose by its name, or an up direction in the body frame."""
+"""A pose by name, or an up direction in the body frame."""
 
 
 def _tilted() -> tuple[Target, ...]:
-    """Tilted four ways upright and four ways upside down (N, VII-A), 25° or 65° each.
+    """Four tilts upright and four upside down (N, VII-A), by 25° or 65° each.
 
-    Tilts that are all alike would not tell the three scales apart: in every pose the squares of
-    the components would be one of two triples, and three scales need three.
+    Equal tilts could not separate the three scales: in every pose the squared components would be
+    one of two triples, and three scales need three.
     """
     out: list[Target] = []
     for upright in (1.0, -1.0):
@@ -39,7 +39,7 @@ TILTED_POSES = _tilted()
 POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATED_POSES = 12
 SHAKEN_EVERY = 3
-"""The support vibrates in every third pose, to show vibration rectification."""
+"""Interval of poses with a vibrating support, which shows vibration rectification."""
 
 VALIDATION: tuple[tuple[float, float, float], ...] = (
     (0.40, 0.25, 0.88),
@@ -48,12 +48,12 @@ VALIDATION: tuple[tuple[float, float, float], ...] = (
     (-0.28, 0.38, -0.88),
     (0.88, 0.22, -0.42),
 )
-"""Up directions that are no named pose."""
+"""Up directions that are not named poses."""
 
 SPEEDS_DEG = (45.0, 110.0, 200.0)
-"""Peak rates of slow, medium and fast turns, °/s."""
+"""Peak rates of slow, medium and fast rotations, °/s."""
 ANGLES_DEG = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0, 165.0, -100.0, 120.0, -140.0)
-"""Signed angles of successive turns, in both senses."""
+"""Signed angles of successive rotations, in both senses."""
 CIRCLE_SPEED_DEG = 60.0
 """Peak rate of a circle on the table, °/s."""
 START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
@@ -61,21 +61,21 @@ LARGEST_TILT_DEG = 172.0
 
 
 def next_angle(turn: int, tilt: float) -> float:
-    """The angle of the next turn, degrees, such that the tilt stays within ±172°.
+    """The angle of the next rotation, degrees; the tilt stays within ±172°.
 
     Args:
-        turn: how many turns about this axis went before.
-        tilt: how far from the start pose the device is turned now, degrees.
+        turn: number of earlier rotations about this axis.
+        tilt: current rotation from the start pose, degrees.
     """
     angle = ANGLES_DEG[turn % len(ANGLES_DEG)]
     return angle if abs(tilt + angle) <= LARGEST_TILT_DEG else -angle
 
 
 def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
-    """The poses of a set in an order by chance, repeats of the first ones at the end.
+    """The poses of a set in random order, with repeats of the first ones at the end.
 
     Raises:
-        UsageError: the set has no such name.
+        UsageError: there is no such set.
     """
     if poses not in POSE_SETS:
         raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
@@ -98,7 +98,7 @@ def perform_poses(names: tuple[str, ...], hold: float) -> Iterator[Action]:
 
 
 def perform_rotations(number: int, hold: float) -> Iterator[Action]:
-    """``number`` turns about each body axis between holds: both senses, three speeds."""
+    """``number`` rotations about each body axis between holds: both senses, three speeds."""
     for axis in AXES:
         yield Place(START_POSE[axis], error=0.7)
         yield LieStill(hold)
@@ -111,7 +111,7 @@ def perform_rotations(number: int, hold: float) -> Iterator[Action]:
 
 
 def perform_circles(hold: float) -> Iterator[Action]:
-    """A whole circle about the vertical on each face, as on a table (N, VI-A)."""
+    """A full circle about the vertical on each face, as on a table (N, VI-A)."""
     for face in FACES:
         yield Place(face, error=0.7)
         yield LieStill(hold)

@@ -1,8 +1,8 @@
 """The forward model of the virtual sensor.
 
-``y = S·(x + ε) + b + noise``, then rounded to the step of its converter and clipped to its range.
+``y = S·(x + ε) + b + noise``, then rounded to the step of the converter and clipped to its range.
 The body frame is the accelerometer's: its x axis is the x axis of the body and ``S`` is upper
-triangular, so the true ``M = S⁻¹`` is what a triangular calibration should find.
+triangular, so a triangular calibration should find the true ``M = S⁻¹``.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ DEGREE = np.pi / 180.0
 
 @dataclass(frozen=True, eq=False)
 class Triad:
-    """Three axes that sense one vector.
+    """A sensor with three axes.
 
     Attributes:
         sensitivity: ``S``, reading unit per SI unit, shape (3, 3).
@@ -28,8 +28,8 @@ class Triad:
         density: white noise, SI unit/√Hz, referred to the input.
         floor: Allan deviation of the bias instability, SI unit.
         step: least significant bit, reading unit; 0 for none.
-        lowest: smallest reading it can put out.
-        highest: largest reading it can put out.
+        lowest: smallest possible reading.
+        highest: largest possible reading.
     """
 
     sensitivity: FloatArray
@@ -57,24 +57,24 @@ class Triad:
 
 @dataclass(frozen=True)
 class Thermal:
-    """Self-heating after switching on: ``T(t) = ambient + rise·(1 − exp(−t/τ))``, °C and s."""
+    """Self-heating after power-on: ``T(t) = ambient + rise·(1 − exp(−t/τ))``, °C and s."""
 
     ambient: float = 24.0
     rise: float = 4.0
     tau: float = 180.0
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Chip temperature at these times, °C."""
+        """Temperature of the chip at these times, °C."""
         return self.ambient + self.rise * -np.expm1(-time / self.tau)
 
 
 @dataclass(frozen=True, eq=False)
 class SensorModel:
-    """A whole virtual sensor.
+    """A virtual sensor.
 
     Attributes:
-        accelerometer: three axes of specific force.
-        gyroscope: three axes of angular rate; its matrix holds scale, non-orthogonality and the
+        accelerometer: sensor of specific force.
+        gyroscope: sensor of angular rate; its matrix includes scale, non-orthogonality and the
             misalignment to the accelerometer's frame.
         thermal: the temperature of the chip.
         temperature_step: resolution of the thermometer, °C.
@@ -87,7 +87,7 @@ class SensorModel:
 
     @classmethod
     def drawn(cls, seed: int = 0) -> "SensorModel":
-        """A sensor of the BNO055's class whose errors are drawn from ``seed``.
+        """Draw a sensor of the class of the BNO055.
 
         Bias 15–60 mg and 0.3–1 °/s, scale 1–3 % and 1–2 %, non-orthogonality 0.5–1.2°, the
         gyroscope turned against the accelerometer by 0.3–1° per axis; noise 150 µg/√Hz and
@@ -125,7 +125,7 @@ class SensorModel:
 
 
 def _signed(rng: np.random.Generator, smallest: float, largest: float) -> FloatArray:
-    """Three magnitudes in the range, each with a sign by chance."""
+    """Three random magnitudes in a range, with random signs."""
     size: FloatArray = rng.uniform(smallest, largest, 3)
     sign: FloatArray = rng.choice(np.array([-1.0, 1.0]), 3)
     return np.multiply(size, sign)

@@ -16,20 +16,20 @@ if sys.platform != "win32":
     import tty
 
 OPEN_SECONDS = 0.3
-"""Longest time that whoever opens the port takes to set it up and to empty it, s."""
+"""Longest time in which a program that opens the port configures and empties it, s."""
 
 
 class Pty:
-    """A pseudo-terminal whose slave is opened like any serial port. Nothing here ever blocks.
+    """A pseudo-terminal whose slave is opened like a serial port. No method blocks.
 
-    It works in packet mode: the master is told when the slave's input is emptied, as every serial
-    library does on opening a port, even if the port was closed and opened in the same instant.
+    It works in packet mode: the master is notified when the slave's input is emptied, as every
+    serial library does on opening a port, even if the port was closed and reopened at once.
 
     Attributes:
-        path: what the other side opens.
+        path: path that the other side opens.
 
     Raises:
-        LinkError: the system has no pseudo-terminal to give.
+        LinkError: the system cannot provide a pseudo-terminal.
     """
 
     def __init__(self) -> None:
@@ -45,19 +45,19 @@ class Pty:
         fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))
         os.set_blocking(self._master, False)
         self.path = os.ttyname(slave)
-        # Linux says with POLLHUP that nobody holds the slave, if this side does not hold it either.
+        # Linux reports with POLLHUP that nobody has the slave open, if this side does not.
         self._slave = slave
         self._emptied = False
         if sys.platform == "linux":
             os.close(slave)
 
     def connected(self) -> bool:
-        """Whether the slave is open; once False when it has been emptied since."""
+        """Whether the slave is open; False once after it has been emptied."""
         emptied, self._emptied = self._emptied, False
         return not emptied and not self._hung_up()
 
     def settle(self, seconds: float) -> None:
-        """Wait until the slave's input is emptied: what is written before that is lost."""
+        """Wait until the slave's input is emptied: bytes written before that are lost."""
         end = time.monotonic() + seconds
         poll = select.poll()
         poll.register(self._master, select.POLLIN)
@@ -79,7 +79,7 @@ class Pty:
     def _packet(self) -> bytes:
         try:
             return os.read(self._master, 4096)
-        except OSError:  # nothing there, or nobody
+        except OSError:  # no data, or nobody connected
             return b""
 
     def _hung_up(self) -> bool:
@@ -88,10 +88,10 @@ class Pty:
         return any(event & select.POLLHUP for _, event in poll.poll(0))
 
     def write(self, data: bytes) -> int:
-        """Fill the line's buffer as far as it goes; number of bytes that went."""
+        """Write as many bytes as the buffer holds; returns their number."""
         try:
             return os.write(self._master, data)
-        except OSError:  # full, or nobody
+        except OSError:  # full, or nobody connected
             return 0
 
     def wait_for_room(self, seconds: float) -> None:
@@ -108,14 +108,14 @@ class Pty:
 
 
 def serve(imu: VirtualImu, pty: Pty, stopping: threading.Event) -> None:
-    """Print the device's lines to whoever has the port open, until told to stop.
+    """Print the device's lines to the program that has the port open, until stopped.
 
-    Time stands still while nobody listens or the reader is slow, so no sample is ever lost.
+    Device time stops while nobody reads or the reader is slow, so no sample is ever lost.
 
     Args:
         imu: the device.
         pty: its port.
-        stopping: ends the serving within a tick.
+        stopping: event that ends the function within a tick.
     """
     cut = False
     while not stopping.is_set():
@@ -124,10 +124,11 @@ def serve(imu: VirtualImu, pty: Pty, stopping: threading.Event) -> None:
             continue
         pty.settle(OPEN_SECONDS)
         imu.open()
-        # the rest of a cut line may still be in the buffer of whoever opened the port meanwhile
+        # the rest of a cut line may still be in the buffer of a program that has just opened the
+        # port
         pending = b"\r\n" if cut else b""
         while not stopping.is_set():
-            if pty.read():  # any byte asks for the header
+            if pty.read():  # any byte requests the header
                 imu.print_header()
             if not pty.connected():
                 break

@@ -1,4 +1,4 @@
-"""Drawing the hidden effect of an exercise from the catalogue, in a size usual for the sensor."""
+"""Random choice of the hidden effect of an exercise, in a typical size for the sensor."""
 
 import secrets
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from imucal_wizard.simulate.sensor import SensorModel, Triad
 GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 """Noise, bias instability and step of a sensor of each grade, relative to a consumer part."""
 EXCLUDED_EFFECTS = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
-"""Effects that make no exercise: the support does not vibrate, every gyroscope feels the Earth's
+"""Effects that are not suitable: the support does not vibrate, every gyroscope measures the Earth's
 rate, and every board has some misalignment."""
 SENSORS = ("accelerometer", "gyroscope")
 """Sensors in every recording of an exercise."""
@@ -24,11 +24,11 @@ SENSORS = ("accelerometer", "gyroscope")
 
 @dataclass(frozen=True)
 class HiddenChoice:
-    """One effect and parameter that may be hidden.
+    """An effect and a parameter that may be hidden.
 
     Attributes:
         sensor: sensor with the effect.
-        effect: of the catalogue.
+        effect: effect of the catalogue.
         parameter: one of its parameters.
     """
 
@@ -56,7 +56,7 @@ def hidden_choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[Hi
 
 
 def random_generator(number: int | None = None) -> np.random.Generator:
-    """Random numbers of an exercise: from its number, or from the system's entropy."""
+    """Random generator of an exercise: from its number, or from the system's entropy."""
     return np.random.default_rng(secrets.randbits(128) if number is None else [number % 2**63, 8])
 
 
@@ -66,7 +66,7 @@ def exercise_sensors(*, magnetometer: bool) -> tuple[str, ...]:
 
 
 def draw_effect(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:
-    """A random effect: all effects are equally likely, then all axes and both signs.
+    """A random effect: first all effects are equally likely, then all axes and both signs.
 
     The size is log-uniform in the upper half of the range of sensors of this grade. In the lower
     half the noise of one session usually hides the effect.
@@ -74,7 +74,7 @@ def draw_effect(rng: np.random.Generator, grade: str, sensors: Sequence[str] = S
     Args:
         rng: random numbers.
         grade: ``consumer``, ``industrial`` or ``tactical``.
-        sensors: that it may be hidden in.
+        sensors: sensors in which it may be hidden.
     """
     among = hidden_choices(grade, sensors)
     chosen = among[int(rng.integers(len(among)))]

@@ -23,7 +23,7 @@ class Exercise:
     Attributes:
         recording: for the student.
         answer: sealed answer.
-        key: the word that opens it.
+        key: the key that opens the answer.
     """
 
     recording: Path
@@ -45,16 +45,17 @@ def make_exercise(
 
     Args:
         recording: CSV file to write; the answer gets the same name with ``.mystery``.
-        grade: of the sensor.
-        key: the word that opens the answer; one is made when left out.
+        grade: grade of the sensor.
+        key: the key that opens the answer; random if left out.
         seed: the same seed gives the same exercise; random when left out.
         rate: samples per second.
         poses: as ``simulate_recording``.
-        magnetometer: the device has a magnetometer with an ammeter beside it, and the effect may
-            be in it.
+        magnetometer: whether the device has a magnetometer and an ammeter; the effect may then be
+            in the magnetometer.
 
     Raises:
-        UsageError: no such grade or poses, an empty key, or a recording named ``.mystery``.
+        UsageError: an unknown grade or set of poses, an empty key, or a recording named
+            ``.mystery``.
         RecordingError: a file cannot be written.
     """
     answer = recording.with_suffix(".mystery")
@@ -98,7 +99,7 @@ def reveal(answer: Path, key: str) -> Hidden:
     """The hidden effect.
 
     Raises:
-        RecordingError: the file is missing or is no sealed answer.
+        RecordingError: the file is missing or is not a sealed answer.
         DataError: the key does not open it.
     """
     try:
@@ -108,7 +109,7 @@ def reveal(answer: Path, key: str) -> Hidden:
     except OSError as error:
         raise RecordingError(f"{answer} cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RecordingError(f"{answer} is no sealed answer of an exercise") from error
+        raise RecordingError(f"{answer} is not a sealed answer of an exercise") from error
     if not known:
         raise RecordingError(f"{answer} is of another version: {found['schema']!r}")
     return _hidden(json.loads(unseal_text(sealed, key)))
@@ -127,7 +128,7 @@ def _salt() -> bytes:
 
 
 def _canonical(truth: Hidden) -> str:
-    """The answer as text in one unique form; the digest is taken of it."""
+    """The answer in a canonical text form, from which the digest is computed."""
     found = {
         "axes": list(truth.axes),
         "sensor": truth.sensor,

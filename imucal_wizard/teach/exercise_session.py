@@ -16,12 +16,12 @@ class ExerciseSession:
 
     Attributes:
         number: the same number gives the same exercise.
-        grade: quality of the sensor.
+        grade: grade of the sensor.
         truth: the hidden effect.
         hand: seed of the hand and of the noise.
         sensor: its errors without the hidden effect.
-        magnetometer: the device has a magnetometer with an ammeter beside it, and the effect may be
-            in it.
+        magnetometer: whether the device has a magnetometer and an ammeter; the effect may then be
+            in the magnetometer.
     """
 
     number: int
@@ -45,7 +45,7 @@ def draw_exercise_session(
     Args:
         number: the same number gives the same exercise, separately with and without a magnetometer.
         grade: of the sensor.
-        magnetometer: the device has one.
+        magnetometer: whether the device has a magnetometer.
 
     Raises:
         UsageError: there is no such grade.
@@ -57,7 +57,7 @@ def draw_exercise_session(
 
 
 def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
-    """Write the sealed answer beside a session; ``simulate --reveal`` opens it.
+    """Write the sealed answer beside a session file; the command ``simulate`` reveals it.
 
     Raises:
         RecordingError: it cannot be written.

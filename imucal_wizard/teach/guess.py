@@ -18,12 +18,12 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Guess:
-    """A guess, ``TERM:AXIS``; with the sensor in front for other sensors: ``gyroscope/TERM:AXIS``.
+    """A guess, ``TERM:AXIS``, or ``gyroscope/TERM:AXIS`` for other sensors.
 
     Attributes:
         sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
-        term: of the catalogue.
-        axes: ``x``, or all letters where there are more (``xy``: x feels y).
+        term: effect of the catalogue.
+        axes: ``x``, or several letters (``xy``: y acts on x).
     """
 
     sensor: str
@@ -32,10 +32,10 @@ class Guess:
 
 
 def parse_guess(text: str) -> Guess:
-    """Read a guess.
+    """Parse a guess.
 
     Raises:
-        UsageError: not of that form, or no such term or axis.
+        UsageError: another form, or an unknown term or axis.
     """
     name, _, axes = text.strip().rpartition(":")
     sensor, _, term = name.rpartition("/")
@@ -46,7 +46,7 @@ def parse_guess(text: str) -> Guess:
         there = ", ".join(TERMS.get(sensor, TERMS))
         raise UsageError(f"the guess {text!r}: there is no {name}; there is {there}")
     if not axes or not set(axes) <= set("xyz"):
-        raise UsageError(f"the guess {text!r}: the axis is x, y or z, or xy where x feels y")
+        raise UsageError(f"the guess {text!r}: the axis is x, y or z, or xy if y acts on x")
     return Guess(sensor, term, axes)
 
 

@@ -1,9 +1,9 @@
-"""Sealing a short text with a word: against a glance, not against an attacker.
+"""Sealing of a short text with a key: a protection against a glance, not against an attacker.
 
-PBKDF2 (RFC 8018) derives two keys from the word and a random salt. The text is padded to a fixed
-length and combined with a stream of HMAC-SHA256 blocks of the first key. Its digest, HMAC-SHA256
-(RFC 2104) with the second key, proves on opening that the word is right and the text unchanged. A
-program that tries a dictionary can guess the word; the seal keeps a class honest, no more.
+PBKDF2 (RFC 8018) derives two keys from the user's key and a random salt. The text is padded to a
+fixed length and combined with a stream of HMAC-SHA256 blocks of the first key. Its digest,
+HMAC-SHA256 (RFC 2104) with the second key, proves on opening that the key is right and the text
+unchanged. A program that tries a dictionary can find the key; the seal is sufficient for a class.
 """
 
 import hashlib
@@ -38,9 +38,9 @@ def seal_text(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> 
 
     Args:
         text: at most ``PADDED_BYTES`` bytes of UTF-8.
-        key: the word that opens it.
+        key: the key that opens it.
         salt: random, new for every text.
-        rounds: of PBKDF2; each guess of the word costs as many.
+        rounds: rounds of PBKDF2, which determine the cost of each guess.
     """
     plain = text.encode().ljust(PADDED_BYTES)
     sealing, proving = _keys(key, salt, rounds)
@@ -48,17 +48,17 @@ def seal_text(text: str, key: str, salt: bytes, rounds: int = PBKDF2_ROUNDS) -> 
 
 
 def unseal_text(sealed: Sealed, key: str, rounds: int = PBKDF2_ROUNDS) -> str:
-    """The text.
+    """Open a sealed text.
 
     Raises:
-        DataError: the word is another one, or the text was changed.
+        DataError: the key is wrong, or the text was changed.
     """
     sealing, proving = _keys(key, sealed.salt, rounds)
     plain = _combined(sealed.text, sealing)
     if not hmac.compare_digest(_digest(proving, sealed.salt, plain), sealed.digest):
         raise DataError(
-            "the key does not open it: check its spelling (capitals count); it is the word that "
-            "was given or printed when the exercise was made",
+            "the key does not open it: check its spelling (capitals count); it was "
+            "given or printed when the exercise was made",
             settings=("key",),
         )
     return plain.decode().rstrip()

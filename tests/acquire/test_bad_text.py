@@ -58,7 +58,7 @@ def test_garbage_in_the_middle_is_a_problem_until_good_lines_come_again() -> Non
     noise = rng.integers(128, 256, 3000, dtype=np.uint8).tobytes()
     intake, _ = read(contract(200))
     feed(intake, noise)
-    assert "no text" in intake.problem
+    assert "not text" in intake.problem
     feed(intake, b"\n\n" + printed(at_rest(400)[200:]))
     assert intake.problem == ""
     assert intake.samples == 400

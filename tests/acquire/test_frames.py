@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.decode import decoder_for
@@ -123,6 +123,7 @@ def test_a_stream_of_frames_is_recognised_and_read() -> None:
 
 
 @settings(max_examples=40, deadline=None)
+@example(garbage=[(1 / 128, b"\x00")], cuts=[])  # in the first cycle, from which types are learned
 @given(
     garbage=st.lists(st.tuples(st.floats(0, 1), st.binary(min_size=1, max_size=30)), max_size=5),
     cuts=st.lists(st.floats(0, 1), max_size=30),

@@ -40,14 +40,14 @@ def _directions(means: np.ndarray) -> np.ndarray:
 
 
 def test_each_hold_gives_its_mean_reading() -> None:
-    places, means = field_at(HOLDS, _stream(), _calibrated(), 0.0)
+    places, means, _ = field_at(HOLDS, _stream(), _calibrated(), 0.0)
     assert places == [0, 1, 2]
     assert np.diff(_directions(means)) == pytest.approx([60.0, 60.0], abs=1.0)
 
 
 def test_a_hold_in_which_the_field_turned_gives_none() -> None:
     """Twenty degrees about the vertical, which gravity does not show."""
-    places, means = field_at(HOLDS, _stream(turned=20.0), _calibrated(), 0.0)
+    places, means, _ = field_at(HOLDS, _stream(turned=20.0), _calibrated(), 0.0)
     assert places == [0, 2]
     assert len(means) == 2
 
@@ -56,7 +56,7 @@ def test_a_hold_in_which_the_field_turned_gives_none() -> None:
 def test_by_another_clock_the_same_samples_belong_to_a_hold(clock: float) -> None:
     """Where the offset is known nothing is cut off; with a wrong one the field seems to move."""
     stream = _stream(clock=clock)
-    places, means = field_at(HOLDS, stream, _calibrated(), clock)
+    places, means, _ = field_at(HOLDS, stream, _calibrated(), clock)
     assert places == [0, 1, 2]
     plain = field_at(HOLDS, _stream(), _calibrated(), 0.0)[1]
     assert means == pytest.approx(plain, abs=NOISE / 2.0)
@@ -66,7 +66,7 @@ def test_by_another_clock_the_same_samples_belong_to_a_hold(clock: float) -> Non
 def test_before_the_clocks_are_compared_the_ends_of_a_hold_do_not_count() -> None:
     """So that a clock that is off by less brings no motion in."""
     for clock in (0.9 * 4.0 * END_SHARE, -0.9 * 4.0 * END_SHARE):
-        places, means = field_at(HOLDS, _stream(clock=clock), _calibrated())
+        places, means, _ = field_at(HOLDS, _stream(clock=clock), _calibrated())
         assert places == [0, 1, 2]
         assert np.diff(_directions(means)) == pytest.approx([60.0, 60.0], abs=1.0)
 
@@ -74,7 +74,7 @@ def test_before_the_clocks_are_compared_the_ends_of_a_hold_do_not_count() -> Non
 def test_too_few_samples_are_no_mean() -> None:
     stream = _stream()
     few = (stream.time < 10.0) | (stream.time > 13.97)
-    places, _ = field_at(
+    places, _, _ = field_at(
         HOLDS, Series(stream.time[few], stream.values[few], "count"), _calibrated()
     )
     assert places == [0, 2]

@@ -64,9 +64,9 @@ def _twice(table: FloatArray) -> FloatArray:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (_clipped, ("gyroscope", "stands at its limit")),
+        (_clipped, ("gyroscope", "is at the end of its range")),
         (_clipped, ("rotations are not used", "clipped at the end of its range")),
-        (_narrow, ("accelerometer's z axis stands at 9.6 ", "the end of its range")),
+        (_narrow, ("accelerometer's z axis reads 9.6 ", "the end of its range")),
         (_thinned, ("More than one sample in a hundred is missing",)),
         (_later, ("time jumped by more than an hour",)),
         (_twice, ("repeat",)),

@@ -288,4 +288,4 @@ def test_a_slow_magnetometer_printed_in_every_line_is_aligned_as_well() -> None:
     away = rotation_vector(found.alignment.rotation @ clean.alignment.rotation.T)
     assert (np.abs(away) < np.sqrt(np.diag(clean.alignment.covariance))).all()
     assert report.rates["magnetometer"] == pytest.approx(80.0, rel=0.02)
-    assert any("stands 5 times" in text for text in report.warnings)
+    assert any("repeated 5 times" in text for text in report.warnings)

@@ -1,6 +1,6 @@
 """Recordings of the virtual IMU for the bench's tests, made once per run, and what spoils them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,7 +12,7 @@ from imucal_wizard.acquire.files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import ACCELERATION
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.estimate.magnetometer.report import with_field
+from imucal_wizard.estimate.inertial import fit_holds
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
@@ -40,18 +40,25 @@ def tumbled(*hidden: str, seed: int = 3) -> Benches:
         path = Path(folder) / "recording.csv"
         simulate_recording(path, hidden=hidden, seed=seed, rotations=0, magnetometer=True)
         readings = read_files([path])
-    assert readings.magnetometer is not None
-    plain = fit_readings(replace(readings, magnetometer=None))
-    return Benches(with_field(plain, readings.magnetometer, FitOptions()), readings)
+    return Benches(fit_readings(readings), readings)
+
+
+def refitted(
+    report: FitReport, holds: Sequence[Hold], readings: Readings | None = None
+) -> FitReport:
+    """The fit of other holds of the same recording."""
+    options, units = FitOptions(report.gravity), {"accelerometer": "m/s^2"}
+    rates = {"accelerometer": report.rates["accelerometer"]}
+    return fit_holds(holds, (), rates, units, options, (), (), readings)
 
 
 def moved(report: FitReport, by: Callable[[int, Hold], FloatArray | float]) -> FitReport:
-    """The report with something added to the accelerometer's mean in each hold, m/s²."""
-    holds = tuple(
+    """The fit with something added to the accelerometer's mean in each hold, m/s²."""
+    holds = [
         replace(hold, accelerometer=hold.accelerometer + by(number, hold))
         for number, hold in enumerate(report.holds)
-    )
-    return replace(report, holds=holds)
+    ]
+    return refitted(report, holds)
 
 
 def along(hold: Hold, size: float) -> FloatArray:

@@ -10,7 +10,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.floors import Floors, rounding_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
-from tests.diagnose.recordings import MG, along, fitted, moved
+from tests.diagnose.recordings import MG, along, fitted, moved, refitted
 
 
 def floors(report: FitReport) -> Floors:
@@ -82,9 +82,7 @@ def test_pieces_of_one_rest_are_no_repeats(report: FitReport) -> None:
     for hold in report.holds:
         middle = 0.5 * (hold.start + hold.end)
         cut += [replace(hold, end=middle - 0.5), replace(hold, start=middle + 0.5)]
-    halves = moved(report, lambda _, hold: 0.0 * hold.accelerometer)
-    object.__setattr__(halves, "holds", tuple(cut))
-    found = floors(halves)
+    found = floors(refitted(report, cut))
     assert found.freedom == whole.freedom
     assert whole.repeats is not None
     assert found.repeats == pytest.approx(whole.repeats * np.sqrt(2.0), rel=0.2)
@@ -95,9 +93,7 @@ def test_without_repeats_nothing_is_said_of_them() -> None:
     whole, _ = fitted()
     up = np.array([hold.accelerometer / np.linalg.norm(hold.accelerometer) for hold in whole.holds])
     once = [k for k in range(len(up)) if not (up[:k] @ up[k] > np.cos(np.radians(15.0))).any()]
-    report = moved(whole, lambda _, hold: 0.0 * hold.accelerometer)
-    object.__setattr__(report, "holds", tuple(report.holds[k] for k in once))
-    found = floors(report)
+    found = floors(refitted(whole, [whole.holds[k] for k in once]))
     assert found.repeats is None
     assert found.repeatable is None
     assert found.floor == found.within

@@ -5,77 +5,60 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
-from imucal_wizard.estimate.magnetometer.report import with_field
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.diagnose.recordings import tumbled
 
 
-def field_bench(benches: Benches) -> Bench:
-    """A fresh bench of the magnetometer, as the accelerometer's passed model leaves it."""
-    bench = Benches(benches.report, benches.readings).magnetometer
+def recorded(*hidden: str) -> tuple[FitReport, Readings]:
+    """A recording of a tumbled device, and its fit."""
+    made = tumbled(*hidden)
+    assert made.readings is not None
+    return made.report, made.readings
+
+
+def field_bench(benches: Benches, *, anew: bool = True) -> Bench:
+    """The bench of the magnetometer; a fresh one unless that of these benches is wanted."""
+    bench = (Benches(benches.report, benches.readings) if anew else benches).bench("magnetometer")
     assert bench is not None
     return bench
 
 
-def test_the_angle_between_the_chips_is_named_and_found_from_the_dip() -> None:
-    """Of a virtual board nothing else is missing; the angles agree with the truth."""
+def test_the_angle_between_the_chips_is_in_the_model_and_no_suspect() -> None:
+    """The second stage finds it from the dip; the magnitude of the field does not depend on it."""
     bench = field_bench(tumbled())
-    assert bench.look().opinion.families == ("misalignment",)
-    bench.add("misalignment")
-    truth = np.degrees(TrueField.drawn(3).misalignment)
-    size, error = bench.fit.sizes[0], bench.fit.size_errors[0]
-    # the definition is that of small angles: half the product of two of them is beyond it
-    np.testing.assert_allclose(size, truth, atol=float(4.0 * error.max()) + 0.1)
-    assert bench.confirmed()
+    assert bench.fit.model == ("bias", "soft-iron", "misalignment")
+    named = {one.name: one for one in bench.fit.parameters}
+    truth = TrueField.drawn(3).misalignment
+    for axis, angle in zip("xyz", truth, strict=True):
+        found = named[f"misalignment_{axis}"]
+        assert found.standard_error is not None
+        assert abs(found.value - angle) < 4.0 * found.standard_error
+    assert "misalignment" not in [one.term for one in bench.look().suspects]
     assert bench.look().opinion.verdict is Verdict.COMPLETE
+    with pytest.raises(UsageError, match="is in the model already"):
+        bench.add("misalignment")
+    with pytest.raises(UsageError, match="cannot be taken out"):
+        bench.remove("misalignment")
 
 
-def test_what_the_fit_has_aligned_is_in_the_model_from_the_start_and_can_be_taken_out() -> None:
-    """To nobody who has the second stage's result is the misalignment said to be missing."""
-    made = tumbled()
-    assert made.readings is not None
-    report = fit_readings(made.readings)
-    assert report.second_stage is not None
-    benches = Benches(report, made.readings)
-    bench = benches.magnetometer
-    assert bench is not None
-    assert [rung.added for rung in bench.ladder] == [None, "misalignment"]
-    assert bench.look().opinion.verdict is Verdict.COMPLETE
-    bench.remove("misalignment")
-    assert bench.look().opinion.families == ("misalignment",)
-    again = Benches(report, made.readings, before=benches).magnetometer
-    assert again is not None
-    assert [rung.model for rung in again.ladder] == [rung.model for rung in bench.ladder]
-    climbed = Benches(report, made.readings, {"magnetometer": ("bias",)}).magnetometer
-    assert climbed is not None
-    assert climbed.fit.model == ("bias",)
-
-
-def test_while_the_accelerometer_is_worked_on_the_magnetometers_other_effects_are_kept() -> None:
-    """Without the dip only the misalignment has to go, and it comes back with the dip."""
-    made = tumbled("magnetometer/current:0.3:x")
-    assert made.readings is not None
-    benches = Benches(fit_readings(made.readings), made.readings)
-    bench = benches.magnetometer
-    assert bench is not None
+def test_while_the_accelerometer_is_worked_on_the_magnetometer_stays_as_it_is() -> None:
+    """Magnitudes need no reference."""
+    benches = Benches(*recorded("magnetometer/current:0.3:x"))
+    bench = field_bench(benches, anew=False)
     bench.add("current")
     benches.accelerometer.remove("non-orthogonality")
     assert not benches.passed
-    bench = benches.magnetometer
-    assert bench is not None
-    assert bench.fit.model == ("bias", "soft-iron", "current")
-    benches.accelerometer.undo()
-    bench = benches.magnetometer
-    assert bench is not None
-    assert set(bench.fit.model) == {"bias", "soft-iron", "current", "misalignment"}
+    assert not benches.waits("magnetometer")
+    assert field_bench(benches, anew=False) is bench
 
 
 @pytest.mark.parametrize(
@@ -96,13 +79,13 @@ def test_a_hidden_effect_is_added_with_its_size_and_the_error_falls_to_the_noise
     first, last = bench.ladder[0], bench.ladder[-1]
     assert last.rms_held_out is not None
     assert first.rms_held_out is not None
+    assert last.floor is not None
     assert last.rms_held_out < 1.5 * last.floor < 0.2 * first.rms_held_out
 
 
 def test_a_field_of_the_room_is_not_attributed_to_the_sensor() -> None:
     benches = tumbled("magnetometer/field-gradient:12:x")
     bench = field_bench(benches)
-    bench.add("misalignment")
     assert bench.look().opinion.verdict is Verdict.UNEXPLAINED
     said = diagnosis_of(benches, bench)
     assert all("one metre away" in pose.why for pose in said.next_poses)
@@ -116,9 +99,10 @@ def test_without_soft_iron_hard_iron_and_one_scale_remain_and_it_is_to_be_put_ba
     said = {one.sensor: one for one in found}["magnetometer"]
     assert said.verdict is Verdict.UNEXPLAINED
     assert said.bench is not None
-    assert said.bench.fit.model == ("bias",)
+    assert said.bench.fit.model == ("bias", "misalignment")
     matrix = said.bench.fit.matrix
-    np.testing.assert_allclose(matrix, matrix[0, 0] * np.eye(3), atol=1e-12)
+    scale = float(np.cbrt(np.linalg.det(matrix)))
+    np.testing.assert_allclose(matrix @ matrix.T, scale**2 * np.eye(3), atol=1e-12)
     without = said.bench.fit.rms_held_out
     said.bench.add("soft-iron")
     assert said.bench.fit.rms_held_out is not None
@@ -154,7 +138,6 @@ def test_a_throttle_is_fitted_per_per_cent() -> None:
     assert readings.current is not None
     throttle = replace(readings.current, values=100.0 * readings.current.values / 12.0, unit="%")
     bench = field_bench(Benches(benches.report, replace(readings, current=throttle)))
-    bench.add("misalignment")
     bench.add("current")
     parameter = next(p for p in bench.fit.parameters if p.name == "current_x")
     assert parameter.unit == "µT/%"
@@ -162,7 +145,7 @@ def test_a_throttle_is_fitted_per_per_cent() -> None:
 
 
 def test_a_device_that_only_tumbles_has_a_bench_for_its_magnetometer_alone() -> None:
-    """Without still poses there is no accelerometer, and no dip."""
+    """Without still poses there is no accelerometer, and the sensor keeps its own frame."""
     benches = tumbled()
     readings = benches.readings
     assert readings is not None
@@ -173,24 +156,6 @@ def test_a_device_that_only_tumbles_has_a_bench_for_its_magnetometer_alone() -> 
     first, second = diagnose_benches(alone, {}, automatic=True)
     assert (first.sensor, first.verdict) == ("accelerometer", Verdict.INSUFFICIENT)
     assert (second.sensor, second.verdict) == ("magnetometer", Verdict.COMPLETE)
-
-
-def test_while_the_accelerometer_is_not_complete_the_dip_is_not_looked_at() -> None:
-    """A tilted reference would be blamed on the magnetometer's mounting."""
-    benches = tumbled("second-order:12:x")
-    assert not benches.passed
-    bench = benches.magnetometer
-    assert bench is not None
-    assert isinstance(bench.measured, MagnetometerExperiment)
-    assert len(bench.measured.data.dips) == 0
-    misaligned = next(one for one in bench.catalogue if one.name == "misalignment")
-    assert "accelerometer's model complete" in (bench.lacking(misaligned) or "")
-    benches.accelerometer.add("second-order")
-    assert benches.passed
-    again = benches.magnetometer
-    assert again is not None
-    assert isinstance(again.measured, MagnetometerExperiment)
-    assert len(again.measured.data.dips) >= 18
 
 
 @pytest.mark.parametrize(
@@ -213,27 +178,27 @@ def test_what_would_decide_changes_the_one_cause_and_not_the_other(
     assert all(says in pose.why and pose.warm is warm for pose in poses)
 
 
-def test_for_counts_in_an_unknown_field_the_basis_of_the_sizes_is_stated() -> None:
-    """The same readings as counts: the same effect, told with the field that is assumed."""
-    benches = tumbled("magnetometer/current:0.3:x")
-    readings = benches.readings
-    assert readings is not None
+def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
+    """The same readings as counts: the same effect; which sizes are usual rests on 50 µT."""
+    _, readings = recorded("magnetometer/current:0.3:x")
     assert readings.magnetometer is not None
     series = readings.magnetometer
-    counts = replace(series, values=np.round(10.0 * series.values), unit="count")
-    plain = replace(benches.report, magnetic=None)
-    report = with_field(plain, counts, FitOptions())
-    made = Benches(report, replace(readings, magnetometer=counts))
-    bench = made.magnetometer
-    assert bench is not None
-    bench.add("misalignment")
+    counts = replace(
+        readings, magnetometer=replace(series, values=np.round(10.0 * series.values), unit="count")
+    )
+    made = Benches(fit_readings(counts), counts)
+    bench = field_bench(made, anew=False)
     bench.add("current")
     told = diagnosis_of(made, bench).says
-    assert "all sizes rest on a usual 50 µT" in told
+    assert "which of them are usual rests on a field of 50 µT" in told
+    found = next(p for p in bench.fit.parameters if p.name == "current_x")
+    assert found.unit == "count/A"
+    assert found.value == pytest.approx(3.0, rel=0.05)
     field = float(np.linalg.norm(TrueField.drawn(3).world))
-    size = next(p.value for p in bench.fit.parameters if p.name == "current_x")
-    assert size == pytest.approx(0.3 * 50.0 / field, rel=0.05)
-    known = with_field(plain, counts, FitOptions(field=field))
-    bench = Benches(known, replace(readings, magnetometer=counts)).magnetometer
-    assert bench is not None
-    assert "all sizes rest" not in diagnosis_of(made, bench).says
+    known = Benches(fit_readings(counts, FitOptions(field=field)), counts)
+    bench = field_bench(known, anew=False)
+    bench.add("current")
+    assert "which of them are usual rests" not in diagnosis_of(known, bench).says
+    found = next(p for p in bench.fit.parameters if p.name == "current_x")
+    assert found.unit == "µT/A"
+    assert found.value == pytest.approx(0.3, rel=0.05)

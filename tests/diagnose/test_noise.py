@@ -14,7 +14,7 @@ from tests.diagnose.sessions import session
 
 @pytest.fixture(scope="module")
 def gyroscope() -> WhitenedResiduals:
-    bench = Benches(*fitted(rotations=6)).gyroscope
+    bench = Benches(*fitted(rotations=6)).bench("gyroscope")
     assert bench is not None
     return bench.look().misfit
 

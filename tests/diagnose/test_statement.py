@@ -15,9 +15,11 @@ from imucal_wizard.diagnose.survey import (
     insufficient,
 )
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
-from tests.diagnose.recordings import MG, along, fitted, moved
+from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
 def benches(*hidden: str, rotations: int = 0) -> Benches:
@@ -53,9 +55,7 @@ def test_poses_that_do_not_repeat_are_no_alarm_where_the_model_is_complete() -> 
     rng = np.random.default_rng(1)
     report, _ = fitted(poses="26+repeats", seed=5)
     restless = moved(report, lambda _, hold: along(hold, rng.normal(0.0, 0.25 * MG)))
-    said = diagnose_benches(
-        Benches(replace(restless, rates={"accelerometer": 100.0})), {}, automatic=True
-    )[0]
+    said = diagnose_benches(Benches(restless), {}, automatic=True)[0]
     assert said.verdict is Verdict.COMPLETE
     assert said.bench is not None
     assert said.bench.ladder[-1].floors.repeatable is False
@@ -90,7 +90,6 @@ def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
     report, _ = fitted(poses="26+repeats", seed=5)
     spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
-    spoilt = replace(spoilt, rates={"accelerometer": 100.0})  # the gyroscope is not asked
     said = diagnose_benches(Benches(spoilt), {}, automatic=True)[0]
     assert said.verdict is Verdict.DISTURBED
     assert said.disturbed_holds == (9,)
@@ -103,7 +102,7 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
     """The six faces carry bias and scale; the edges are asked for."""
     report, readings = fitted()
     faces = tuple(hold for hold in report.holds if hold.pose in FACES)
-    said = statement_of(Benches(replace(report, holds=faces), readings))
+    said = statement_of(Benches(refitted(report, faces, readings), readings))
     assert said.verdict is Verdict.INSUFFICIENT
     assert "theta" in said.says
     assert "bias, scale" in said.says
@@ -114,13 +113,13 @@ def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
     """The gyroscope's reference is not known better than what it stands on."""
     report, readings = fitted()
     faces = tuple(hold for hold in report.holds if hold.pose in FACES)
-    assert not Benches(replace(report, holds=faces), readings).passed
+    assert not Benches(refitted(report, faces, readings), readings).passed
 
 
 def test_nothing_is_added_to_a_base_that_the_directions_do_not_determine() -> None:
     """Nine directions: a tilt of the axes that is left at zero looks like a second-order term."""
     report, readings = fitted(seed=3)
-    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    alone = refitted(report, report.holds[:10], readings)
     (said,) = diagnose_benches(Benches(alone, readings), {}, automatic=True)
     assert said.verdict is Verdict.INSUFFICIENT
     assert said.added == ()
@@ -129,7 +128,7 @@ def test_nothing_is_added_to_a_base_that_the_directions_do_not_determine() -> No
 def test_an_effect_asked_for_that_takes_up_every_hold_leaves_a_word_not_a_fault() -> None:
     """Nothing is left to compare when there are as many parameters as holds."""
     report, readings = fitted(seed=3)
-    alone = replace(report, rates={"accelerometer": 100.0}, holds=report.holds[:10])
+    alone = refitted(report, report.holds[:10], readings)
     (said,) = diagnose_benches(
         Benches(alone, readings), {"accelerometer": ("second-order",)}, False
     )
@@ -170,11 +169,10 @@ def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
     both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
     first, waiting = diagnose_benches(both, {}, automatic=False)
     assert first.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
-    assert waiting.waiting
-    assert waiting.verdict is not Verdict.MISSING
+    assert waiting.verdict is Verdict.WAITING
     assert "accelerometer's own model is not complete" in waiting.says
     first, second = diagnose_benches(both, {}, automatic=True)
-    assert not second.waiting
+    assert second.verdict is not Verdict.WAITING
     assert second.added == ("g-sensitivity",)
     sizes = {one.name: one for one in second.bench.fit.parameters} if second.bench else {}
     found = sizes["g-sensitivity_xy"]
@@ -184,13 +182,14 @@ def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
 
 def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes() -> None:
     both = benches("second-order:5:x", "gyroscope/g-sensitivity:0.1:xy", rotations=3)
-    assert both.gyroscope is not None
-    both.gyroscope.add("g-sensitivity")
-    before = both.gyroscope
+    before = both.bench("gyroscope")
+    assert before is not None
+    before.add("g-sensitivity")
     both.accelerometer.add("second-order")
-    assert both.gyroscope is not None
-    assert both.gyroscope is not before
-    assert both.gyroscope.fit.model[-1] == "g-sensitivity"
+    after = both.bench("gyroscope")
+    assert after is not None
+    assert after is not before
+    assert after.fit.model[-1] == "g-sensitivity"
 
 
 def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> None:
@@ -237,3 +236,42 @@ def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
     assert "Measure them again" in said.says
     same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert "new poses" not in same.says
+
+
+def test_too_few_directions_to_predict_one_are_told() -> None:
+    """Five times the fitted error: each direction is needed to determine the model."""
+    report, readings = fitted()
+    fit = report.sensors["accelerometer"]
+    few = replace(fit, rms_held_out=5.0 * fit.rms_fitted)
+    changed = replace(report, sensors={**report.sensors, "accelerometer": few})
+    said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
+    assert "too few directions to predict one that is left out" in said.says
+
+
+def test_circles_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None:
+    """However well a model fits a few circles that leaves the soft iron at nothing."""
+    readings = tumbled().readings
+    assert readings is not None
+    assert readings.magnetometer is not None
+    series = readings.magnetometer
+    found = fit_magnetometer(series.between(float(series.time[-1]) - 34.0, float(series.time[-1])))
+    assert found.fit.not_determined
+    report = FitReport(
+        9.8, {"magnetometer": 80.0}, (), (), {"magnetometer": found.fit}, magnetic=found
+    )
+    _, said = diagnose_benches(Benches(report), {}, automatic=True)
+    assert said.verdict is Verdict.INSUFFICIENT
+    assert "soft iron" in said.says
+    assert not said.settled
+
+
+def test_a_hold_that_stands_out_is_told_with_a_verdict_that_does_not_explain_it() -> None:
+    """Without a verdict it is a warning; beside one that explains the data it is not repeated."""
+    report, _ = fitted(poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 1.0 * MG if k == 9 else 0.0))
+    assert "does not fit with the others" in spoilt.outlier_notes["accelerometer"]
+    assert spoilt.notes(judged=False)[-1] == spoilt.outlier_notes["accelerometer"]
+    assert spoilt.outlier_notes["accelerometer"] not in spoilt.notes(judged=True)
+    said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
+    assert said.verdict is Verdict.DISTURBED
+    assert "does not fit with the others" not in said.says

@@ -55,6 +55,7 @@ def test_the_wizards_procedure_finds_a_hidden_second_order_term() -> None:
     assert first.rms_held_out is not None
     assert last.rms_held_out is not None
     assert last.rms_held_out < 0.3 * first.rms_held_out
+    assert last.floor is not None
     assert last.rms_held_out < 3.0 * last.floor
     (found,) = (one for one in said.bench.fit.parameters if one.name == "second-order_x")
     assert found.standard_error is not None

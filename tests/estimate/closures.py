@@ -39,7 +39,8 @@ def headings(by_gravity: GravityClosure, by_field: GravityClosure) -> FieldClosu
     numbers = np.arange(len(by_gravity.before))
     spans = np.zeros((len(numbers), 2))
     labels = RowLabels(numbers, numbers, numbers, numbers, spans[:, 0], spans, numbers * 0)
-    return FieldClosure(by_gravity, by_field, np.ones(len(numbers)), labels)
+    holds = np.column_stack([numbers, numbers + 1])
+    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels)
 
 
 def closed(source: GravityClosure, matrix: FloatArray, bias: FloatArray) -> ClosureRows:

@@ -88,7 +88,7 @@ def _bad(name: str) -> Series:
         ("half circle with wild samples", "one plane"),
         ("still with wild samples", "does not turn"),
         ("few", "too few"),
-        ("absent", "not there, or asleep"),
+        ("absent", "missing or asleep"),
         ("dead axis", "axis y"),
         ("saturated", "axis z of the magnetometer is saturated"),
         ("too large", "not the Earth's"),

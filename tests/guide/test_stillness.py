@@ -194,7 +194,7 @@ def test_blocks_joined_are_the_blocks_cut_at_once() -> None:
     cutter = BlockCutter(RATE)
     parts: list[Blocks] = [cutter.feed(part) for part in pieces(readings, [333, 334, 1500])]
     joined = join_blocks(parts)
-    np.testing.assert_array_equal(joined.var_a, whole.var_a)
+    np.testing.assert_array_equal(joined.variance, whole.variance)
     np.testing.assert_array_equal(joined.temperature, whole.temperature)
     np.testing.assert_array_equal(joined.gap, whole.gap)
 

@@ -11,12 +11,8 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
-from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
-from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.report.calibration_file import Sensor, from_report, sensor_record
-from imucal_wizard.tui.panels.report import bench_rows
 from tests.diagnose.recordings import MG, fitted, tumbled
-from tests.tui.terminals import plain
 
 
 def errors(values: FloatArray, gravity: float) -> float:
@@ -77,30 +73,20 @@ def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
 
 
 def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path: Path) -> None:
-    """The misalignment is in the matrix then, and the current's field turned with it."""
+    """The misalignment is in the matrix, and the sizes are those of that frame."""
     made = tumbled("magnetometer/current:0.3:x")
     benches = Benches(made.report, made.readings)
-    bench = benches.magnetometer
+    bench = benches.bench("magnetometer")
     assert bench is not None
-    assert isinstance(bench.measured, MagnetometerExperiment)
-    bench.add("misalignment")
     bench.add("current")
     saved = load(written(benches, tmp_path / "c.json")).sensors["magnetometer"]
     assert saved.frame == "accelerometer"
     assert [effect.term for effect in saved.effects] == ["current"]
-    still, dips = bench.measured.data.still, bench.measured.data.dips
-    told = saved.apply(dips.reading, still)
-    own = bench.fit.correct(dips.reading, still)
-    np.testing.assert_allclose(told, own @ dips.turn.T, atol=1e-9)
-    up = still.force @ dips.turn.T / benches.report.gravity
-    along = (told * up).sum(axis=1) / np.linalg.norm(told, axis=1)
-    assert np.degrees(along.std()) < 0.1
-
-
-def aligned(made: Benches) -> Benches:
-    """The benches of a fit to which the second stage belongs, as the wizard's has it."""
-    assert made.readings is not None
-    return Benches(fit_readings(made.readings), made.readings)
+    assert saved.effects[0].sizes == bench.fit.sizes[0].tolist()
+    where = bench.measured.circumstances
+    readings = np.random.default_rng(1).normal(0.0, 40.0, (len(where), 3))
+    own = bench.fit.correct(readings, where)
+    np.testing.assert_allclose(saved.apply(readings, where), own, rtol=0, atol=1e-9)
 
 
 def scatter_of_dip(saved: Sensor, benches: Benches) -> float:
@@ -120,37 +106,18 @@ def scatter_of_dip(saved: Sensor, benches: Benches) -> float:
 def test_the_alignment_of_the_second_stage_is_applied_once_with_the_bench_and_without(
     tmp_path: Path,
 ) -> None:
-    """The bench starts in the magnetometer's own axes, with the misalignment as a term."""
-    benches = aligned(tumbled())
-    bench = benches.magnetometer
+    made = tumbled()
+    benches = Benches(made.report, made.readings)
+    bench = benches.bench("magnetometer")
     assert bench is not None
-    assert bench.fit.model == ("bias", "soft-iron", "misalignment")
     looked = load(written(benches, tmp_path / "looked.json")).sensors["magnetometer"]
     assert np.array_equal(looked.matrix, benches.report.sensors["magnetometer"].matrix)
     bench.add("bias-drift")
     added = load(written(benches, tmp_path / "added.json")).sensors["magnetometer"]
-    bench.undo()
-    bench.remove("misalignment")
-    bench.add("bias-drift")
-    without = load(written(benches, tmp_path / "without.json")).sensors["magnetometer"]
-    for saved in (looked, added, without):
+    for saved in (looked, added):
         assert saved.frame == "accelerometer"
         assert scatter_of_dip(saved, benches) < 0.1
     assert benches.report.magnetic is not None
     assert benches.found("magnetometer") == ("bias-drift",)
     own = sensor_record(benches.report.magnetic.fit)
     assert scatter_of_dip(own, benches) > 0.5
-
-
-def test_a_mounting_that_only_the_bench_has_found_is_said_to_be_saved() -> None:
-    """It is in the matrix, and no effect of its own in the model that is saved."""
-    made = tumbled()
-    benches = Benches(made.report, made.readings)
-    bench = benches.magnetometer
-    assert bench is not None
-    assert bench_rows(benches, 200) == []
-    bench.add("misalignment")
-    model, _ = benches.models()["magnetometer"]
-    assert model.terms == ()
-    (row,) = bench_rows(benches, 200)
-    assert "✓ from the bench: magnetometer + misalignment" in plain(row)

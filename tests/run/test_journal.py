@@ -140,11 +140,11 @@ def test_what_waits_in_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.Mon
     for number in range(20):
         disk.clock.now += WRITE_RETRY_SECONDS
         disk.journal.raw(float(number), bytes(1 << 14))
-    assert "nothing more is written down" in disk.journal.problem
+    assert "no longer being saved" in disk.journal.problem
     disk.clear()
     disk.clock.now += WRITE_RETRY_SECONDS
     disk.journal.raw(20.0, b"late")
-    assert "nothing more is written down" in disk.journal.problem
+    assert "no longer being saved" in disk.journal.problem
 
 
 @pytest.mark.parametrize("look", [0.0, 0.1, 0.6])

@@ -111,7 +111,7 @@ def test_a_gyroscope_with_times_of_its_own_is_brought_to_the_accelerometers(
     assert not tape.play(engine, np.inf)
     stream = engine.snapshot().stream
     assert stream.samples == len(whole)
-    assert any("brought to the accelerometer's times" in text for text in stream.warnings)
+    assert any("interpolated to the accelerometer's times" in text for text in stream.warnings)
 
 
 def test_a_speed_of_zero_is_refused(tmp_path: Path) -> None:

@@ -157,7 +157,7 @@ def test_letters_of_the_axis_name_output_and_inputs() -> None:
         ("wobble:3:x", "no effect 'wobble'"),
         ("g-sensitivity:3:x", "write gyroscope/g-sensitivity"),
         ("gyroscope/hysteresis:3:x", "no effect 'hysteresis'"),
-        ("thermometer/second-order:3:x", "no sensor"),
+        ("thermometer/second-order:3:x", "not a sensor"),
         ("second-order:big:x", "not a number"),
         ("second-order:nan:x", "not a number"),
         ("second-order:3:w", "axis is x, y or z"),

@@ -214,7 +214,7 @@ def test_a_file_that_is_not_a_sealed_answer_is_refused(
     path = tmp_path / "x.mystery"
     path.write_text(text)
     assert cli.main(["simulate", "--reveal", str(path), "--key", "k"]) == 2
-    assert "no sealed answer" in capsys.readouterr().err
+    assert "not a sealed answer" in capsys.readouterr().err
 
 
 def test_an_exercise_with_a_magnetometer_betrays_nothing_by_its_columns(tmp_path: Path) -> None:

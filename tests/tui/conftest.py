@@ -59,9 +59,10 @@ def bent_benches(bent: FitReport) -> Benches:
 def sagging_benches(sagging: FitReport) -> Benches:
     """The benches of the gyroscope that feels gravity, as it is shown."""
     benches = Benches(sagging)
-    assert benches.gyroscope is not None
-    for bench in (benches.accelerometer, benches.gyroscope):
-        bench_snapshot(benches, bench)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    for one in (benches.accelerometer, bench):
+        bench_snapshot(benches, one)
     return benches
 
 

@@ -80,7 +80,7 @@ def test_the_missing_effect_lies_between_measurement_and_model(
 
 
 def test_the_gyroscope_at_rest_stands_beside_its_model(sagged: Benches) -> None:
-    bench = sagged.gyroscope
+    bench = sagged.bench("gyroscope")
     assert bench is not None
     view = beside(bench_snapshot(sagged, bench), 0)
     assert view.model is not None
@@ -133,7 +133,7 @@ def test_the_trace_shows_every_axis_with_mean_noise_and_the_part_averaged(bent: 
 
 
 def test_a_turn_has_its_rates_even_where_the_readings_are_gone(sagged: Benches) -> None:
-    bench = sagged.gyroscope
+    bench = sagged.bench("gyroscope")
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
     view = next(view for view in snapshot.views if view.part == ROTATIONS)

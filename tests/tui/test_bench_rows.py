@@ -8,6 +8,7 @@ import pytest
 from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import ROTATIONS, ResidualView, freed, suspect_view
 from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
@@ -69,7 +70,7 @@ def test_every_hold_stands_in_the_pictures_with_what_the_fit_left_of_it(
 
 
 def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged: Benches) -> None:
-    bench = sagged.gyroscope
+    bench = sagged.bench("gyroscope")
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
     rest = ("at rest, x axis", "at rest, y axis", "at rest, z axis")
@@ -161,7 +162,7 @@ def test_a_gyroscope_that_waits_for_the_accelerometer_is_not_ticked(benches: Ben
     gyroscope = benches.bench("gyroscope")
     assert gyroscope is not None
     snapshot = bench_snapshot(benches, gyroscope)
-    assert snapshot.diagnosis.waiting
+    assert snapshot.diagnosis.verdict is Verdict.WAITING
     assert snapshot.style == "warn"
 
 

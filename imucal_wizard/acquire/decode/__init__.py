@@ -1,7 +1,7 @@
-"""One file per wire format, found by discovery: each lists its ``FORMATS``.
+"""Wire formats, one file each, found by discovery through their ``FORMATS``.
 
-A new format is a new file here: a decoder (lines through ``lines.TextDecoder``, frames through
-``frames.FrameCutter``), a detector, and ``FORMATS = (Format(…),)``.
+A new format is a new file here with ``FORMATS = (Format(…),)``: a decoder (``lines.TextDecoder`` or
+``frames.FrameDecoder``) and a detector.
 """
 
 from functools import cache
@@ -14,7 +14,7 @@ from imucal_wizard.core.errors import FormatError
 
 @cache
 def formats() -> dict[str, Format]:
-    """All formats by name, those that are recognised with most certainty first."""
+    """All formats by name, the most certain ones first."""
     names = sorted(module.name for module in iter_modules(__path__))
     modules = (import_module(f"{__name__}.{name}") for name in names)
     found: list[Format] = [one for module in modules for one in getattr(module, "FORMATS", ())]
@@ -31,8 +31,8 @@ def decoder_for(name: str, columns: tuple[Column, ...] = (), *, whole: bool = Fa
 
     Args:
         name: name of a format.
-        columns: the columns by their place where they are known.
-        whole: the bytes begin with a whole line, as those of a file do.
+        columns: the columns in order, if known.
+        whole: whether the bytes begin with a whole line, as those of a file do.
 
     Raises:
         FormatError: there is no such format.
@@ -40,5 +40,5 @@ def decoder_for(name: str, columns: tuple[Column, ...] = (), *, whole: bool = Fa
     found = formats().get(name)
     if found is None:
         names = ", ".join(format_names())
-        raise FormatError(f"There is no format {name!r}; use auto or one of {names}")
+        raise FormatError(f"there is no format {name!r}; use auto or one of {names}")
     return found.decoder(columns, whole)

@@ -1,4 +1,4 @@
-"""What every wire format provides: a detector that recognises it, a decoder that gives rows."""
+"""The interface of a wire format: a detector that recognises it and a decoder that gives rows."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -14,9 +14,9 @@ class Column:
     Attributes:
         channel: ``t``, ``ax`` … ``az``, ``gx`` … ``gz``, ``mx`` … ``mz``, ``temp``, ``current``,
             ``throttle``, ``counter``, or ``""`` for a column that is not used.
-        unit: unit word as in ``core.units``; ``""`` where it is not known yet; a word that is no
-            unit of the channel stays as it was written.
-        name: what the device called it, or its place ("column 3").
+        unit: unit as in ``core.units``; ``""`` while unknown; a word that is not a unit of the
+            channel stays as it was written.
+        name: name given by the device, or its position ("column 3").
     """
 
     channel: str
@@ -26,14 +26,14 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class DecodedRows:
-    """What one piece of bytes decoded to.
+    """The rows decoded from a piece of bytes.
 
     Attributes:
-        values: shape (n, number of columns); NaN where a field was empty or not a number.
-        malformed: how many lines or frames were dropped.
-        decimals: the largest number of decimals printed, per column; -1 where not text.
-        skipped: how many malformed lines came directly before each row, shape (n,); empty when
-            none did. A stream without time or counter needs it to stay in step.
+        values: shape (n, number of columns); NaN if a field was empty or not a number.
+        malformed: number of dropped lines or frames.
+        decimals: largest number of printed decimals per column; -1 if the column is not text.
+        skipped: number of malformed lines directly before each row, shape (n,); empty if there were
+            none. A stream without time or counter needs it to keep its time.
     """
 
     values: FloatArray
@@ -44,12 +44,12 @@ class DecodedRows:
 
 @dataclass(frozen=True)
 class MalformedLine:
-    """The first line that does not fit its format.
+    """The first line that does not fit the format.
 
     Attributes:
-        number: number of the line, from 1.
-        line: what it contains.
-        width: how many columns it should have.
+        number: line number, from 1.
+        line: its content.
+        width: number of columns that it should have.
     """
 
     number: int
@@ -58,9 +58,9 @@ class MalformedLine:
 
 
 class Decoder(Protocol):
-    """Turns bytes into rows. Keeps an unfinished line or frame; touches no port and no clock.
+    """Converts bytes to rows. Keeps an unfinished line or frame; uses no port and no clock.
 
-    The rows do not depend on how the bytes were cut into pieces.
+    The rows do not depend on how the bytes were divided.
     """
 
     @property
@@ -73,13 +73,13 @@ class Decoder(Protocol):
 
     @property
     def first_malformed(self) -> MalformedLine | None:
-        """The first malformed line; None where there is none, or no lines."""
+        """The first malformed line; None if there is none, or if the format has no lines."""
 
     def feed(self, data: bytes) -> DecodedRows:
         """Decode the rows that these bytes complete."""
 
     def broken(self) -> None:
-        """The link broke here: an unfinished line or frame will not be completed."""
+        """The link was interrupted: drop the unfinished line or frame."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Line:
     Attributes:
         raw: its bytes without the line end.
         text: the same as text.
-        first: the stream may have begun in the middle of it.
+        first: whether the stream may have begun in the middle of the line.
     """
 
     raw: bytes
@@ -98,14 +98,14 @@ class Line:
 
 
 class FormatDetector(Protocol):
-    """Recognises one format. The answer depends on the bytes alone."""
+    """Recognises one format. The answer depends only on the bytes."""
 
     def feed(self, data: bytes, lines: Sequence[Line]) -> bool:
         """Whether the format is certain.
 
         Args:
             data: the next bytes, at most one line.
-            lines: the readable lines that they complete.
+            lines: the readable lines that these bytes complete.
         """
 
 
@@ -114,16 +114,16 @@ class Format:
     """One wire format.
 
     Attributes:
-        name: the name under which the user can choose it.
-        title: which devices speak it.
-        decoder: makes a decoder from the columns, where they are known, and whether the bytes
-            begin with a whole line.
-        detector: makes a detector from the columns, where they are known; None for a format that
-            has no signs of its own and must be chosen by name.
-        note: what the user of such a device should know, or ``""``.
-        rank: formats of lower rank are tried first: a checksum (0) proves more than a word (1, 2),
-            a word more than numbers (3), numbers more than lines that are alike (4).
-        binary: the bytes are frames, not lines.
+        name: name under which the user can choose it.
+        title: devices or programs that use it.
+        decoder: makes a decoder from the columns, if known, and whether the bytes begin with a
+            whole line.
+        detector: makes a detector from the columns, if known; None for a format that cannot be
+            recognised and must be chosen by name.
+        note: message to users of such a device, or ``""``.
+        rank: formats of lower rank are tried first: a checksum (0) proves more than a keyword (1,
+            2), a keyword more than numbers (3), numbers more than similar lines (4).
+        binary: whether the bytes are frames and not lines.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Numbers between commas, semicolons, tabs, bars or blanks, with or without a header."""
+"""Numbers separated by commas, semicolons, tabs, bars or blanks, with or without a header."""
 
 import csv
 import math
@@ -15,11 +15,11 @@ from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
 
 MIN_LEARNED_LINES = 8
-"""Numeric lines from which the number of columns is learned where no header gives it."""
+"""Numeric lines that determine the number of columns if no header does."""
 MIN_COLUMNS = 3
-"""Fewer numbers on a line are no accelerometer."""
+"""Lines with fewer numbers cannot contain an accelerometer."""
 _MISFITS_OF_HEADER = 5
-"""So many lines of another width in a row, before any sample, disprove a header."""
+"""Consecutive lines of another width, before any sample, that disprove a header."""
 _LONGEST_NAME = 40
 _BRACKETS = b"()[]{}"
 _QUOTED = re.compile(rb'\s*"[^"]*"\s*([,;\t|])')
@@ -28,13 +28,13 @@ _DECIMAL_COMMA = re.compile(rb"(?<=\d),(?=\d)")
 
 
 class DelimitedDecoder(TextDecoder):
-    """``csv``: one sample per line, fields by their place.
+    """``csv``: one sample per line, fields by position.
 
     Args:
-        columns: the columns by their place, where they are known; else a header tells them, now
-            or later, or they stay without channels.
+        columns: the columns in order, if known; otherwise a header names them now or later, or they
+            have no channels.
         name: name of the format.
-        header_units: units that the bare names of a header stand for, by channel.
+        header_units: units of the names in a header without units, by channel.
         whole: the bytes begin with a whole line.
     """
 
@@ -76,7 +76,7 @@ class DelimitedDecoder(TextDecoder):
         if all(value is None or math.isnan(value) for value in values) and None in values:
             self._words(line, fields, first)
         elif first:
-            return  # its beginning is missing and nobody can see it
+            return  # its beginning may be missing
         elif self.columns:
             self._sample(line, fields, values)
         elif are_numbers(fields, values):
@@ -94,19 +94,19 @@ class DelimitedDecoder(TextDecoder):
         self._row([math.nan if v is None else v for v in values], printed)
 
     def _text_where_needed(self, fields: list[bytes], values: list[float | None]) -> bool:
-        """Text may stand in a column that is not used, once it is known which these are."""
+        """Whether a used column holds text; before the channels are known, any column is used."""
         if not any(c.channel for c in self.columns):
             return not are_numbers(fields, values)
         return any(v is None and c.channel for v, c in zip(values, self.columns, strict=True))
 
     def _comment(self, line: bytes) -> None:
-        """A comment may hold the header, or what was the header of another logger."""
+        """A comment may contain the header."""
         names = header_columns(field_texts(line.strip(b"# \t")))
         if names is not None and not self._count:
             self._header(names)
 
     def _words(self, line: bytes, fields: list[bytes], first: bool) -> None:
-        """A line without numbers: a header, its units, a banner, or garbage."""
+        """A line without numbers: a header, units, a banner, or garbage."""
         names = field_texts(line)
         found = header_columns(names)
         if found is None and len(names) == len(self.columns) and not (self._count or self._fixed):
@@ -126,18 +126,18 @@ class DelimitedDecoder(TextDecoder):
         )
         if not self.columns or (
             len(found) == len(self.columns) and _named(found) > _named(self.columns)
-        ):  # a spoilt header names fewer columns than the one that is known
+        ):  # a damaged header names fewer columns than the known one
             self.columns = found
             self._read_again()
 
     def _unknown_names(self, fields: list[bytes]) -> None:
-        """Names that mean nothing here: nobody may guess what they stand for."""
+        """Keep unknown names of columns for the questions to the user."""
         names = [sanitise(field, _LONGEST_NAME) for field in fields]
         if len(names) >= MIN_COLUMNS and all(names) and not self._fixed:
             self._names = names
 
     def _learn(self, line: bytes) -> None:
-        """Wait for enough numeric lines, then let the commonest number of fields decide."""
+        """Wait for enough numeric lines; their most common number of fields decides."""
         self._learning.append(line)
         if len(self._learning) < MIN_LEARNED_LINES:
             return
@@ -149,17 +149,17 @@ class DelimitedDecoder(TextDecoder):
         self._read_again()
 
     def _read_again(self) -> None:
-        """The lines that waited, now that the columns are known."""
+        """Read the waiting lines, now that the columns are known."""
         waiting = list(self._learning)
         self._learning.clear()
-        self._again = True  # what is known now is not given up for the lines it was learned from
+        self._again = True  # the learned columns survive the lines from which they were learned
         for line in waiting:
             self._read(line, False)
         self._again = False
         self._misfits.clear()
 
     def _unfit(self, line: bytes, count: int) -> None:
-        """A header that lost its first name disagrees with every line: then it is forgotten."""
+        """A header without its first name contradicts every line; it is then dropped."""
         if self._count:
             return
         self.first_malformed = self.first_malformed or MalformedLine(
@@ -177,7 +177,7 @@ class DelimitedDecoder(TextDecoder):
 
 
 def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:
-    """Whether a line without a known header is a line of numbers, a date perhaps among them."""
+    """Whether a line without a known header consists of numbers, possibly with a date."""
     good = sum(value is not None for value in values)
     words = any(
         v is None and not numbers.without_letters(f) for f, v in zip(fields, values, strict=True)
@@ -186,7 +186,7 @@ def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:
 
 
 def begins_with_known_name(columns: tuple[Column, ...]) -> bool:
-    """Whether a header that may be cut off in front begins with a name that is known."""
+    """Whether a header that may be cut off at the front begins with a known name."""
     return bool(columns[0].channel) or columns[0].name.lower().startswith(("rtc", "date"))
 
 
@@ -195,12 +195,12 @@ def _named(columns: tuple[Column, ...]) -> int:
 
 
 def is_text(line: bytes) -> bool:
-    """Whether a line is printable, as text at the right speed is."""
+    """Whether a line is printable ASCII, as text at the right speed is."""
     return all(32 <= byte < 127 or byte == 9 for byte in line)
 
 
 def separator_of(line: bytes) -> bytes:
-    """What stands between the fields of this line: comma, semicolon, tab, bar, or blanks."""
+    """The separator of a line: comma, semicolon, tab, bar, or blanks."""
     if b'"' in line and (quoted := _QUOTED.match(line)):
         return quoted[1]
     commas = line.count(b",")
@@ -217,13 +217,13 @@ def separator_of(line: bytes) -> bytes:
 
 
 def _ends_empty(line: bytes) -> bool:
-    """Whether a line ends with a separator: its last field may be an empty one."""
+    """Whether a line ends with a separator, so that its last field may be empty."""
     sign = separator_of(line)
     return sign != b" " and line.rstrip(b" \r").endswith(sign)
 
 
 def split_fields(line: bytes) -> list[bytes]:
-    """The fields of a line; brackets around it and one separator at its end do not count."""
+    """The fields of a line without enclosing brackets and one trailing separator."""
     sign = separator_of(line)
     if b'"' in line:
         if sign != b" " and line.count(b'"') % 2 == 0 and line.isascii():
@@ -249,22 +249,22 @@ def _without_last(fields: list[str]) -> list[bytes]:
 
 
 def field_texts(line: bytes) -> list[str]:
-    """The fields of a line as text: names of columns, perhaps."""
+    """The fields of a line as text, for names of columns."""
     return [field.decode("utf-8", errors="replace") for field in split_fields(line)]
 
 
 class _HeaderDetector:
-    """A header that names an accelerometer, a gyroscope or a magnetometer.
+    """Recognises a header that names an accelerometer, a gyroscope or a magnetometer.
 
     Args:
-        sign: a name that must be among those of the header, or ``""``.
+        sign: a name that the header must contain, or ``""``.
     """
 
     def __init__(self, sign: str = "") -> None:
         self._sign = sign
 
     def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
-        """Whether such a header has come."""
+        """Whether such a header has arrived."""
         return any(self._is_header(line) for line in lines)
 
     def _is_header(self, line: Line) -> bool:
@@ -276,10 +276,10 @@ class _HeaderDetector:
 
 
 class _NumbersDetector(_HeaderDetector):
-    """A header, or lines of numbers of which most of the newest have the same width.
+    """Recognises a header, or lines of numbers most of which have the same width.
 
     Args:
-        columns: the columns where they are known: text may stand in those that are not used.
+        columns: the columns, if known; unused ones may contain text.
     """
 
     _WINDOW, _AGREE = 8, 6
@@ -334,7 +334,7 @@ FORMATS = (
     ),
     Format(
         "csv",
-        "numbers between commas, semicolons, tabs or blanks, with or without a header",
+        "numbers separated by commas, semicolons, tabs or blanks, with or without a header",
         lambda columns, whole: DelimitedDecoder(columns, whole=whole),
         _NumbersDetector,
         rank=3,

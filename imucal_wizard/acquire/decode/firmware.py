@@ -1,4 +1,4 @@
-"""What well-known firmware prints, as a table: a new one is one entry.
+"""The text formats of well-known firmware as a table; a new one is one entry.
 
 Sources: the print statements of the named firmware and its documentation.
 """
@@ -17,11 +17,11 @@ class FirmwareText:
     """A text format whose columns and units are known.
 
     Attributes:
-        name: as ``--format`` takes it.
-        title: who prints it.
-        kinds: the lines that make up one sample.
-        note: what a user of it should know, or ``""``.
-        min_lines: how many lines of each kind must have come before the format is plain.
+        name: name under which the user can choose it.
+        title: firmware that prints it.
+        kinds: the kinds of line that make up one sample.
+        note: message to its users, or ``""``.
+        min_lines: lines of each kind needed to recognise the format.
     """
 
     name: str
@@ -104,7 +104,7 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
             LineKind("#M-R=", _three("m", "count")),
             LineKind("#G-R=", _three("g", "count")),
         ),
-        "This firmware prints gravity instead of specific force: the sign is turned.",
+        "This firmware prints gravity instead of specific force: the sign is inverted.",
     ),
     FirmwareText(
         "i2cdev",
@@ -161,15 +161,15 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
             LineKind("Mag:", _three("m", "uT"), in_every_sample=False),
             LineKind("temperature:", (_TEMPERATURE,), in_every_sample=False),
         ),
-        "In its fusion modes the BNO055 has already taken its own offsets out: switch it to AMG, "
+        "In its fusion modes the BNO055 has already removed its own offsets: switch it to AMG, "
         "a non-fusion mode, before calibrating.",
     ),
 )
-"""Formats with a word at the start of each line."""
+"""Formats with a keyword at the start of each line."""
 
 
 class _Detector:
-    """So many lines of each kind that belongs to every sample."""
+    """Recognises a format by enough lines of each kind that belongs to every sample."""
 
     def __init__(self, preset: FirmwareText) -> None:
         self._preset = preset

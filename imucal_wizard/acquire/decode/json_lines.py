@@ -21,8 +21,7 @@ class JsonDecoder(TextDecoder):
     """``json``: ``{"t": 1.5, "ax": 0.1, …}``, also nested (``{"acc": [0.1, 0.2, 9.8]}``).
 
     Args:
-        columns: the columns, named by their keys, where they are known; else the keys of the
-            first object.
+        columns: the columns, named by their keys, if known; otherwise the keys of the first object.
         whole: the bytes begin with a whole line.
     """
 
@@ -48,7 +47,7 @@ class JsonDecoder(TextDecoder):
 
 
 def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
-    """Nested objects and arrays as one level; the keys are joined with dots."""
+    """Nested objects and arrays flattened to one level; the keys are joined with dots."""
     if depth > 8:
         return {}
     if isinstance(value, dict):
@@ -72,13 +71,13 @@ def _real(value: Any) -> float:
 
 
 def _digits(value: float) -> int:
-    """Decimals of the shortest text that gives this number."""
+    """Decimals of the shortest text that represents this number."""
     text = repr(value)
     return 17 if "e" in text else len(text.partition(".")[2].rstrip("0"))
 
 
 def _columns(keys: list[str]) -> tuple[Column, ...]:
-    """The columns of the keys; of a path, its last parts say which sensor and axis."""
+    """The columns of the keys; the last parts of a path name the sensor and the axis."""
     found = [_column(key) for key in keys]
     if not any(quantity_of(one.channel) == "accelerometer" for one in found):
         found = [
@@ -96,7 +95,7 @@ def _column(key: str) -> Column:
 
 
 class _Detector:
-    """Most of the newest lines look like objects."""
+    """Recognises the format by lines that look like objects."""
 
     _WINDOW, _AGREE = 8, 3
 

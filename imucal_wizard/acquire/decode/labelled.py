@@ -1,4 +1,4 @@
-"""Lines that begin with words: one sample per line, or several kinds of lines per sample."""
+"""Numbers behind labels: one sample per line, or several kinds of line per sample."""
 
 import math
 import re
@@ -19,7 +19,7 @@ from imucal_wizard.core import units
 from imucal_wizard.core.records import dataclass
 
 MIN_LABELLED_LINES = 24
-"""Lines with numbers from which the kinds of an unknown device are learned."""
+"""Lines with numbers from which the kinds of line of an unknown device are learned."""
 _WORD = re.compile(r"[A-Za-z]+")
 _BRACKETED_UNIT = re.compile(r"[\[(]\s*([A-Za-zµμ°/^0-9²*]+)\s*[\])]")
 
@@ -29,11 +29,12 @@ class LineKind:
     """One kind of line.
 
     Attributes:
-        prefix: what such a line begins with; ``""`` for one that begins with a number.
+        prefix: beginning of such a line; ``""`` if it begins with a number.
         columns: one per number on the line.
-        scales: what each number is multiplied by before its unit holds; all 1 when empty.
+        scales: factor of each number before its unit applies; all 1 if empty.
         in_every_sample: belongs to every sample; otherwise it is rarer and applies to the next one.
-        checked: carries an NMEA checksum ``*HH``, the exclusive or of all between ``$`` and ``*``.
+        checked: whether the line ends with an NMEA checksum ``*HH``, the exclusive or of all
+            characters between ``$`` and ``*``.
     """
 
     prefix: str
@@ -44,11 +45,11 @@ class LineKind:
 
 
 class LabelledDecoder(TextDecoder):
-    """Numbers behind words. A sample is complete when each of its kinds of line has come.
+    """Decodes labelled numbers; a sample is complete when all its kinds of line have arrived.
 
     Args:
-        kinds: the kinds of line; learned from the first lines where it is empty.
-        columns: channels and units by place that override those of the kinds.
+        kinds: the kinds of line; if empty, they are learned from the first lines.
+        columns: channels and units in order that override those of the kinds.
         name: name of the format.
         whole: the bytes begin with a whole line.
     """
@@ -95,7 +96,7 @@ class LabelledDecoder(TextDecoder):
         if len(fields) != len(kind.columns):
             self._spoilt(text.encode())
             return
-        if kind.in_every_sample and place in self._values:  # a line of the sample before was lost
+        if kind.in_every_sample and place in self._values:  # a line of the previous sample was lost
             self._spoilt(text.encode())
             self._forget()
         scales = kind.scales or (1.0,) * len(fields)
@@ -111,7 +112,7 @@ class LabelledDecoder(TextDecoder):
         self._complete()
 
     def _complete(self) -> None:
-        """Give the sample away once every kind that is part of each sample has come."""
+        """Complete the sample once every kind that belongs to each sample has arrived."""
         if any(k.in_every_sample and i not in self._values for i, k in enumerate(self._kinds)):
             return
         values: list[float] = []
@@ -128,7 +129,7 @@ class LabelledDecoder(TextDecoder):
         self._forget()
 
     def _forget(self) -> None:
-        """Begin a new sample; one of which only some lines have arrived is none."""
+        """Begin a new sample and drop an incomplete one."""
         self._values.clear()
         self._printed.clear()
 
@@ -149,14 +150,14 @@ class LabelledDecoder(TextDecoder):
 
 
 def learn_line_kinds(lines: list[str]) -> tuple[LineKind, ...]:
-    """The kinds of line that make up a sample, by how often each comes.
+    """The kinds of line that make up a sample, from how often each occurs.
 
     Args:
-        lines: some consecutive lines with numbers.
+        lines: consecutive lines with numbers.
 
     Returns:
-        Kinds with a channel that is known, in order of appearance; one without channels where
-        there is no other; nothing where no kind repeats.
+        Kinds with known channels in order of appearance; one kind without channels if there is no
+        other; nothing if no kind repeats.
     """
     about = [describe_line(line) for line in lines]
     counts = Counter((prefix, len(columns)) for prefix, columns in about)
@@ -178,7 +179,7 @@ def learn_line_kinds(lines: list[str]) -> tuple[LineKind, ...]:
 def _distinct(
     kinds: dict[tuple[str, int], tuple[Column, ...]],
 ) -> dict[tuple[str, int], tuple[Column, ...]]:
-    """Each channel in the first kind that has it; kinds that bring nothing new are left out."""
+    """Keep each channel in the first kind that has it; drop kinds without new channels."""
     seen: set[str] = set()
     kept = {}
     for key, columns in kinds.items():
@@ -190,7 +191,7 @@ def _distinct(
 
 
 def verified_body(sentence: str) -> str | None:
-    """The body of a sentence whose checksum is right, without it; None when it is wrong."""
+    """The body of an NMEA sentence without its checksum; None if the checksum is wrong."""
     body, star, given = sentence.partition("*")
     total = 0
     for character in body[1:]:
@@ -203,11 +204,11 @@ def verified_body(sentence: str) -> str | None:
 
 
 def describe_line(line: str) -> tuple[str, tuple[Column, ...]]:
-    """The words at the start of a line and a column for each of its numbers.
+    """The label at the start of a line, and a column for each of its numbers.
 
-    ``AccelX:0.1,AccelY:…``, ``Accl: x= 0.1 | y= …``, ``Acceleration X: 0.1, Y: … m/s^2`` and
-    ``Acc (mg) [ 1, 2, 3 ], Gyr (DPS) [ …`` are understood; a number whose words mean nothing here
-    gets a column without channel.
+    ``AccelX:0.1,AccelY:…``, ``Accl: x= 0.1 | y= …``, ``Acceleration X: 0.1, Y: … m/s^2`` and ``Acc
+    (mg) [ 1, 2, 3 ], Gyr (DPS) [ …`` are understood; a number with an unknown label gets a column
+    without channel.
     """
     found: list[Column] = []
     position, sensor, place, unit = 0, "", 0, ""
@@ -235,7 +236,7 @@ def describe_line(line: str) -> tuple[str, tuple[Column, ...]]:
 
 
 def _channel(label: str, sensor: str, place: int) -> tuple[str, str]:
-    """The channel of the number after a label, and the sensor its words (or those before) name."""
+    """The channel of the number after a label, and the sensor that a label names."""
     words = _WORD.findall(_BRACKETED_UNIT.sub(" ", label))
     if not words:
         axis = "xyz"[place : place + 1]
@@ -255,9 +256,9 @@ def _channel(label: str, sensor: str, place: int) -> tuple[str, str]:
 
 
 def _unit_behind(columns: list[Column], text: str, last: bool = False) -> tuple[list[Column], str]:
-    """Take a unit that stands behind the numbers it belongs to, and the text without it.
+    """Take a unit behind the numbers to which it belongs; returns the text without it.
 
-    A single letter between numbers is rather the next label (``g 0.1 0.2``) than a unit.
+    A single letter between numbers is more likely the next label (``g 0.1 0.2``) than a unit.
     """
     match = re.match(r"[\s\])|]*([A-Za-zµμ°/^0-9²]+)(?=[\s,;|\])]|$)", text)
     word = units.canonical_unit(match[1]) if match else ""
@@ -274,7 +275,7 @@ def _unit_behind(columns: list[Column], text: str, last: bool = False) -> tuple[
 
 
 def _once(columns: list[Column]) -> tuple[Column, ...]:
-    """Every channel at its first place only."""
+    """Keep every channel at its first position only."""
     seen: set[str] = set()
     kept = []
     for c in columns:
@@ -284,7 +285,7 @@ def _once(columns: list[Column]) -> tuple[Column, ...]:
 
 
 class _Detector:
-    """Most lines with words and numbers are of a kind that repeats."""
+    """Recognises the format by labelled lines most of which are of a repeating kind."""
 
     def __init__(self, _columns: tuple[Column, ...]) -> None:
         self._lines: deque[str] = deque(maxlen=MIN_LABELLED_LINES)
@@ -301,7 +302,7 @@ class _Detector:
 
 
 def _has_words(line: bytes) -> bool:
-    """Whether a line is neither an object nor numbers alone."""
+    """Whether a line is neither an object nor only numbers."""
     if line.lstrip().startswith(b"{") and b":" in line:
         return False
     fields = split_fields(line)

@@ -1,4 +1,4 @@
-"""Bytes to lines, lines to rows: what all text formats share."""
+"""Lines of text formats: cutting bytes into lines, decoding lines to rows."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -9,29 +9,29 @@ from imucal_wizard.acquire.decode.base import Column, DecodedRows, MalformedLine
 from imucal_wizard.core.readings import FloatArray
 
 MAX_LINE_BYTES = 65_536
-"""Bytes; a longer line is no sample and is replaced by one that nobody can read."""
+"""Bytes; a longer line is not a sample and is replaced by an unreadable one."""
 MAX_DECIMALS_ROWS = 100
-"""The printed decimals are counted on this many first rows."""
+"""First rows on which the printed decimals are counted."""
 _UNREADABLE = b"\x01"
 _MIN_TABLE = 2048
-"""Bytes from which reading many lines at once is faster than one by one."""
+"""Bytes from which reading many lines at once is faster than reading them one by one."""
 _PIECE_BYTES = 32_768
 """Bytes in which a spoilt line costs the fast way of reading."""
 
 
 class LineCutter:
-    """Keeps the unfinished line between calls. Lines end in LF, CR or CR LF."""
+    """Cuts bytes into lines and keeps the unfinished one. Lines end in LF, CR or CR LF."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     def feed(self, data: bytes) -> bytes:
-        """The lines that these bytes complete, each with LF at its end."""
+        """The lines that these bytes complete, each ending in LF."""
         data = self._rest + data
         held = False
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n")
-            held = data.endswith(b"\r")  # its line feed may be the next byte
+            held = data.endswith(b"\r")  # the line feed may be the next byte
             data = data[:-1].replace(b"\r", b"\n") if held else data.replace(b"\r", b"\n")
         end = data.rfind(b"\n") + 1
         self._rest = data[end : end + MAX_LINE_BYTES + 1] + (b"\r" if held else b"")
@@ -39,7 +39,7 @@ class LineCutter:
 
 
 def split_lines(block: bytes) -> list[bytes]:
-    """The lines of a block without their ends; one that is too long is made unreadable."""
+    """The lines of a block without their ends; lines that are too long become unreadable."""
     lines = block.split(b"\n")
     lines.pop()
     if len(block) > MAX_LINE_BYTES:
@@ -48,12 +48,12 @@ def split_lines(block: bytes) -> list[bytes]:
 
 
 class TextDecoder(ABC):
-    """A decoder of lines. A subclass turns one line into a row; rows never depend on the cuts.
+    """A decoder of lines. A subclass converts one line to a row.
 
     Args:
         name: name of the format.
-        columns: the columns, where they are known.
-        whole: the bytes begin with a whole line; else the first line is not trusted.
+        columns: the columns, if known.
+        whole: whether the bytes begin with a whole line; otherwise the first line is not trusted.
 
     Attributes:
         first_malformed: the first malformed line.
@@ -95,16 +95,16 @@ class TextDecoder(ABC):
             start = end
 
     def broken(self) -> None:
-        """The link broke here: the line before it is dropped, the next one may be half of one."""
+        """The link was interrupted: drop the unfinished line; the next one may be incomplete."""
         self._cutter = LineCutter()
         self._break()
 
     def _break(self) -> None:
-        """The next line may be half of one."""
+        """Mark the next line as possibly incomplete."""
         self._first = True
 
     def _table_of(self, block: bytes) -> FloatArray | None:
-        """Many lines at once, where that gives the same rows; None to read them one by one."""
+        """Read many lines at once if that gives the same rows; None to read them one by one."""
         if (
             len(block) < _MIN_TABLE
             or self._count < MAX_DECIMALS_ROWS
@@ -124,7 +124,7 @@ class TextDecoder(ABC):
         self._number += 1
         if not line:
             return
-        if line.endswith(b"\x00"):  # how sessions of earlier versions marked a broken link
+        if line.endswith(b"\x00"):  # sessions of earlier versions marked an interrupted link so
             self._break()
             return
         first, self._first = self._first, False
@@ -135,13 +135,13 @@ class TextDecoder(ABC):
         """Read one line: call ``_row``, ``_spoilt`` or neither."""
 
     def _table(self, _block: bytes) -> FloatArray | None:
-        """All lines of a block at once where a format can; None to have them read one by one."""
+        """All lines of a block at once if the format can; None to read them one by one."""
         return None
 
     def _row(self, values: list[float], printed: list[int]) -> None:
-        """One good row, and the decimals its fields were printed with."""
+        """Add one good row and the decimals with which its fields were printed."""
         if not self._count and not self._disproved:
-            self.first_malformed = None  # what came before was a banner, or the end of a line
+            self.first_malformed = None  # earlier lines were a banner or the end of a line
         self._rows.append(values)
         self._skipped.append(self._skip)
         self._skip = 0
@@ -151,11 +151,12 @@ class TextDecoder(ABC):
             self._decimals = [max(pair) for pair in zip(before, printed, strict=True)]
 
     def _spoilt(self, line: bytes, *, sample: bool = True) -> None:
-        """One line that does not fit; before the first good row it is a banner.
+        """Count one malformed line; before the first good row it is a banner.
 
         Args:
             line: the line.
-            sample: it should have been a row, so that the rows after it come one sample later.
+            sample: whether it should have been a row, so that the following rows are one sample
+                later.
         """
         if self._count:
             self._malformed += 1

@@ -1,4 +1,4 @@
-"""Printed numbers, dates and times of day: the same value read one by one or many at once."""
+"""Printed numbers, dates and times of day; reading one or many at once gives the same values."""
 
 import io
 import math
@@ -10,11 +10,11 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 
 MAX_NUMBER = 1e30
-"""A larger number is no reading and no time (nanoseconds since 1970 have 19 digits)."""
+"""Larger numbers are neither readings nor times (nanoseconds since 1970 have 19 digits)."""
 _NUMERIC = b"0123456789+-.eE \t"
 _NOT_A_NUMBER = frozenset(
     b" nan -nan +nan inf +inf -inf ovf -ovf null none n/a na".split(b" ")
-)  # the first of them is the empty field
+)  # the first one is the empty field
 _COMMA_NUMBER = re.compile(rb"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 NUMBER = re.compile(
@@ -22,7 +22,7 @@ NUMBER = re.compile(
     r"|(?<!\w)[-+]?(?:nan|inf|ovf)(?!\w)",
     re.IGNORECASE,
 )
-"""A number between words: not the 2 of ``m/s^2``, not the 1 of ``Cal1``."""
+"""A number between words, but not the 2 of ``m/s^2`` or the 1 of ``Cal1``."""
 
 _DATE = r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"
 _CLOCK = r"(?P<hour>\d{1,2}):(?P<minute>\d{1,2}):(?P<second>\d{1,2}(?:[.,]\d+)?)"
@@ -36,9 +36,9 @@ def printed_number(field: bytes) -> float | None:
     """The value of one printed field.
 
     Returns:
-        NaN for an empty field and for what firmware prints when it has no number (``nan``,
-        ``inf``, ``ovf``); seconds for a time of day; None when it is text. A number may be
-        written with a decimal comma.
+        NaN for an empty field and for the words that firmware prints instead of a number (``nan``,
+        ``inf``, ``ovf``); seconds for a time of day; None for text. A number may have a decimal
+        comma.
     """
     field = field.strip()
     if not field.translate(None, _NUMERIC):
@@ -60,30 +60,30 @@ def printed_number(field: bytes) -> float | None:
 
 
 def without_letters(field: bytes) -> bool:
-    """Whether a field holds no letter: a date may stand in a line of numbers, a label may not."""
+    """Whether a field has no letters; a date may occur in a line of numbers, a label may not."""
     if not field.isascii():
         return False
     return field.upper() == field.lower() or is_time(field.decode())
 
 
 def printed_decimals(field: bytes) -> int:
-    """How many decimals are printed in this field; 17 for a number with an exponent."""
+    """Number of decimals printed in a field; 17 for a number with an exponent."""
     if b"e" in field.lower():
         return 17
     return len(field.strip().replace(b",", b".").partition(b".")[2])
 
 
 def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
-    """Plain numeric lines all at once.
+    """Read plain numeric lines at once.
 
     Args:
         block: whole lines, each with LF at its end.
-        separator: one byte between the fields; ``b" "`` stands for any run of blanks.
+        separator: one byte between the fields; ``b" "`` means any number of blanks.
         columns: fields per line.
 
     Returns:
-        Shape (lines that are not empty, columns), or None when any line is not plain: then each
-        is read with care. Where it answers, ``number`` gives the same values to the last bit.
+        Shape (non-empty lines, columns), or None if any line is not plain and the lines must be
+        read one by one. The values are bit-identical to those of ``printed_number``.
     """
     if block.translate(None, _NUMERIC + separator + b"\n") or (
         separator == b" " and b"\t" in block
@@ -129,7 +129,7 @@ def is_time(text: str) -> bool:
 
 
 def _offset(zone: str | None) -> float:
-    """Seconds by which the clock of a zone is ahead."""
+    """Seconds by which a time zone is ahead of UTC."""
     if zone is None or not zone[1:3].isdigit():
         return 0.0
     size = 3600.0 * int(zone[1:3]) + 60.0 * int(zone[-2:])

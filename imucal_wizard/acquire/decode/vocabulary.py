@@ -1,4 +1,4 @@
-"""The one vocabulary of columns: which channel a name means, and in which unit it is."""
+"""The vocabulary of columns: the channel and the unit that a name means."""
 
 import re
 from dataclasses import replace
@@ -41,7 +41,7 @@ SINGLE_CHANNELS: dict[str, str] = {
 _AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
 _SENSOR_AXIS = re.compile(r"(?P<sensor>[a-z]+)(?P<axis>[xyz012])")
 _LABELLED = re.compile(r"[:=]\s*[^\s:=]")
-"""``AccelX:0.12`` is a reading with its label and no name."""
+"""``AccelX:0.12`` is a reading with its label, not a name."""
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 
 _PHRASES: dict[tuple[str, ...], str] = {
@@ -70,9 +70,9 @@ _BESIDE_SENSORS = _set_of(
     "imu sensor sensors data field msg message raw cal uncal uncalibrated calibrated total ln wr "
     "shimmer adc smooth value val measurement axis header dev device including gravity"
 )
-"""What may stand in a name beside sensor and axis and changes nothing of what is measured."""
+"""Words in a name, besides sensor and axis, that do not change its meaning."""
 
-# the device has already taken gravity out of these, or left only gravity in
+# derived quantities, and accelerations from which the device has removed gravity
 _NOT_A_READING = re.compile(
     r"linear|(?<!including)gravity|quat|euler|orient|angle|yaw|pitch|roll|heading"
     r"|^(?:ypr|rpy|areal|aworld)$"
@@ -80,12 +80,12 @@ _NOT_A_READING = re.compile(
 
 
 def is_derived(word: str) -> bool:
-    """Whether a name, squeezed, says that this is made of readings and is none itself."""
+    """Whether a squeezed name means a derived quantity and not a reading."""
     return bool(_NOT_A_READING.search(word))
 
 
 def channel_of(name: str) -> str:
-    """``ax`` for "AccelX", "acc_x", "imu/acceleration.x", "acc.0"; ``""`` for what it is not."""
+    """The channel of a name (``ax`` for "AccelX", "acc_x", "imu/acceleration.x"), or ``""``."""
     word = squeeze_name(name)
     if is_derived(word):
         return ""
@@ -101,7 +101,7 @@ def channel_of(name: str) -> str:
 
 
 def sensor_word(word: str) -> str:
-    """``a``, ``g`` or ``m`` for a word that names a sensor, ``temp`` for one that names heat."""
+    """``a``, ``g`` or ``m`` for the name of a sensor, ``temp`` for a temperature, or ``""``."""
     word = word.lower()
     if is_derived(word):
         return ""
@@ -110,19 +110,19 @@ def sensor_word(word: str) -> str:
 
 
 def squeeze_name(name: str) -> str:
-    """Nothing but the small letters and digits of a name."""
+    """A name reduced to lower-case letters and digits."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
 def _time_of(words: list[str]) -> str:
-    """``t`` for the words of "Time since start in ms", "field.header.stamp"."""
+    """``t`` if the words mean a time ("Time since start in ms", "header.stamp"), or ``""``."""
     if not _OF_TIME & set(words):
         return ""
     return "t" if set(words) <= _OF_TIME | _BESIDE_TIME else ""
 
 
 def _axis_of(words: list[str]) -> str:
-    """The channel of several words, one of which is the axis and at least one the sensor."""
+    """The channel of several words that name one sensor and one axis; or ``""``."""
     words = _parted(words)
     letters = [word for word in words if word in ("x", "y", "z")]
     if len(letters) > 1 or not words:
@@ -137,7 +137,7 @@ def _axis_of(words: list[str]) -> str:
 
 
 def _parted(words: list[str]) -> list[str]:
-    """The words, with ``accx`` as two and ``imu0`` as one that says nothing."""
+    """The words, with ``accx`` split in two."""
     parts: list[str] = []
     for word in words:
         match = _SENSOR_AXIS.fullmatch(word)
@@ -147,7 +147,7 @@ def _parted(words: list[str]) -> list[str]:
 
 
 def _joined(words: list[str]) -> list[str]:
-    """The words, with each phrase that names a sensor as that sensor's letter."""
+    """The words, with each phrase that names a sensor replaced by its letter."""
     for phrase, letter in _PHRASES.items():
         for place in range(len(words) - len(phrase) + 1):
             if tuple(words[place : place + len(phrase)]) == phrase:
@@ -197,15 +197,15 @@ _SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
 
 def column_of_name(name: str, file: str = "") -> Column:
-    """What one name in a header stands for.
+    """The column that a name in a header means.
 
     Args:
         name: the name.
-        file: name of the file, which says of which sensor the bare axes ``x``, ``y``, ``z`` are.
+        file: name of the file, which may name the sensor of the bare axes ``x``, ``y``, ``z``.
 
     Returns:
-        The column; its channel is ``""`` for a name that means nothing here, its unit ``""``
-        where the name does not say it. An unknown word in brackets stays as it is.
+        The column; its channel is ``""`` for an unknown name, its unit ``""`` if the name has
+        none. An unknown word in brackets stays as it is.
     """
     name = name.strip().strip("\"'").strip()
     bare, unit = split_unit(name)
@@ -224,14 +224,14 @@ def column_of_name(name: str, file: str = "") -> Column:
 
 
 def _sensor_of_file(file: str) -> str:
-    """The sensor that the name of a file such as ``Gyroscope.csv`` tells, or ""."""
+    """The sensor named by a file such as ``Gyroscope.csv``, or ""."""
     words = [word.lower() for word in _WORD.findall(PurePath(file).stem)]
     sensors = {sensor_word(w) for w in words if w.startswith(("acc", "gyr", "mag"))} - {""}
     return sensors.pop() if len(sensors) == 1 else ""
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """The name without its unit, and the unit; an index in brackets stays with the name."""
+    """A name without its unit, and the unit; an index in brackets stays with the name."""
     if _INDEXED.match(name):
         return name, ""
     match = _BRACKETED.match(name) or _IN_UNIT.match(name)
@@ -242,7 +242,7 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def _of_unit(channel: str, bare: str, unit: str) -> str:
-    """The channel where the unit decides: ``X (rad/s)`` turns, ``T (°C)`` is no time."""
+    """The channel, corrected by the unit: ``X (rad/s)`` is a rate, ``T (°C)`` is not a time."""
     word = squeeze_name(bare)
     if word == "t" and unit in units.TEMPERATURE:
         return "temp"
@@ -253,7 +253,7 @@ def _of_unit(channel: str, bare: str, unit: str) -> str:
 
 
 def unit_belongs(channel: str, unit: str) -> bool:
-    """Whether a unit can be one of this channel's."""
+    """Whether a unit is valid for this channel."""
     sensor = quantity_of(channel)
     if not unit or sensor is None:
         return False
@@ -263,7 +263,7 @@ def unit_belongs(channel: str, unit: str) -> bool:
 
 
 def quantity_of(channel: str) -> str | None:
-    """Which quantity of ``units.FACTORS`` a channel belongs to; None for counters and unknowns."""
+    """The quantity of ``units.FACTORS`` of a channel; None for counters and unknown channels."""
     names = {"t": "time", "temp": "temperature", "current": "current", "throttle": "throttle"}
     if channel in names:
         return names[channel]
@@ -273,11 +273,11 @@ def quantity_of(channel: str) -> str | None:
 
 
 def columns_of_names(names: list[str], file: str = "") -> tuple[Column, ...]:
-    """The columns that names stand for, each channel once.
+    """The columns of several names, each channel once.
 
-    A first column without a name is the index that tables are written with. Where there is no
-    other accelerometer, ``linear_acceleration.x`` is one: ROS calls specific force so. (On phones
-    it is what is left without gravity, which the size of gravity shows.)
+    A first column without a name is the index of a table. If there is no other accelerometer,
+    ``linear_acceleration.x`` is one: it is the name of specific force in ROS. (On phones it
+    excludes gravity, which the magnitude of gravity shows.)
     """
     columns = [column_of_name(name, file) for name in names]
     if names[:1] == [""]:
@@ -294,7 +294,7 @@ def columns_of_names(names: list[str], file: str = "") -> tuple[Column, ...]:
 
 
 def unique_channels(columns: list[Column]) -> tuple[Column, ...]:
-    """Each channel at its first place only; of several times the one that says most."""
+    """Each channel at its first position only; of several times, the most specific one."""
     times = [one for one in columns if one.channel == "t"]
     best = min(
         times, key=lambda t: ("rtc" in t.name.lower(), not unit_belongs("t", t.unit)), default=""
@@ -313,8 +313,7 @@ def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | No
     """The columns that a line of names declares.
 
     Returns:
-        None where a field is a number, or where not two of the names are known, one of them an
-        axis.
+        None if a field is a number, or unless two of the names are known, one of them an axis.
     """
     if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
         return None
@@ -325,10 +324,10 @@ def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | No
 
 
 def with_unit_line(columns: tuple[Column, ...], words: list[str]) -> tuple[Column, ...] | None:
-    """The columns with the units that stand in a line of their own below the names.
+    """The columns with the units from a separate line below the names.
 
     Returns:
-        None where most words are no units of their columns.
+        None if most words are not units of their columns.
     """
     found = tuple(
         replace(one, unit=units.unit_for_sensor(quantity_of(one.channel) or "", word))

@@ -4,6 +4,8 @@ Source: the protocol in the vendor's data sheets (WT901 and others), USB, serial
 """
 
 import struct
+from collections import Counter
+from itertools import pairwise
 
 from imucal_wizard.acquire.decode.base import Column, Format
 from imucal_wizard.acquire.decode.frames import FrameDecoder, FrameDetector, FrameShape, sum8
@@ -69,8 +71,12 @@ class WitMotionDecoder(FrameDecoder):
         if len(starts) <= _LEARNED_CYCLES:
             del self._learning[: -_LEARNED_CYCLES * len(_TYPES)]
             return
-        cycle = types[starts[0] : starts[-1]]
-        self._types = tuple(kind for kind in dict.fromkeys(cycle) if kind in _USED)
+        cycles = Counter(
+            tuple(kind for kind in dict.fromkeys(types[a:b]) if kind in _USED)
+            for a, b in pairwise(starts)
+        )
+        # a cycle that lost a frame is rarer than whole ones, or shorter
+        self._types = max(cycles, key=lambda cycle: (cycles[cycle], len(cycle)))
         own = tuple(column for kind in self._types for column in _USED[kind][1])
         self.columns = self._override if len(self._override) == len(own) else own
         waiting, self._learning = self._learning[starts[0] :], []

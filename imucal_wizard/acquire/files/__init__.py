@@ -1,4 +1,4 @@
-"""Files to readings, one file per file format."""
+"""Recordings from files: text, binary captures, sessions."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ _SQLITE = b"SQLite format 3\0"
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What is known about the files beyond their content; each goes over what a header says.
+    """The user's statements about the files; each overrides a header.
 
     Attributes:
         columns: names of the columns in their order (``ax``, ``t[ms]``, ``-`` for none).
@@ -51,7 +51,7 @@ def is_session(path: Path) -> bool:
 
 
 def __getattr__(name: str) -> object:
-    """``read_files`` on demand: it needs numpy, which the first screen does not.
+    """``read_files``, imported on demand because it needs numpy.
 
     Raises:
         AttributeError: there is no such name here.

@@ -1,7 +1,7 @@
-"""The bytes of a file as a device would have sent them: whatever program wrote them.
+"""The content of a file as the bytes that a device would have sent.
 
-Encodings, compression, the times that serial monitors put in front of lines, and documents that
-hold the lines in another form are taken away; what is left goes through the decoders of streams.
+Encodings, compression, timestamps of serial monitors and JSON lists are removed; the rest goes
+through the decoders of streams.
 """
 
 import codecs
@@ -25,16 +25,16 @@ MAX_BYTES = 2_000_000_000
 """Bytes of a recording: ten hours at 1,000 samples/s."""
 _TOO_LARGE = "larger than 2 GB; cut it into shorter recordings, a calibration needs ten minutes"
 _MIN_WIDE_SHARE = 0.7
-"""Text of two bytes per character has nothing in more than this share of one of them."""
+"""Share of zeros in every second byte of a text with two bytes per character."""
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _LOOKED_AT_LINES = 400
 _STAMP = re.compile(
     rb"^(?:\[[^\]\n]{0,40}?\d{1,2}:\d{2}:\d{2}[^\]\n]{0,16}\] ?|\d{1,2}:\d{2}:\d{2}[.,]\d{3} -> ?)",
     re.MULTILINE,
 )
-"""What serial monitors put in front of a line: ``[10:00:00.123]``, ``10:00:00.123 ->``."""
+"""Timestamps of serial monitors: ``[10:00:00.123]``, ``10:00:00.123 ->``."""
 _MONITORED = 0.5
-"""Share of lines with such a stamp from which a serial monitor wrote them all."""
+"""Share of lines with a timestamp from which a serial monitor is assumed."""
 _MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
 
 _AS_TEXT = "switch the device to text (ASCII) output, or export the log as CSV with its own program"
@@ -70,12 +70,12 @@ def read_bytes(path: Path) -> bytes:
     """The content of a file.
 
     Raises:
-        RecordingError: it cannot be read, is empty, or is no file.
+        RecordingError: it cannot be read, is empty, or is not a file.
     """
     try:
         if path.is_char_device():  # reading one would never end
             raise RecordingError(
-                f"{path} is a port and no recording; open it as the source of the wizard",
+                f"{path} is a port and not a recording; open it as the source of the wizard",
                 settings=(f"port {path}",),
             )
         with path.open("rb") as file:
@@ -87,7 +87,7 @@ def read_bytes(path: Path) -> bytes:
     except OSError as error:
         raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        raise RecordingError(f"{str(path)!r} is no name of a file: {error}") from None
+        raise RecordingError(f"{str(path)!r} is not a file name: {error}") from None
     if not data.strip():
         raise RecordingError(f"{path} is empty; record again")
     if len(data) > MAX_BYTES:
@@ -96,11 +96,11 @@ def read_bytes(path: Path) -> bytes:
 
 
 class NotTextError(RecordingError):
-    """The file holds no text; it may hold the frames of a binary protocol."""
+    """The file is not text; it may contain frames of a binary protocol."""
 
 
 def decompress(data: bytes) -> bytes:
-    """The bytes without the compression by gzip, where there is one.
+    """The bytes, decompressed if they are compressed by gzip.
 
     Raises:
         RecordingError: it is damaged, or too large.
@@ -112,8 +112,8 @@ def decompress(data: bytes) -> bytes:
             content = file.read(MAX_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise RecordingError(
-            f"it is compressed by gzip and damaged ({error}); unpack it with gunzip, which says"
-            " how much of it can be saved"
+            f"it is compressed by gzip and damaged ({error}); unpack it with gunzip, which"
+            " recovers as much as possible"
         ) from error
     if len(content) > MAX_BYTES:
         raise RecordingError(f"unpacked it is {_TOO_LARGE}")
@@ -121,7 +121,7 @@ def decompress(data: bytes) -> bytes:
 
 
 def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
-    """The lines of a text file in UTF-8, and what was taken away.
+    """The lines of a text file in UTF-8, and warnings about removed parts.
 
     Raises:
         NotTextError: the bytes are not text.
@@ -146,16 +146,16 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 
 def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
-    """The lines without the times that a serial monitor put in front of them, and a warning."""
+    """The lines without the timestamps of a serial monitor, and a warning."""
     start = data[:_LOOKED_AT]
     if len(_STAMP.findall(start)) < _MONITORED * (start.count(b"\n") + 1):
         return data, ()
-    message = "the times that the serial monitor put in front of the lines were not used"
+    message = "the timestamps of the serial monitor in front of the lines were not used"
     return _STAMP.sub(b"", data), (message,)
 
 
 def _one_object_per_line(data: bytes) -> bytes:
-    """A JSON document that is a list of objects, as lines; any other text unchanged."""
+    """The lines of a JSON list of objects; any other text is unchanged."""
     if not data.lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
         return data
     try:
@@ -168,10 +168,10 @@ def _one_object_per_line(data: bytes) -> bytes:
 
 
 def _padded_milliseconds(data: bytes) -> bytes:
-    """Times of day whose milliseconds lack leading zeros, as WitMotion's program writes them.
+    """Restore leading zeros of milliseconds, which WitMotion's program omits.
 
-    Decimals begin with a zero now and then, and end with none where they are shortened; there
-    ``.6`` is 0.6 s. Where neither is so, it is 6 ms.
+    Decimals sometimes begin with a zero, and do not end with one if they are shortened; then ``.6``
+    is 0.6 s. Otherwise it is 6 ms.
     """
     start = b"\n".join(data[:_LOOKED_AT].split(b"\n")[:_LOOKED_AT_LINES])
     found = [digits for _, digits in _MILLISECONDS.findall(start)]
@@ -184,10 +184,10 @@ def _padded_milliseconds(data: bytes) -> bytes:
 
 
 def _without_cut_line(data: bytes) -> tuple[bytes, tuple[str, ...]]:
-    """The text without a last line that may have lost its end, and a warning about it.
+    """The text without a last line that may be incomplete, and a warning about it.
 
-    Only a line without a line end can have: it is believed when it fits and its last number is
-    printed as long as the one above it.
+    Only a line without a line end can be incomplete. It is kept if it fits and its last number has
+    as many characters as the one above it.
     """
     if data.endswith((b"\n", b"\r")):
         return data, ()
@@ -202,7 +202,7 @@ def _without_cut_line(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 
 def _utf16(data: bytes) -> str:
-    """The encoding of text with two bytes per character, also where it does not say it; or ""."""
+    """The encoding of text with two bytes per character, with or without a mark; or ""."""
     if data.startswith(_UTF16):
         return "utf-16"
     start = data[: _LOOKED_AT & ~1]
@@ -214,10 +214,10 @@ def _utf16(data: bytes) -> str:
 
 
 def _no_text(start: bytes) -> str:
-    """What to say of bytes that are no text."""
+    """Message about bytes that are not text."""
     if protocol := binary_protocol(start):
         return (
-            f"this looks like the binary protocol of {protocol}, which is not read here; switch the"
+            f"this looks like the binary protocol of {protocol}, which is not supported; switch the"
             " device to text (ASCII) output and record again"
         )
     return (
@@ -227,7 +227,7 @@ def _no_text(start: bytes) -> str:
 
 
 def foreign_format_text(data: bytes) -> str:
-    """What a file that is no text is, and what to do with it, in words; ``""`` when not known."""
+    """Description of a known non-text file and what to do; ``""`` if unknown."""
     for magic, what, remedy in _MAGIC:
         if data.startswith(magic):
             return f"it is {what}; {remedy}"

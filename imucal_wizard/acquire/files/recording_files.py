@@ -1,7 +1,7 @@
-"""The one way in: files of one session, in whatever format, to one ``Readings``.
+"""Reads the files of one session, in any format, to one ``Readings``.
 
-The bytes go through the same decoders, columns, units and clocks as those of a stream; a file only
-has no arrivals, a first line that is whole, and nobody who could be asked.
+The bytes go through the same decoders, columns, units and clocks as those of a stream. A file has
+no arrival times, its first line is complete, and no questions can be asked.
 """
 
 from collections.abc import Iterable, Sequence
@@ -36,22 +36,22 @@ IMU_TK = "imu_tk"
 _PAIR = ("accelerometer", "gyroscope")
 _SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
 _BESIDE = ("temperature", "current")
-"""What stands beside the sensors and may come in several files."""
+"""Auxiliary quantities that may occur in several files."""
 _FED_BYTES = 1 << 20
 """Bytes fed at once."""
 _MAX_MISFITS = 0.3
-"""A file in which more than this share of the lines does not fit is not what it was taken for."""
+"""Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
-"""More than this share is no accident of a good link."""
+"""Share of malformed lines above which the link was bad."""
 
 
 @dataclass(frozen=True, eq=False)
 class FileSamples:
-    """What one file holds.
+    """The content of one file.
 
     Attributes:
         series: the samples of each sensor by its name.
-        warnings: what was noticed.
+        warnings: messages to the user.
     """
 
     series: dict[str, Series]
@@ -59,7 +59,7 @@ class FileSamples:
 
 
 def file_formats() -> tuple[str, ...]:
-    """Names of the formats that can be chosen; a session is known by its content."""
+    """Names of the formats that can be chosen; sessions are recognised by their content."""
     return (IMU_TK, *format_names())
 
 
@@ -68,12 +68,13 @@ def read_files(
 ) -> Readings:
     """The readings in the files of one session.
 
-    Files that hold different sensors, each with its own times, become one recording.
+    Files with different sensors, each with its own times, become one recording.
 
     Args:
         paths: the files.
-        options: what is known about them beyond their content.
-        field_alone: a magnetometer alone is enough; the accelerometer then has no samples.
+        options: the user's statements about them.
+        field_alone: whether a magnetometer alone is sufficient; the accelerometer then has no
+            samples.
 
     Raises:
         RecordingError: a file cannot be read, or lacks something; the message says what.
@@ -175,12 +176,12 @@ def _samples(
     """The samples in the bytes of a recording.
 
     Args:
-        pieces: arrival time (of no meaning) and bytes.
+        pieces: arrival times (not used) and bytes.
         setup: what is known of them.
-        file: name of the file, which may say of which sensor its bare axes are.
+        file: name of the file, which may name the sensor of its bare axes.
 
     Raises:
-        RecordingError: something is not known; the message says what to give.
+        RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
     samples = decode_pieces(intake, pieces)
@@ -200,7 +201,7 @@ def _samples(
 
 
 def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
-    """The samples in bytes with their arrival times, in order; None where there are none."""
+    """The samples in pieces of bytes with their arrival times; None if there are none."""
     parts = [intake.feed(data, arrival) for arrival, data in pieces]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
@@ -212,7 +213,7 @@ def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> File
 
 
 def _misfits(intake: Intake) -> tuple[str, ...]:
-    """One warning about the lines that do not fit the columns.
+    """A warning about lines that do not fit the columns.
 
     Raises:
         RecordingError: they are too many.
@@ -227,7 +228,7 @@ def _misfits(intake: Intake) -> tuple[str, ...]:
         message += f", first line {malformed.number}: '{sanitise(malformed.line, 48)}'"
     if count > max(2, _MAX_MISFITS * rows):
         raise RecordingError(
-            f"{message}; name the columns of this file, or mend it", settings=("columns",)
+            f"{message}; name the columns of this file, or repair it", settings=("columns",)
         )
     if count > _MANY_MISFITS * rows:
         return (f"{message}; left out. Check the cable and the speed before the next recording",)
@@ -235,7 +236,7 @@ def _misfits(intake: Intake) -> tuple[str, ...]:
 
 
 def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
-    """Why no samples came out, and which settings would help."""
+    """The reason why there are no samples, and the settings that would help."""
     notes, needs = intake.warnings, intake.needs
     if intake.first_malformed is not None and (not needs or "columns" in needs):
         return _other_width(intake.first_malformed)
@@ -265,7 +266,7 @@ def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
 
 
 def _other_width(malformed: MalformedLine) -> RecordingError:
-    """What to say where no line has as many fields as columns are named."""
+    """The error if no line has as many fields as columns are named."""
     width = len(split_fields(malformed.line))
     message = f"{malformed.width} columns are named, but the first line of data has {width}"
     if malformed.width < width <= 2 * malformed.width and b"." not in malformed.line:
@@ -281,7 +282,7 @@ def _other_width(malformed: MalformedLine) -> RecordingError:
 
 
 def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
-    """The samples of a session, from the bytes that were written down.
+    """The samples of a session, decoded from its bytes.
 
     Raises:
         SessionError: the file cannot be read.
@@ -321,11 +322,11 @@ def _why_nothing(intake: Intake) -> str:
 
 
 def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
-    """The setup with what the user said over it.
+    """The setup with the user's statements.
 
     Raises:
         RecordingError: every column is left out.
-        UsageError: a name is no column.
+        UsageError: a name is not a column.
     """
     columns = setup.columns
     if options.columns:
@@ -348,7 +349,7 @@ def with_options(setup: StreamSetup, options: RecordingOptions) -> StreamSetup:
 def _merged(
     paths: Sequence[Path], samples: Sequence[FileSamples]
 ) -> tuple[dict[str, Series], list[str]]:
-    """Each sensor from the file that holds it.
+    """Each sensor from the file that contains it.
 
     Raises:
         RecordingError: two files hold the same sensor.
@@ -372,7 +373,7 @@ def _merged(
 
 
 def _apart(readings: Readings) -> list[str]:
-    """A warning when the times of two sensors do not meet.
+    """A warning if the times of two sensors hardly overlap.
 
     Raises:
         RecordingError: they do not overlap at all.

@@ -23,7 +23,7 @@ from imucal_wizard.core.records import dataclass
 
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
-"""``IMUC`` in the header of the file, by which it is known."""
+"""``IMUC`` in the header of the file, which identifies sessions."""
 VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
@@ -45,11 +45,11 @@ CREATE TABLE event (id INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NU
 
 @dataclass(frozen=True)
 class Command:
-    """What the operator asked for, and when.
+    """A command of the operator and its position in the stream.
 
     Attributes:
         after_raw: number of the last piece of bytes taken before it.
-        sample_index: how many samples the procedure had been fed.
+        sample_index: number of samples that the procedure had received.
         name: the command.
         argument: its argument.
     """
@@ -61,14 +61,14 @@ class Command:
 
 
 def connect(path: Path) -> sqlite3.Connection:
-    """Open an existing session file and make sure that it is one.
+    """Open an existing session file and verify it.
 
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
     """
     try:
         there = path.exists()
-    except OSError as error:  # a name that is too long, a folder that is closed to this user
+    except OSError as error:  # a name that is too long, a folder without permission
         raise SessionError(
             f"{path} cannot be read ({error.strerror}); check the name and who owns its folder"
         ) from error
@@ -100,7 +100,7 @@ def _identify(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def session_error(path: Path, error: Exception) -> SessionError:
-    """What an error of the database means, and what to do."""
+    """The error of the database as a message that says what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
         return SessionError(
             f"{path} is being written by another imucal-wizard; close that one first"
@@ -117,7 +117,7 @@ def session_error(path: Path, error: Exception) -> SessionError:
 
 @contextmanager
 def explain_errors(path: Path) -> Iterator[None]:
-    """Turn errors of the database within into errors that say what to do.
+    """Convert errors of the database to errors that say what to do.
 
     Raises:
         SessionError: instead of an error of the database.
@@ -130,7 +130,7 @@ def explain_errors(path: Path) -> Iterator[None]:
 
 @contextmanager
 def explain_damage(path: Path) -> Iterator[None]:
-    """The same while values are taken from it: one of another kind than was written is damage.
+    """The same while values are read: a value of the wrong type is damage.
 
     Raises:
         SessionError: the file is damaged.
@@ -163,7 +163,7 @@ def read_pieces(connection: sqlite3.Connection) -> Iterator[tuple[int, float, by
 
 
 def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
-    """All that the operator asked for, in order."""
+    """All commands of the operator, in order."""
     for row in connection.execute(
         "SELECT after_raw, sample_index, name, argument FROM command ORDER BY id"
     ):

@@ -1,74 +1,81 @@
-"""What counts as wrong in the data of a sensor: one set of limits for streams and recordings."""
+"""Limits of the data-quality checks: one set for streams and recordings."""
 
 MIN_CHECKED_SAMPLES = 50
-"""Fewer samples show nothing about the device."""
+"""Fewer samples say nothing about the device."""
 MAX_REPEATED_SHARE = 0.2
-"""Share of samples like the one before; with more the device prints faster than it measures."""
+"""Share of samples equal to the previous one; above it, the device prints faster than it
+measures."""
 MAX_ZERO_RATE_SHARE = 0.3
-"""Share of samples with a rate of exactly zero on all axes; with more that is no chance."""
+"""Share of samples with a rate of exactly zero on all axes; above it, zero is no coincidence."""
 MAX_FORCE_STEP = 0.004
-"""m/s²: coarser steps hide the noise of a consumer accelerometer, unless it is larger than them."""
+"""m/s²; coarser steps hide the noise of a consumer accelerometer unless its noise exceeds them."""
 MAX_RATE_STEP = 0.002
-"""rad/s: the same of a gyroscope."""
+"""rad/s; the same for a gyroscope."""
 MAX_UNDITHERED_STEPS = 2.0
-"""Steps over noise; with less the noise dithers the steps away in the average of a hold."""
+"""Ratio of step to noise; below it, noise dithers the steps away in the mean of a hold."""
 
 MIN_PLATEAU = 4
-"""Equal samples at the extreme of a motion, entered with a jump, that are no chance."""
+"""Consecutive equal samples at the extreme of a motion that indicate clipping, if entered by a
+jump."""
 MIN_PLATEAU_JUMP = 5.0
-"""Resolution steps at which a clipped peak is entered at once; a smooth peak is not."""
+"""Jump into the plateau, in resolution steps; a smooth peak is entered by smaller steps."""
 MIN_LONG_PLATEAU, MIN_LONG_PLATEAU_JUMP = 8, 3.0
-"""So many equal samples leave no room for noise; a smooth peak as flat falls by a single step."""
+"""The same for longer plateaus: noise would have changed so many samples, and a smooth peak this
+flat changes by a single step."""
 MIN_PLATEAU_RATIO = 3.0
-"""A clipped axis stands at its extreme so many times longer than anywhere else: coarse readings
-stand still in every position of rest."""
+"""Ratio of the longest plateau at the extreme to the longest elsewhere: coarse readings form
+plateaus in every position of rest."""
 MIN_FORCE_RANGE = 1.7 * 9.80665
-"""m/s²: the smallest usual range of an accelerometer is ±2 g; two seconds of rest end below it."""
+"""m/s²; the smallest common accelerometer range is ±2 g. Two seconds at rest end below it."""
 MIN_RATE_RANGE = 2.0
-"""rad/s: the smallest usual range of a gyroscope is ±125 °/s, 2.18 rad/s."""
+"""rad/s; the smallest common gyroscope range is ±125 °/s (2.18 rad/s)."""
 MIN_COUNT_SPAN = 1000.0
-"""Counts over which an axis must have moved before its extreme value can be an end."""
+"""Span in counts above which the extreme value of an axis can be the end of its range."""
 MIN_FULL_SCALE_SHARE = 0.995
-"""Share of a known full scale from which a reading is clipped."""
+"""Share of a known full scale above which a reading is clipped."""
 COUNT_ENDS = (32767.0, -32768.0, 65535.0)
-"""Values at which converters of 16 bits end."""
+"""End values of 16-bit converters."""
 
 MIN_GRAVITY = 2.0
-"""m/s²: a smaller reading at rest is gravity in no unit that is taken for another."""
+"""m/s²; a smaller reading at rest is not gravity in any confused unit."""
 MAX_REST_VARIATION = 0.03
-"""Share of itself by which the size of gravity varies while the device lies still."""
+"""Relative variation of the magnitude of gravity while the device lies still."""
 MAX_GRAVITY_ERROR = 0.2
-"""Share of gravity by which no sensor is off whose unit is right."""
+"""Relative error of gravity that no sensor exceeds if its unit is right."""
 GRAVITY_BLOCK_SECONDS = 0.5
-"""Length of the blocks in which the size of gravity is looked for, s."""
+"""Length of the blocks in which gravity is measured, s."""
 
 RESTART_GAP_SECONDS = 1.0
-"""Put between two segments of time where the true distance is not known: no hold survives it."""
+"""Gap inserted between two segments whose true distance in time is unknown; no hold spans it."""
 MAX_STEP_RATIO = 1.75
-"""Usual intervals; after a longer step a sample is missing."""
+"""Sampling intervals; after a longer step, a sample is missing."""
 MAX_JITTER_SHARE = 0.05
-"""Share of long steps; with more, uneven ones are jitter of the clock and not loss."""
+"""Share of long steps; above it, uneven steps are jitter of the clock and not lost samples."""
 MAX_UNEVEN_PART, MAX_BURST_RATIO = 0.1, 5.0
-"""Long steps that are no whole number of intervals, or so long, are pauses between bursts."""
+"""Long steps that are not a whole number of intervals, or longer than this many intervals, are
+pauses between bursts."""
 
 MIN_POSITION_RATIO = 20.0
-"""Times its noise by which a sensor that feels its position differs between rests."""
+"""Ratio of the variation between rests to the noise, above which a sensor responds to its
+orientation."""
 MAX_GRAVITY_SPREAD = 0.25
-"""Spread of the size of gravity over all positions, as a share of it, with bias and scale."""
+"""Relative spread of the magnitude of gravity over all orientations, including bias and scale
+errors."""
 MIN_RESTS = 20
-"""Blocks at rest below which nothing is said about which sensor feels gravity."""
+"""Blocks at rest needed to decide which sensor responds to gravity."""
 MAX_QUIET_RATIO = 3.0
-"""Blocks are at rest whose noise is less than so many times that of the quietest tenth."""
+"""Blocks with less noise than this many times that of the quietest tenth are at rest."""
 MAX_REMOVED_GRAVITY = 0.3
-"""Share of gravity; with less the device has taken it out."""
+"""Share of gravity; below it, the device has removed gravity."""
 
 MIN_FLICKER_STEPS = 0.5
 """Noise in resolution steps from which a reading changes all the time; one that does not is at the
 end of its range or repeated."""
 SILENT_VARIANCE_SHARE = 1e-6
-"""Variance of a clipped axis over what the same axis shows in other holds."""
+"""Ratio of the variance of a clipped axis to its variance in other holds."""
 MIN_SILENT_HOLDS = 2
-"""Holds that must show one and the same reading without noise: one might have hung."""
+"""Holds that must show the same reading without noise; a single one may have been a stuck
+sensor."""
 
 MIN_FIELD_SAMPLES = 60
 """Magnetometer samples with which a fit is tried: ten in each of six directions."""

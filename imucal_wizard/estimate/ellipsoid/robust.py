@@ -10,7 +10,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.surface import locate
 from imucal_wizard.estimate.methods.algebraic import algebraic
 
@@ -111,7 +111,7 @@ def _starts(points: FloatArray) -> list[BoolArray]:
     """Which samples each start keeps: all, those not far out, and of these all but one stretch."""
     count = points.shape[1]
     length = np.linalg.norm(points - np.median(points, axis=1)[:, None], axis=0)
-    near = length < OUTSIDE_MEDIANS * np.median(length)
+    near = length < OUTSIDE_MEDIANS * median(length)
     out = [np.ones(count, bool), near]
     for number in range(STRETCHES):
         kept = near.copy()

@@ -1,4 +1,8 @@
-"""The magnetometer: mean magnitudes of the field, and its dip in still poses, with M symmetric."""
+"""The magnetometer: mean magnitudes of the field.
+
+Magnitudes leave the frame open. M is symmetric in the sensor's own frame, and ``R P`` with the same
+symmetric P in the accelerometer's, R being the rotation that the second stage finds from the dip.
+"""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -6,18 +10,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.quaternions import rotation_vector
+from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Directions, Experiment
-from imucal_wizard.estimate.magnetometer.field_data import FIELD_BASE, FieldData
+from imucal_wizard.estimate.magnetometer.field_data import (
+    FIELD_BASE,
+    USUAL_FIELD,
+    FieldData,
+    with_surroundings,
+)
 from imucal_wizard.estimate.magnitude import TRIANGLE
+from imucal_wizard.estimate.result import Parameter
+from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.model.effect import MAGNETOMETER
-from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
+    from imucal_wizard.estimate.result import GravityReference
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)
 SOFT_IRON = tuple(f"soft_iron_{AXES[i]}{AXES[j]}" for i, j in TRIANGLE)
@@ -30,24 +42,30 @@ SOFT_IRON_SIZE = 0.05
 
 
 class MagnetometerExperiment(Experiment):
-    """Magnitudes by time and direction, and dips where the accelerometer is known.
+    """Magnitudes by time and direction.
 
     Args:
         data: what was measured.
+        alignment: how the sensor lies in the accelerometer's frame; None for its own frame.
     """
 
     sensor, frame, method = MAGNETOMETER, "own", "orthogonal"
-    base_terms = FIELD_BASE
-    covariance_entries = (9, 10, 11, 0, 1, 2, 4, 5, 8)
+    base_terms, at_rest = FIELD_BASE, False
+    covariance_entries: tuple[int, ...] = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 
-    def __init__(self, data: FieldData) -> None:
+    def __init__(self, data: FieldData, alignment: Alignment | None = None) -> None:
         self.data, self.unit, self.gravity = data, data.unit, data.gravity
+        self._alignment, self._rotation = alignment, np.eye(3)
+        if alignment is not None:
+            self.frame, self._rotation = "accelerometer", alignment.rotation
+            self.settled = mounting(alignment)
+            self.covariance_entries = ()
         self.circumstances, self.error_unit = data.circumstances, data.error_unit
         self.readings = data.readings
-        if data.assumed:
+        if data.field_unit.name == COUNT:
             self.assumption = (
-                "The field's magnitude is not known: all sizes rest on a usual "
-                f"{data.field:.0f} µT."
+                "The field's magnitude is not known: sizes are in counts, and which of them are "
+                f"usual rests on a field of {USUAL_FIELD:.0f} µT."
             )
         time = data.circumstances.time
         starts = data.pieces.time[data.pieces.offsets[:-1]]
@@ -72,32 +90,16 @@ class MagnetometerExperiment(Experiment):
                 component=np.zeros(count, np.int64),
             ),
         )
-        self.sources = (self.magnitude, *([self._dip()] if len(data.dips) else []))
+        self.sources = (self.magnitude,)
 
-    def _dip(self) -> Dip:
-        data, dips = self.data, self.data.dips
-        still, count = data.still, len(dips)
-        matrix, bias = data.start
-        field = (dips.reading - bias) @ matrix.T
-        sine = (dips.up * field).sum(axis=1) / np.linalg.norm(field, axis=1)
-        return Dip(
-            reading=dips.reading,
-            up=dips.up,
-            doubt=dips.doubt,
-            noise=dips.noise,
-            circumstances=still,
-            magnitude=data.field,
-            sine=float(sine.mean()),
-            labels=RowLabels(
-                index=len(data) + np.arange(count),
-                axis=np.full(count, -1),
-                group=dips.labels,
-                visit=dips.hold,
-                time=still.time,
-                span=np.repeat(still.time[:, None], 2, axis=1),
-                component=np.zeros(count, np.int64),
-            ),
-        )
+    def under(
+        self, reference: "GravityReference | None", readings: Readings | None
+    ) -> "MagnetometerExperiment":
+        """See ``Experiment``: magnitudes need no reference."""
+        del reference
+        if readings is None or readings is self.readings:
+            return self
+        return MagnetometerExperiment(with_surroundings(self.data, readings), self._alignment)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``; one scale is always fitted."""
@@ -107,6 +109,7 @@ class MagnetometerExperiment(Experiment):
         columns, names = self._directions(bias="bias" in base, scales=own, cross=cross)
         dropped = [*(BIASES if "bias" not in base else ()), *(OFF_DIAGONAL if not cross else ())]
         terms = model.terms if tuple(base) == self.base_terms else tuple(base)
+        terms += ("misalignment",) * (self._alignment is not None)
         reason = model.reason if "soft-iron" in base else ""
         return Directions(columns, tuple(names), terms, tuple(dropped), reason)
 
@@ -120,19 +123,24 @@ class MagnetometerExperiment(Experiment):
             if cross if i != j else scales:
                 column = np.zeros(ENTRIES)
                 column[[3 * i + j, 3 * j + i]] = 1.0
-                columns.append(column)
+                columns.append(self._turned(column))
                 names.append(name)
         if not scales:
             column = np.zeros(ENTRIES)
             column[list(DIAGONAL)] = 1.0 / np.sqrt(3.0)
-            columns.append(column)
+            columns.append(self._turned(column))
             names.append("scale")
         return np.array(columns).T, names
+
+    def _turned(self, column: FloatArray) -> FloatArray:
+        """The twelve entries in the frame of the fit."""
+        column[:9] = (self._rotation @ column[:9].reshape(3, 3)).ravel()
+        return column
 
     def begin(self, base: Sequence[str]) -> Parameters:
         """See ``Experiment``."""
         matrix, bias = self.data.begin(base)
-        return Parameters(matrix, bias)
+        return Parameters(self._rotation @ matrix, bias)
 
     def before(self) -> Parameters:
         """See ``Experiment``."""
@@ -148,6 +156,7 @@ class MagnetometerExperiment(Experiment):
 
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
         """See ``Experiment``; of an unknown field its size follows from ``det M = 1``."""
+        matrix = self._rotation.T @ matrix
         size = 1.0 if self.data.known else float(np.cbrt(np.linalg.det(matrix)))
         values = dict(zip(BIASES, map(float, bias), strict=True))
         for name, (i, j) in zip(SOFT_IRON, TRIANGLE, strict=True):
@@ -178,3 +187,13 @@ class MagnetometerExperiment(Experiment):
         pulled = np.linalg.solve(free.T @ normal @ free, free.T @ normal @ left)
         moved = SOFT_IRON_SIZE * self.data.gain * (left - free @ pulled)
         return np.asarray(moved @ moved.T)
+
+
+def mounting(alignment: Alignment) -> tuple[Parameter, ...]:
+    """The rotation between the sensors as a vector, with its standard errors."""
+    vector = rotation_vector(alignment.rotation)
+    errors = np.sqrt(np.diag(alignment.covariance))
+    return tuple(
+        Parameter(f"misalignment_{axis}", float(value), float(error), "rad")
+        for axis, value, error in zip(AXES, vector, errors, strict=True)
+    )

@@ -1,36 +1,27 @@
-"""What was measured of a magnetometer: groups of samples by time and direction, and still poses."""
+"""What was measured of a magnetometer: groups of samples by time and direction."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.estimate.magnetometer.dips import (
-    NO_DIPS,
-    SMALLEST_NOISE,
-    Dips,
-    middle_of,
-    still_poses,
-)
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of
 from imucal_wizard.estimate.magnetometer.start import FieldModel, FieldStart
 from imucal_wizard.estimate.magnetometer.surroundings import around, flows, recorded, within
-from imucal_wizard.estimate.result import GravityReference
-from imucal_wizard.estimate.second_stage.found import SecondStage
-from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.effect import Circumstances, FieldUnit
 
 FIELD_BASE = ("bias", "soft-iron")
 """Terms of the magnetometer's base model. One scale is always fitted: no size of the field is so
 well known that it could be left at its nominal value."""
-ASSUMED_FIELD = 50.0
-"""Field in µT on which the sizes of effects rest where readings are in counts and nothing tells
-it."""
+USUAL_FIELD = 50.0
+"""Field in µT that a usual size of an effect belongs to where nothing tells the field of counts."""
+SMALLEST_NOISE = 1e-7
+"""Of the field; data without any noise keep a weight."""
 SPIKE_SIGMAS = 8.0
 """Robust standard deviations of a sample from the mean of its neighbours that no motion makes."""
 PASSING_SECONDS = 15.0
@@ -46,15 +37,13 @@ class FieldData:
         error_unit: of corrected readings: ``uT``, or the readings' unit.
         field: magnitude that corrected readings have, in ``error_unit``.
         known: whether that magnitude was given; if not, it follows from ``det M = 1``.
-        assumed: nothing tells that magnitude, so that all sizes rest on a usual one.
         used: which samples the groups are made of, shape (n,).
         left_out: the samples that they are not made of, sizes in ``error_unit``.
         pieces: means of the readings, by group.
         samples: circumstances of the pieces.
         noise: variance of each group's mean magnitude by noise alone, shape (k,).
         visits: number of the visit to a direction that each group is, shape (k,).
-        dips: the still poses.
-        circumstances: of the groups, then of the still poses.
+        circumstances: of the groups.
         start: M, symmetric, and b to begin with, shapes (3, 3) and (3,).
         model: what the directions determine.
         gravity: m/s².
@@ -65,14 +54,12 @@ class FieldData:
     error_unit: str
     field: float
     known: bool
-    assumed: bool
     used: BoolArray
     left_out: tuple[LeftOut, ...]
     pieces: Pieces
     samples: Circumstances
     noise: FloatArray
     visits: IntArray
-    dips: Dips
     circumstances: Circumstances
     start: tuple[FloatArray, FloatArray]
     model: FieldModel
@@ -88,9 +75,9 @@ class FieldData:
         return float(np.cbrt(np.linalg.det(self.start[0])))
 
     @property
-    def still(self) -> Circumstances:
-        """Circumstances of the still poses."""
-        return self.circumstances.select(slice(len(self), None))
+    def field_unit(self) -> FieldUnit:
+        """The unit of corrected readings."""
+        return _field_unit(self.error_unit, self.field)
 
     @property
     def group_of(self) -> IntArray:
@@ -113,10 +100,7 @@ def field_data(
     start: FieldStart,
     field: float | None = None,
     readings: Readings | None = None,
-    holds: Sequence[Hold] = (),
     gravity: float = STANDARD_GRAVITY,
-    *,
-    assume: bool = False,
 ) -> FieldData:
     """Groups of samples of a turned magnetometer.
 
@@ -124,37 +108,33 @@ def field_data(
         start: the samples and the ellipsoid to begin with.
         field: magnitude of the local field, µT, or None.
         readings: the recording, for temperature, current and the session's beginning.
-        holds: still periods, for the temperature where the recording has none.
         gravity: m/s².
-        assume: take counts of an unknown field to be of a usual one, on which the sizes of effects
-            rest.
     """
     unit = start.series.unit
-    assumed = assume and unit == COUNT and field is None
-    magnitude = ASSUMED_FIELD if assumed else start.radius if field is None else field
+    error_unit = unit if field is None else "uT"
+    magnitude = start.radius if field is None else field
     matrix, bias = start.calibration(magnitude)
     used, left_out = _used(start, readings)
     time, values = start.series.time[used], start.series.values[used]
-    pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings, holds))
+    pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings))
     magnetic = (pieces.reading - bias) @ matrix.T
     noise = piece_noise(pieces, np.linalg.norm(magnetic, axis=1))
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / (magnetic**2).sum(axis=1)
     longer = noise / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
-    samples = around(pieces.time, magnetic, pieces.beside, readings, gravity)
+    corrected = _field_unit(error_unit, magnitude)
+    samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
     return FieldData(
         unit=unit,
-        error_unit=unit if field is None and not assumed else "uT",
+        error_unit=error_unit,
         field=magnitude,
-        known=field is not None or assumed,
-        assumed=assumed,
+        known=field is not None,
         used=used,
         left_out=tuple(run.scaled(magnitude / start.radius) for run in left_out),
         pieces=replace(pieces, extra=pieces.extra - longer),
         samples=samples,
         noise=np.maximum(noise / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2),
         visits=visits_of(pieces),
-        dips=NO_DIPS,
         circumstances=within(samples, pieces),
         start=(matrix, bias),
         model=start.model,
@@ -163,45 +143,18 @@ def field_data(
     )
 
 
-def with_still_poses(
-    data: FieldData,
-    series: Series,
-    holds: Sequence[Hold],
-    reference: GravityReference,
-    second_stage: SecondStage | None = None,
-) -> FieldData:
-    """The data with the dip in still poses.
-
-    Args:
-        data: the groups.
-        series: all readings, those at rest among them, each once.
-        holds: those that the accelerometer was fitted to.
-        reference: up in these holds.
-        second_stage: what it found, of the clocks and of the rotation between the sensors.
-    """
-    if second_stage is not None and second_stage.clock is not None:
-        # holds are told by the accelerometer's clock
-        late = second_stage.clock.seconds
-        series = Series(series.time - late, series.values, series.unit)
-        samples = replace(data.samples, time=data.samples.time - late)
-        circumstances = replace(data.circumstances, time=data.circumstances.time - late)
-        data = replace(data, samples=samples, circumstances=circumstances)
-    aligned = None if second_stage is None else second_stage.alignment.rotation
-    noise = float(np.median(data.noise * data.pieces.samples))
-    dips = still_poses(series, data.start, holds, reference, noise, data.field, aligned)
-    times, beside = np.zeros(len(dips)), np.zeros((len(dips), 2))
-    for place, row in enumerate(dips.hold):
-        time = middle_of(series, holds[row]).time
-        times[place], beside[place] = time.mean(), recorded(time, data.readings, holds).mean(axis=0)
+def with_surroundings(data: FieldData, readings: Readings) -> FieldData:
+    """The same groups with what a recording says of their temperature, current and time."""
+    pieces = replace(data.pieces, beside=recorded(data.pieces.time, readings))
     matrix, bias = data.start
-    magnetic = (dips.reading - bias) @ matrix.T
-    still = replace(
-        around(times, magnetic, beside, data.readings, data.gravity),
-        force=data.gravity * dips.up,
-        reference_temperature=data.samples.reference_temperature,
-        reference_time=data.samples.reference_time,
-    )
-    return replace(data, dips=dips, circumstances=data.circumstances.joined(still))
+    magnetic = (pieces.reading - bias) @ matrix.T
+    samples = around(pieces.time, magnetic, pieces.beside, readings, data.gravity, data.field_unit)
+    known = within(samples, pieces)
+    return replace(data, pieces=pieces, samples=samples, circumstances=known, readings=readings)
+
+
+def _field_unit(unit: str, magnitude: float) -> FieldUnit:
+    return FieldUnit(unit, magnitude / USUAL_FIELD) if unit == COUNT else FieldUnit()
 
 
 def _used(start: FieldStart, readings: Readings | None) -> tuple[BoolArray, tuple[LeftOut, ...]]:

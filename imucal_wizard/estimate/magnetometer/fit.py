@@ -1,6 +1,5 @@
 """The magnetometer's calibration: the one fit of its rows, or a published method judged by them."""
 
-from collections.abc import Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -10,7 +9,6 @@ from imucal_wizard.core.quantities import quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
-from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
     COLUMNS,
@@ -25,17 +23,15 @@ from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperimen
 from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
     field_data,
-    with_still_poses,
 )
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.start import NO_ELLIPSOID, FieldStart, field_start
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.parameters import with_errors
-from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.second_stage.found import SecondStage
-from imucal_wizard.measurement.field_quality import check_field, missing_shell, without_repeats
-from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.second_stage.alignment import Alignment
+from imucal_wizard.measurement.field_quality import check_field, missing_shell
 from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
 
@@ -107,32 +103,20 @@ class MagnetometerFit:
         share = float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 0.0
         return share / radius_of(self.start.theta) * self.magnitude
 
-    def experiment(
-        self,
-        readings: Readings,
-        holds: Sequence[Hold],
-        reference: GravityReference | None,
-        second_stage: SecondStage | None,
-    ) -> MagnetometerExperiment:
-        """The rows for a fit with effects: those of this fit, and the dip in still poses.
-
-        Args:
-            readings: the recording.
-            holds: those that the accelerometer was fitted to.
-            reference: up in these holds; without it the dip is not looked at.
-            second_stage: what it found, of the clocks and of the rotation between the sensors.
-        """
-        data = self.data
-        if readings is not data.readings or data.error_unit == COUNT:
-            field = data.field if data.known else None
-            data = field_data(self.start, field, readings, holds, data.gravity, assume=True)
-            data = of_unit_determinant(data)
-        elif reference is None and isinstance(self.fit.experiment, MagnetometerExperiment):
-            return self.fit.experiment
-        if reference is not None and readings.magnetometer is not None:
-            series = without_repeats(readings.magnetometer)
-            data = with_still_poses(data, series, holds, reference, second_stage)
-        return MagnetometerExperiment(data)
+    def aligned(self, alignment: Alignment) -> SensorFit:
+        """The result in the accelerometer's frame."""
+        experiment = MagnetometerExperiment(self.data, alignment)
+        if self.fit.method == experiment.method:
+            return replace(fit(experiment), warnings=self.fit.warnings)
+        return replace(
+            self.fit,
+            experiment=experiment,
+            frame=experiment.frame,
+            model=(*self.fit.model, "misalignment"),
+            matrix=alignment.rotation @ self.fit.matrix,
+            parameters=(*self.fit.parameters, *experiment.settled),
+            covariance=None,
+        )
 
     @property
     def undisturbed(self) -> BoolArray:
@@ -305,6 +289,7 @@ class FieldMagnitudes:
             covariance=covariance,
             iterations=found.iterations,
             degrees_of_freedom=count - 1,
+            experiment=experiment,
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from imucal_wizard.core.poses import CORNERS, FACES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE
+from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median
 
 MOST_GROUPS = 120
 """Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects
@@ -78,7 +78,7 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
         beside: temperature and current, NaN where unknown, shape (n, 2).
     """
     steps = np.diff(time, prepend=time[0])
-    step = max(float(np.median(steps[1:])), 1e-6) if len(time) > 1 else 1.0
+    step = max(median(steps[1:]), 1e-6) if len(time) > 1 else 1.0
     begins = steps > MAX_SAMPLE_INTERVALS * step
     begins[0] = True
     length = max(FIELD_PIECE_SECONDS, float(time[-1] - time[0]) / MAX_FIELD_PIECES)
@@ -182,7 +182,7 @@ def piece_noise(pieces: Pieces, magnitude: FloatArray) -> float:
     squares = (np.diff(magnitude + pieces.extra) ** 2 / both)[~pieces.apart[1:]]
     if not len(squares):
         return 0.0
-    return float(np.median(squares)) / MEDIAN_CHI_SQUARE
+    return median(squares) / MEDIAN_CHI_SQUARE
 
 
 def visits_of(pieces: Pieces) -> IntArray:

@@ -7,9 +7,8 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, Series
-from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of
-from imucal_wizard.estimate.inertial import FitOptions
 from imucal_wizard.estimate.magnetometer.field_disturbances import (
     FEWEST_IN_BLOCK,
     find_disturbances,
@@ -20,7 +19,6 @@ from imucal_wizard.measurement.field_quality import (
     check_readings,
     check_saturation,
     stuck_samples,
-    without_repeats,
 )
 from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 
@@ -141,15 +139,6 @@ def added(
     )
 
 
-def with_field(report: FitReport, series: Series, options: FitOptions) -> FitReport:
-    """A report of the other sensors with the magnetometer fitted to all its samples."""
-    series = without_repeats(series)
-    found, why = _tried(
-        lambda: fit_magnetometer(series, options.field, options.magnetometer_method)
-    )
-    return added(report, series, found, why)
-
-
 EXACT_SHARE = 1e-9
 """Scatter below which readings are exact, as a share of the field."""
 
@@ -170,7 +159,7 @@ def classify_unfitted(found: MagnetometerFit, series: Series, fitted: BoolArray)
     if others.sum() > FEWEST_IN_BLOCK:
         corrected = (series.values[others] - found.fit.bias) @ found.fit.matrix.T
         length = np.linalg.norm(corrected, axis=1)
-        usual = float(np.median(length))
+        usual = median(length)
         distance = length / usual - 1.0
         areas = bin_of((corrected / length[:, None]).T)
         sigma = max(robust_deviation(distance), EXACT_SHARE)

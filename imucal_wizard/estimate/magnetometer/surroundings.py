@@ -1,14 +1,12 @@
 """The circumstances of a magnetometer's samples: temperature and current as recorded beside it."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.magnetometer.pieces import Pieces
-from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.effect import Circumstances, FieldUnit
 
 CURRENT_REACH_SECONDS = 5.0
 """Seconds from where a current was recorded within which it is taken to flow still."""
@@ -37,15 +35,11 @@ def flows(series: Series | None) -> bool:
     return series is not None and len(series) > 1 and float(np.ptp(series.values)) > 0.0
 
 
-def recorded(time: FloatArray, readings: Readings | None, holds: Sequence[Hold]) -> FloatArray:
+def recorded(time: FloatArray, readings: Readings | None) -> FloatArray:
     """Temperature, °C, and current at these times, NaN where unknown, shape (n, 2)."""
     if readings is None:
         return np.full((len(time), 2), np.nan)
     temperature = beside_at(readings.temperature, time)
-    told = [hold for hold in holds if hold.temperature is not None]
-    if told and not np.isfinite(temperature).any():
-        middle = [0.5 * (hold.start + hold.end) for hold in told]
-        temperature = np.interp(time, middle, [float(h.temperature or 0.0) for h in told])
     return np.column_stack([temperature, current_at(readings.current, time)])
 
 
@@ -55,15 +49,17 @@ def around(
     beside: FloatArray,
     readings: Readings | None,
     gravity: float,
+    unit: FieldUnit,
 ) -> Circumstances:
     """Circumstances of means of samples.
 
     Args:
         time: mean times, s, shape (n,).
-        magnetic: mean corrected field, µT, shape (n, 3).
+        magnetic: mean corrected field, shape (n, 3).
         beside: mean temperature and current, see ``recorded``.
         readings: the recording: where the session begins, the unit of the current.
         gravity: m/s².
+        unit: of the field.
     """
     unknown = np.full((len(time), 3), np.nan)
     current = None if readings is None else readings.current
@@ -78,6 +74,7 @@ def around(
         current=beside[:, 1],
         current_unit="A" if current is None else current.unit,
         gravity=gravity,
+        field_unit=unit,
     )
 
 

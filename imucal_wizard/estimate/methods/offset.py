@@ -12,7 +12,12 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, distinct
-from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, root_mean_square
+from imucal_wizard.core.statistics import (
+    MEDIAN_CHI_SQUARE,
+    median,
+    median_of_rows,
+    root_mean_square,
+)
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
@@ -68,7 +73,7 @@ def _shares(means: FloatArray, holds: Sequence[Hold], labels: IntArray) -> Float
     places = distinct(labels)
     moved = rest_of(holds, np.eye(3)).moved
     own = np.array([moved[labels == place].mean() / np.sum(labels == place) for place in places])
-    usual = float(np.median((means - np.median(means, axis=0)) ** 2)) / MEDIAN_CHI_SQUARE
+    usual = median((means - median_of_rows(means)) ** 2) / MEDIAN_CHI_SQUARE
     if not usual > 0.0:
         return np.full(len(means), 1.0 / len(means))
     weight = 1.0 / (usual + own)

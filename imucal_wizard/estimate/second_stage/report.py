@@ -7,7 +7,6 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quaternions import rotation_vector
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.gravity_and_field import (
     Segment,
@@ -17,8 +16,8 @@ from imucal_wizard.estimate.gravity_and_field import (
     with_gyroscope,
 )
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
-from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
-from imucal_wizard.estimate.second_stage.alignment import Alignment, align
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.second_stage.alignment import align
 from imucal_wizard.estimate.second_stage.error_modes import (
     ErrorModes,
     of_accelerometer,
@@ -57,12 +56,12 @@ def _second_stage(
     report: FitReport, series: Series, turns: Sequence[Segment], found: MagnetometerFit
 ) -> FitReport:
     calm = undisturbed(series, found)
-    places, readings = field_at(report.holds, calm, found)
+    places, readings, _ = field_at(report.holds, calm, found)
     field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
     modes = _error_modes(report, found)
     alignment = align(up, unit_vectors(field), modes.of_field(found.fit, field), modes.of_up(up))
-    aligned = _aligned(found.fit, alignment)
+    aligned = found.aligned(alignment)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment, modes)
     stage = SecondStage(alignment, modes, _headings(report, compass, places, readings))
     sensors = {**report.sensors, "magnetometer": aligned}
@@ -76,24 +75,6 @@ def _error_modes(report: FitReport, found: MagnetometerFit) -> ErrorModes:
     fit = report.sensors["accelerometer"]
     every = up_of(fit, list(report.holds))
     return ErrorModes(of_magnetometer(found.fit), of_accelerometer(fit, every, report.gravity))
-
-
-def _aligned(fit: SensorFit, alignment: Alignment) -> SensorFit:
-    """The magnetometer's fit in the accelerometer's frame: ``M = R P``."""
-    vector = rotation_vector(alignment.rotation)
-    errors = np.sqrt(np.diag(alignment.covariance))
-    angles = tuple(
-        Parameter(f"misalignment_{axis}", float(v), float(e), "rad")
-        for axis, v, e in zip("xyz", vector, errors, strict=True)
-    )
-    return replace(
-        fit,
-        frame="accelerometer",
-        model=(*fit.model, "misalignment"),
-        matrix=alignment.rotation @ fit.matrix,
-        parameters=(*fit.parameters, *angles),
-        covariance=None,
-    )
 
 
 def _headings(

@@ -15,6 +15,7 @@ from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.measurement.field_quality import (
+    CONSTANT_FIELD,
     check_field,
     check_readings,
     check_saturation,
@@ -56,11 +57,7 @@ def silence(seconds: float) -> str:
 
 def constant(seconds: float) -> str:
     """Message about a sensor whose value stayed the same during rotation, or ""."""
-    if seconds < SILENT_SECONDS:
-        return ""
-    return (
-        "the magnetometer always sends the same value: check its wiring, its address and the sketch"
-    )
+    return CONSTANT_FIELD if seconds >= SILENT_SECONDS else ""
 
 
 def resting(seconds: float) -> str:

@@ -56,7 +56,9 @@ class Current(BiasEffect):
 
     def suited(self, c: Circumstances) -> "Current":
         """Per ampere, or per per cent of the throttle, as recorded."""
-        return Current(c.current_unit)
+        made = super(Current, Current(c.current_unit)).suited(c)
+        assert isinstance(made, Current)  # noqa: S101 (narrows the type)
+        return made
 
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
         """``I``, A or %."""

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     AXES,
     DEGREE,
@@ -61,6 +60,9 @@ class Misalignment(Effect):
         return np.asarray(self.size.si * np.swapaxes(turned, 1, 2))
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
-        """Still poses in which both gravity and the field are known."""
-        del sensor
-        return requirements.dips(c)
+        """The magnitude of the field does not depend on it: the dip in still poses does."""
+        del sensor, c
+        return (
+            "the sensors are aligned by the dip of the field; hold the device still in six or more "
+            "poses, all round, so that accelerometer and magnetometer are both calibrated"
+        )

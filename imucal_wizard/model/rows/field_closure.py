@@ -10,9 +10,11 @@ It is one row per rotation, a linear combination of the rows of the two closures
 derivatives.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
 from imucal_wizard.model.rows.source import Parameters, RowLabels, Rows, RowSource
@@ -67,25 +69,38 @@ class FieldClosure(RowSource):
     Attributes:
         by_gravity: the closures of these rotations against gravity.
         by_field: the same against the field's direction.
+        holds: the holds at both ends of each rotation, shape (m, 2).
         noise: variance of each row by measured noise alone, rad², shape (m,).
         labels: see ``RowSource``.
     """
 
     by_gravity: GravityClosure
     by_field: GravityClosure
+    holds: IntArray
     noise: FloatArray
     labels: RowLabels
     kind = "heading"
     unit = "rad"
-    judged = False
+    judged, moving, noise_is_measured = False, True, False
     group_word = "rotation"
+
+    def under(self, up: FloatArray) -> "FieldClosure":
+        """See ``RowSource``; the field's direction stays that of the alignment."""
+        before, after = up[self.holds[:, 0]], up[self.holds[:, 1]]
+        return replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
+
+    @property
+    def level(self) -> FloatArray:
+        """Square of the level part of the unit field after each rotation, shape (m,)."""
+        along = (self.by_gravity.after * self.by_field.after).sum(axis=1)
+        return np.asarray(np.maximum(1.0 - along**2, MIN_SINE_SQUARE))
 
     @property
     def weights(self) -> tuple[FloatArray, FloatArray]:
         """Shares of the rows of both closures in ψ, shape (m, 2) each."""
         up, field = self.by_gravity.after, self.by_field.after
         along = (up * field).sum(axis=1)[:, None]
-        square = np.maximum(1.0 - along**2, MIN_SINE_SQUARE)
+        square = self.level[:, None]
         across, flat = (up - field * along) / square, (field - up * along) * along / square
         return (
             np.asarray(np.einsum("mai,mi->ma", self.by_gravity.basis, flat)),

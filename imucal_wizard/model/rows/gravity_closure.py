@@ -21,9 +21,17 @@ import numpy as np
 
 from imucal_wizard.core.attitude import Samples, attitudes
 from imucal_wizard.core.directions import unit_vectors
-from imucal_wizard.core.quaternions import cross, matrices, matrices_of, products, quaternions
+from imucal_wizard.core.quaternions import (
+    carried_back,
+    cross,
+    matrices,
+    matrices_of,
+    products,
+    quaternions,
+)
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
@@ -80,8 +88,8 @@ class ClosureRows(Rows):
     def force(self) -> FloatArray:
         """Specific force at each sample, m/s², shape (n, 3)."""
         samples = self._source.samples
-        turned = matrices(samples.at_samples(*self._steps))
-        up = np.einsum("ijn,ni->nj", turned, self._source.before[samples.rotation])
+        attitude = samples.at_samples(*self._steps)
+        up = carried_back(attitude, self._source.before[samples.rotation].T).T
         return np.asarray(self._source.gravity * up)
 
     @cached_property
@@ -131,7 +139,7 @@ class ClosureRows(Rows):
 
     def _moments(self) -> "_Moments":
         samples = self._source.samples
-        every = max(int(np.round(COARSE_STEP / max(float(np.median(samples.dt)), 1e-9))), 1)
+        every = max(int(np.round(COARSE_STEP / max(median(samples.dt), 1e-9))), 1)
         nodes, offsets = [], [0]
         for first, past in itertools.pairwise(samples.offsets.tolist()):
             own = np.append(np.arange(first, past - 1, every), past - 1)
@@ -232,7 +240,7 @@ class GravityClosure(RowSource):
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
     basis: FloatArray = field(init=False)
-    kind = "rotation"
+    kind, moving = "rotation", True
     unit = "rad"
     group_word = "rotation"
 
@@ -308,8 +316,11 @@ def attitude_means(first: FloatArray, last: FloatArray) -> FloatArray:
     """``L``: attitude averaged over each step, shape (9, n)."""
     middle = first + last
     middle *= 2.0 / np.sqrt(np.maximum((middle * middle).sum(axis=0), 1e-30))
-    three = np.stack([first, middle, last], axis=1)
-    return np.asarray(matrices_of((products(three) / 6.0).sum(axis=1)).reshape(9, -1))
+    total = products(first)
+    total += products(middle)
+    total += products(last)
+    total /= 6.0
+    return matrices_of(total).reshape(9, -1)
 
 
 def error_slope(carried: FloatArray, after: FloatArray, moved: FloatArray) -> FloatArray:

@@ -117,9 +117,12 @@ class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading`` or ``field``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
+        moving: measured while the device rotated, and compared with a reference at both ends.
+        noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
+            nobody has measured, and only their scatter tells how well they are known.
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one group differ by noise alone.
@@ -131,6 +134,8 @@ class RowSource(ABC):
     kind: str
     unit: str
     judged: bool = True
+    moving: bool = False
+    noise_is_measured: bool = True
     group_word: str = "direction"
     repeats_are_noise: bool = True
     labels: RowLabels
@@ -146,6 +151,15 @@ class RowSource(ABC):
             terms: the effects.
             near: the rows of a calibration close by, from which effects may be evaluated.
         """
+
+    def under(self, up: FloatArray) -> "RowSource":
+        """The same rows with other directions of gravity in the holds.
+
+        Args:
+            up: unit vectors, shape (h, 3).
+        """
+        del up  # for rows that rest on gravity
+        return self
 
     def place(self, row: int) -> str:
         """What a row is, in words."""

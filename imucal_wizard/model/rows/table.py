@@ -56,8 +56,9 @@ class ResidualTable:
 
     @property
     def floor(self) -> FloatArray:
-        """Standard deviation of each row by measured noise alone."""
-        return np.sqrt(self.own)
+        """Standard deviation of each row by measured noise alone, where all of it is measured."""
+        measured = np.repeat([one.noise_is_measured for one in self.sources], self._counts)
+        return np.sqrt(np.where(measured, self.own, self.variance))
 
     @property
     def kind(self) -> NDArray[np.str_]:
@@ -68,6 +69,11 @@ class ResidualTable:
     def unit(self) -> NDArray[np.str_]:
         """Of each row's error."""
         return np.repeat([one.unit for one in self.sources], self._counts)
+
+    @property
+    def moving(self) -> BoolArray:
+        """Whether a row was measured while the device rotated, against a reference."""
+        return np.repeat([one.moving for one in self.sources], self._counts)
 
     @property
     def judged(self) -> BoolArray:

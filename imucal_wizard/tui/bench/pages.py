@@ -6,6 +6,7 @@ from imucal_wizard.core.poses import direction_in_words, pose_in_words
 from imucal_wizard.core.quantities import number, size_with_unit, true_minus, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
@@ -280,7 +281,7 @@ def _inside(stretch: TracePiece) -> BoolArray:
 def _limits(values: FloatArray, inside: BoolArray, unit: str) -> tuple[float, float]:
     """Of what was averaged, with room for what is far out of it to be cut off."""
     kept = values[inside] if inside.any() else values
-    middle, spread = float(np.median(kept)), float(kept.std())
+    middle, spread = median(kept), float(kept.std())
     least = _SPAN_SIGMAS * spread or (1.0 if unit == COUNT else 1e-3)
     reach = max(float(np.abs(kept - middle).max()), least)
     return middle - reach, middle + reach

@@ -42,8 +42,9 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
         report: the fit.
         diagnoses: what the data say of each sensor; empty while that is not known.
     """
-    refused = [text for text in dict.fromkeys(report.warnings) if _NO_RESULT in text]
-    warnings = [text for text in report.warnings if _NO_RESULT not in text]
+    notes = report.notes(judged=bool(diagnoses))
+    refused = [text for text in dict.fromkeys(notes) if _NO_RESULT in text]
+    warnings = [text for text in notes if _NO_RESULT not in text]
     for fit in report.sensors.values():
         warnings += [f"{fit.sensor}: {text}" for text in fit.warnings]
     parts: list[RenderableType] = [

@@ -70,7 +70,7 @@ def test_an_axis_at_the_end_of_its_range_is_named(
         values[600:640, 4] = 2.0 * np.sin(np.linspace(0.0, np.pi, 40))
     values[:, place] = np.clip(values[:, place], -end, end)
     warnings = read_files([write(tmp_path / "a.csv", values)]).warnings
-    assert any(f"{name} axis stands at its limit" in text for text in warnings)
+    assert any(f"{name} axis is at the end of its range" in text for text in warnings)
 
 
 def test_coarse_readings_and_readings_in_range_are_not_called_clipped(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_coarse_readings_and_readings_in_range_are_not_called_clipped(tmp_path: 
         values = np.round(_moving(), decimals)
         values[:, 0] = np.arange(len(values)) / 100.0
         warnings = read_files([write(tmp_path / "a.csv", values)]).warnings
-        assert not any("stands at its limit" in text for text in warnings)
+        assert not any("is at the end of its range" in text for text in warnings)
 
 
 def test_a_gyroscope_that_takes_its_own_bias_out_is_pointed_out(tmp_path: Path) -> None:

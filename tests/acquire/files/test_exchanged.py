@@ -34,7 +34,7 @@ def test_a_header_that_exchanges_the_sensors_is_refused(
     tmp_path: Path, units: tuple[str, str], scale: float
 ) -> None:
     values = _session(scale)[:, [0, 4, 5, 6, 1, 2, 3]]
-    with pytest.raises(RecordingError, match="gx,gy,gz feel gravity in every position"):
+    with pytest.raises(RecordingError, match="gx,gy,gz show gravity in every position"):
         read_files([write(tmp_path / "a.csv", values, SHOWN.format(*units))])
 
 
@@ -63,7 +63,7 @@ def test_a_rate_table_is_not_taken_for_an_exchange() -> None:
 def test_an_accelerometer_without_gravity_is_refused() -> None:
     rng = np.random.default_rng(0)
     force = Series(np.arange(4000) / 100.0, rng.normal(0.0, 0.02, (4000, 3)), "m/s^2")
-    with pytest.raises(RecordingError, match="has taken gravity out"):
+    with pytest.raises(RecordingError, match="has removed gravity"):
         refuse_without_gravity(Readings(force))
 
 

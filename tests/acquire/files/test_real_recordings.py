@@ -48,7 +48,7 @@ def test_words_beside_the_numbers_and_a_counter_with_gaps_are_read() -> None:
     readings = read_files([shared_data("imucal_example/annotated_session.csv")], options)
     assert (len(readings), readings.accelerometer.unit) == (9414, "count")
     assert np.all(np.diff(readings.accelerometer.time) > 0)
-    assert any("sample counter goes back" in text for text in readings.warnings)
+    assert any("sample counter went back" in text for text in readings.warnings)
 
 
 def test_names_without_units_are_read_with_the_unit_of_the_gyroscope() -> None:

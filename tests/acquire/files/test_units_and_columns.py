@@ -199,7 +199,7 @@ def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
         ("t[s],ax[g],ay[g],az[count]", 4, "only some axes"),
         ("t[s],ax[g],ay[g],az[g]", 5, "4 columns are named.* has 5"),
         ("t[s],gx[rad/s],gy[rad/s],gz[rad/s]", 4, "there is no accelerometer, only gyroscope"),
-        ("one,two,three,four", 4, "without names that are known"),
+        ("one,two,three,four", 4, "without known names"),
     ],
 )
 def test_what_a_header_lacks_is_named(tmp_path: Path, header: str, columns: int, says: str) -> None:

@@ -1,0 +1,200 @@
+"""One fit: every command, screen and file tells the same figures of the same data and model."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+import imucal_wizard as iw
+from imucal_wizard.cli.arguments import recording_of
+from imucal_wizard.cli.fit import parser
+from imucal_wizard.cli.main import main
+from imucal_wizard.core.output import encode_json
+from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.readings import Readings
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.report.calibration_file import Sensor
+from imucal_wizard.tui.panels.report import fit_summary
+from tests.golden.cases import CASES, located
+
+RECORDINGS = (
+    "eighteen-poses",
+    "magnetometer",
+    "counts",
+    "second-order",
+    "six-faces",
+    "noisy",
+    "session-whole",
+    "session-magnetometer",
+    "xsens",
+)
+"""Gyroscopes by gravity, and by gravity and field; counts; sessions; a missing effect; too few
+directions; a real sensor."""
+COMMANDS = ("fit", "bench", "compare")
+FIGURES = ("rms_fitted", "rms_held_out", "floor", "floor_fitted")
+JUDGED = ("verdict", "usable")
+"""What a calibration without a diagnosis does not say."""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is told of one recording.
+
+    Attributes:
+        report: the fit behind it.
+        readings: its samples, where they are at hand.
+        first: the calibration by the Python interface, without a diagnosis.
+        sensors: the same with the verdicts.
+        diagnosis: what the data say of each sensor.
+        files: arguments of the commands.
+        documents: the JSON of each command.
+        texts: what each command prints.
+        saved: the calibration that ``fit`` has saved.
+    """
+
+    report: FitReport
+    readings: Readings | None
+    first: dict[str, Sensor]
+    sensors: dict[str, Sensor]
+    diagnosis: dict[str, Diagnosis]
+    files: tuple[str, ...]
+    documents: dict[str, dict[str, Any]]
+    texts: dict[str, str]
+    saved: dict[str, Sensor]
+
+
+_told: dict[str, Told] = {}
+
+
+@pytest.fixture(params=RECORDINGS)
+def told(
+    request: pytest.FixtureRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> Told:
+    """What the Python interface and the commands tell; real recordings only where they are."""
+    name = request.param
+    if name not in _told:
+        case = CASES[name]
+        words = (*(str(located(file)) for file in case.files), *case.reading.split())
+        fit = iw.calibrate(recording_of(parser().parse_args(words)))
+        first, diagnosis = fit.calibration.sensors, iw.diagnose(fit)
+        documents, texts, saved = {}, {}, tmp_path / "saved.json"
+        for command in COMMANDS:
+            path = tmp_path / f"{command}.json"
+            saving = ["--save", str(saved)] if command == "fit" else []
+            main([command, *words, *saving, "--json", str(path)])
+            documents[command] = json.loads(path.read_text())
+            texts[command] = capsys.readouterr().out
+        sensors = fit.judged(diagnosis).sensors
+        _told[name] = Told(
+            fit.report, fit.benches.readings, first, sensors, diagnosis, words, documents, texts,
+            iw.load(saved).sensors,
+        )  # fmt: skip
+    return _told[name]
+
+
+def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
+    """A calibration as a JSON document has it."""
+    document: dict[str, Any] = json.loads(encode_json(sensor))
+    return document if judged else {k: v for k, v in document.items() if k not in JUDGED}
+
+
+def screen(told: Told) -> str:
+    """What the result's screen shows."""
+    console = Console(width=200, force_terminal=False)
+    with console.capture() as caught:
+        console.print(fit_summary(told.report, told.diagnosis))
+    return caught.get()
+
+
+def test_fit_and_the_saved_file_tell_what_python_tells(told: Told) -> None:
+    found = told.documents["fit"]["sensors"]
+    assert found == {name: record(sensor) for name, sensor in told.sensors.items()}
+    assert found == {name: record(sensor) for name, sensor in told.saved.items()}
+
+
+def test_bench_tells_what_fit_tells(told: Told) -> None:
+    """Model, parameters, standard errors, errors and verdict; the ladder begins with the fit."""
+    document = told.documents["bench"]
+    for name, sensor in told.sensors.items():
+        own, bench = record(sensor), document["sensors"][name]
+        assert bench["model"] == own["model"] == bench["ladder"][0]["model"]
+        assert (bench["verdict"], bench["unit"]) == (own["verdict"], own["unit"])
+        assert [bench["ladder"][0][key] for key in FIGURES] == [own[key] for key in FIGURES]
+        assert bench["parameters"].keys() == own["parameters"].keys()
+        for parameter, one in bench["parameters"].items():
+            for key in ("value", "standard_error", "unit"):
+                assert one[key] == own["parameters"][parameter][key]
+    texts = [f"{n}: {one['verdict']}. {one['says']}" for n, one in document["sensors"].items()]
+    assert told.documents["fit"]["verdict"] == texts
+
+
+def test_a_diagnosis_changes_no_figure(told: Told) -> None:
+    for name, sensor in told.sensors.items():
+        assert record(sensor, judged=False) == record(told.first[name], judged=False)
+
+
+def test_compare_has_the_fit_among_its_methods(told: Told) -> None:
+    for name, sensor in told.sensors.items():
+        rows = told.documents["compare"]["sensors"][name]
+        (own,) = (one["result"] for one in rows if one["method"] == sensor.method)
+        assert {k: v for k, v in own.items() if k not in JUDGED} == record(sensor, judged=False)
+
+
+def test_the_bench_of_the_wizard_begins_with_its_fit(told: Told) -> None:
+    """Also where the samples are read from the session only after the fit, or not at all."""
+    for readings in (None, told.readings):
+        benches = Benches(told.report, readings)
+        for name, sensor in told.first.items():
+            bench = benches.bench(name)
+            assert bench is not None
+            fit = bench.fit
+            assert [getattr(fit, key) for key in FIGURES] == [getattr(sensor, k) for k in FIGURES]
+            assert {one.name: (one.value, one.standard_error) for one in fit.parameters} == {
+                key: (one.value, one.standard_error) for key, one in sensor.parameters.items()
+            }
+
+
+def test_every_text_prints_these_figures(told: Told) -> None:
+    """The result screen, ``fit`` and ``bench``: each error with the same digits, one sentence."""
+    texts = {"screen": screen(told), "fit": told.texts["fit"], "bench": told.texts["bench"]}
+    for where, text in texts.items():
+        flat = "".join(text.split())
+        for name, sensor in told.sensors.items():
+            shown = [quantity(sensor.rms_fitted, sensor.unit), told.diagnosis[name].says]
+            if sensor.rms_held_out is not None:
+                shown.append(quantity(sensor.rms_held_out, sensor.unit))
+            for words in shown:
+                assert "".join(words.split()) in flat, (where, name)
+
+
+def test_a_picture_shows_the_residuals_of_the_fit(
+    told: Told, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["bench", *told.files, "--view", "accelerometer/number", "--json", "-"])
+    (shown,) = json.loads(capsys.readouterr().out)["views"]
+    drawn = dict(zip(shown["source"], shown["y"], strict=True))
+    residuals = told.report.sensors["accelerometer"].residuals
+    factor = drawn[0] / float(residuals[0])
+    assert [drawn[k] for k in sorted(drawn)] == pytest.approx((factor * residuals).tolist())
+
+
+def test_nothing_beside_a_verdict_contradicts_it(told: Told) -> None:
+    """A hold that stands out is told where the verdict does not explain it, and nowhere else."""
+    for name, one in told.diagnosis.items():
+        settled = one.verdict is Verdict.COMPLETE
+        assert ("The model is complete" in one.says) == settled
+        assert ("Complete the accelerometer first" in one.says) == (one.verdict is Verdict.WAITING)
+        if one.verdict is Verdict.WAITING:
+            assert told.diagnosis["accelerometer"].verdict is not Verdict.COMPLETE
+        odd = told.report.outlier_notes.get(name)
+        for text in told.texts["fit"], told.texts["bench"]:
+            flat = "".join(text.split())
+            if odd is not None:
+                assert ("".join(odd[1:].split()) in flat) == (one.verdict is Verdict.UNEXPLAINED)
+        assert f"{'✓' if one.settled else '▲'} {name}:" in screen(told)
