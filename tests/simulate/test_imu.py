@@ -173,8 +173,8 @@ def test_a_hidden_effect_reaches_the_line() -> None:
         VirtualImu(hidden=["wobble:1:x"])
 
 
-def test_a_speed_that_stands_still_is_refused() -> None:
+def test_an_impossible_speed_is_refused() -> None:
     """Zero, negative and not-a-number speeds are told apart from slow ones."""
     for speed in (0.0, -1.0, float("nan")):
-        with pytest.raises(UsageError, match="stands still"):
+        with pytest.raises(UsageError, match="is impossible"):
             VirtualImu(speed=speed)
