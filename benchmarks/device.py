@@ -17,11 +17,11 @@ from typing import Self
 import numpy as np
 
 from benchmarks.measure import PYTHON
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import HEADER_PERIOD_SECONDS, LinePrinter
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import FACES
+from imucal_wizard.simulate.scripts import FACE_NAMES
 from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.simulate.terminal import Pty
 
@@ -43,8 +43,8 @@ def poses() -> Iterator[Action]:
     """A rest and then pose after pose."""
     yield LieStill(REST)
     while True:
-        for name in FACES:
-            yield Place(name)
+        for name in FACE_NAMES:
+            yield PlacePose(name)
             yield LieStill(3.0)
 
 

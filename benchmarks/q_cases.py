@@ -12,9 +12,9 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.simulate import SensorModel, VirtualHand
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import EDGES, FACES, START_POSE, next_angle
+from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, Triad
 
 RATE = 100.0
@@ -96,17 +96,17 @@ XSENS = Case(
 
 def poses(rng: np.random.Generator) -> Iterator[Action]:
     """A rest, then six faces and twelve edges in an order by chance."""
-    names = FACES + EDGES
+    names = FACE_NAMES + EDGE_NAMES
     yield LieStill(FIRST_REST)
     for index in rng.permutation(len(names)):
-        yield Place(names[index])
+        yield PlacePose(names[index])
         yield LieStill(POSE)
 
 
 def rotations(count: int) -> Iterator[Action]:
     """``count`` different turns about each axis between rests (Q's figure 2)."""
     for axis, pose in START_POSE.items():
-        yield Place(pose, error=0.7)
+        yield PlacePose(pose, error=0.7)
         yield LieStill(TURN_REST)
         tilt = 0.0
         for index in range(count):

@@ -211,8 +211,8 @@ def _beside(columns: tuple[Column, ...], where: dict[str, int]) -> dict[str, tup
     found = {"temperature": (where["temp"], 1.0)} if "temp" in where else {}
     for name in ("current", "throttle"):
         unit = columns[where[name]].unit if name in where else ""
-        if unit in units.FACTORS[name]:
-            found[name] = (where[name], units.FACTORS[name][unit])
+        if unit in units.UNIT_FACTORS[name]:
+            found[name] = (where[name], units.UNIT_FACTORS[name][unit])
     return found
 
 

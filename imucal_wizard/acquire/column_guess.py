@@ -100,8 +100,10 @@ def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
     if device <= 0:
         return UnitGuess("", "The time column does not advance.")
     if host > 0.3:
-        unit = min(units.TIME, key=lambda u: abs(math.log(device * units.TIME[u] / host)))
-        if 0.25 < device * units.TIME[unit] / host < 4.0:
+        unit = min(
+            units.TIME_UNITS, key=lambda u: abs(math.log(device * units.TIME_UNITS[u] / host))
+        )
+        if 0.25 < device * units.TIME_UNITS[unit] / host < 4.0:
             why = f"The time column advances by {device / host:.4g} per second, so it is in {unit}."
             return UnitGuess(unit, why)
         why = f"The time column advances by {device / host:.4g} per second: no unit fits."
@@ -123,7 +125,7 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
     low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
     for unit in _UNITS_TRIED if step else ():
-        found = 1.0 / (step * units.TIME[unit])
+        found = 1.0 / (step * units.TIME_UNITS[unit])
         if low <= found <= high:
             return UnitGuess(
                 unit, f"The time column was taken as {unit}, which gives {found:.6g} Hz."

@@ -1,7 +1,7 @@
 """Detection of the format of a stream, or of the reason why it cannot be read."""
 
 from imucal_wizard.acquire.decode import formats
-from imucal_wizard.acquire.decode.base import Column, Line
+from imucal_wizard.acquire.decode.base import Column, TextLine
 from imucal_wizard.acquire.decode.lines import LineCutter, split_lines
 
 MIN_UNKNOWN_LINES = 60
@@ -135,7 +135,7 @@ class Detector:
             self._lines += 1
             if unreadable_share(raw) <= _MAX_UNREADABLE:
                 text = raw.decode("utf-8", errors="replace").strip()
-                lines.append(Line(raw, text, self._first))
+                lines.append(TextLine(raw, text, self._first))
             self._first = False
         found = [name for name, one in self._detectors.items() if one.feed(data, lines)]
         if self._garbage.problem:  # similar lines between unreadable bytes are not a format

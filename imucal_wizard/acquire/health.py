@@ -6,17 +6,11 @@ from imucal_wizard.acquire.assemble import Assembler
 from imucal_wizard.acquire.host_clock import RateFit
 from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
-from imucal_wizard.core.readings import Readings, Series, join_readings
+from imucal_wizard.core.readings import Readings, join_readings
 from imucal_wizard.measurement import data_quality
 
 _CHECK_SECONDS = 2.0
 _DEAD_WINDOWS = 5
-_CHECKS = (
-    data_quality.frozen_values,
-    data_quality.repeated_samples,
-    data_quality.wrong_gravity,
-    data_quality.zero_rate,
-)
 _RATE_AFTER = 8.0
 _SILENCE = 0.5
 _MIN_BLANKS = 5
@@ -99,15 +93,15 @@ class StreamHealth:
         whole = join_readings(self._waiting)
         used = len(whole) // size * size
         for start in range(0, used, size):
-            self._look(_part(whole, start, start + size))
-        rest = _part(whole, used, len(whole))
+            self._look(whole.inertial_part(start, start + size))
+        rest = whole.inertial_part(used, len(whole))
         self._waiting = [rest] if len(rest) else []
         self._count = len(rest)
 
     def _look(self, window: Readings) -> None:
-        for check in _CHECKS:
+        for check in data_quality.READINGS_CHECKS:
             self._note(check.__name__, check(window))
-        for sensor, series in _sensors(window):
+        for sensor, series in data_quality.inertial_sensors(window):
             self._note(f"clipped {sensor}", data_quality.clipped_range(sensor, series, short=True))
             if not self._windows:
                 text = data_quality.coarse_steps(sensor, series, self._printed_step(sensor))
@@ -115,7 +109,8 @@ class StreamHealth:
         self._windows.append(window)
         if len(self._windows) < _DEAD_WINDOWS:
             return
-        for sensor, series in _sensors(join_readings(list(self._windows))):
+        joined = join_readings(list(self._windows))
+        for sensor, series in data_quality.inertial_sensors(joined):
             if f"coarse {sensor}" not in self._notes:  # a coarse axis may be constant
                 self._note(f"dead {sensor}", data_quality.dead_axes(sensor, series))
 
@@ -149,19 +144,6 @@ class StreamHealth:
     def _note(self, key: str, text: str) -> None:
         if text:
             self._notes.setdefault(key, text)
-
-
-def _part(readings: Readings, first: int, past: int) -> Readings:
-    gyroscope = readings.gyroscope
-    return Readings(
-        readings.accelerometer.part(first, past),
-        None if gyroscope is None else gyroscope.part(first, past),
-    )
-
-
-def _sensors(readings: Readings) -> list[tuple[str, Series]]:
-    both = (("accelerometer", readings.accelerometer), ("gyroscope", readings.gyroscope))
-    return [(name, series) for name, series in both if series is not None]
 
 
 _FIELDLESS = (

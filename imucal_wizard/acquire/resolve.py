@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import (
-    CHANNELS,
+    SENSOR_CHANNELS,
     channel_of,
     column_of_name,
     is_derived,
@@ -90,7 +90,7 @@ def resolve_columns(
         message = _lacking("accelerometer", channels)
         return ResolvedColumns(columns, ("columns",), (*notes, message))
     for sensor in ("gyroscope", "magnetometer"):
-        if set(CHANNELS[sensor]) & channels and not sensor_places(columns, sensor):
+        if set(SENSOR_CHANNELS[sensor]) & channels and not sensor_places(columns, sensor):
             notes.append(_lacking(sensor, channels) + " It is left out.")
             columns = _without(columns, sensor)
     if arrivals is None:
@@ -151,7 +151,7 @@ def _twice(columns: tuple[Column, ...]) -> str:
 
 def _lacking(sensor: str, channels: set[str]) -> str:
     """Message about a sensor with missing axes."""
-    gone = [channel for channel in CHANNELS[sensor] if channel not in channels]
+    gone = [channel for channel in SENSOR_CHANNELS[sensor] if channel not in channels]
     are, them = ("is", "it") if len(gone) == 1 else ("are", "them")
     return (
         f"The {sensor} needs three columns and {', '.join(gone)} {are} missing: print {them}, or "
@@ -219,7 +219,7 @@ def _wrong(columns: tuple[Column, ...], places: Sequence[int]) -> str:
     """Message about wrong units of a sensor, or ""."""
     if foreign := _foreign(columns, places):
         sensor = str(quantity_of(foreign[0].channel))
-        return _no_unit(foreign[0], (*units.FACTORS[sensor], units.COUNT))
+        return _no_unit(foreign[0], (*units.UNIT_FACTORS[sensor], units.COUNT))
     if len({columns[p].unit == units.COUNT for p in places}) > 1:
         sensor = str(quantity_of(columns[places[0]].channel))
         return f"only some axes of the {sensor} are in counts; give all of them in one unit"
@@ -239,14 +239,14 @@ def _without_foreign(columns: tuple[Column, ...]) -> tuple[tuple[Column, ...], l
     notes = []
     for sensor in _BESIDE:
         place = next((i for i, c in enumerate(columns) if quantity_of(c.channel) == sensor), None)
-        if place is None or columns[place].unit in units.FACTORS[sensor]:
+        if place is None or columns[place].unit in units.UNIT_FACTORS[sensor]:
             continue
         c = columns[place]
         if sensor == "temperature" and not c.unit:
             columns = _set_unit(columns, [place], "degC")
             continue
         what = f"'{sanitise(c.unit, 48)}' of column" if c.unit else "column"
-        known = " or ".join(units.FACTORS[sensor])
+        known = " or ".join(units.UNIT_FACTORS[sensor])
         notes.append(
             f"the {sensor} was left out: {what} '{sanitise(c.name, 48)}' has no known unit of it; "
             f"write {known}"
@@ -316,8 +316,8 @@ def _timed(
     if back > _MAX_BACKWARD:
         message = f"The time column goes back in {back:.0%} of its steps: {instead}."
         return dropped, rate, (message,)
-    if time.unit and time.unit not in units.FACTORS["time"]:
-        return columns, ("columns",), (_no_unit(time, tuple(units.TIME)),)
+    if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
+        return columns, ("columns",), (_no_unit(time, tuple(units.TIME_UNITS)),)
     doubt = _doubtful(ticks, time.unit)
     if time.unit and not doubt:
         return columns, (), _contradicted(setup.rate, ticks, time.unit)
@@ -388,7 +388,7 @@ def first_rows(
 def sensor_places(columns: tuple[Column, ...], sensor: str) -> list[int]:
     """Indices of a sensor's x, y and z columns; empty unless all three are present."""
     where = {c.channel: i for i, c in enumerate(columns) if c.channel}
-    places = [where[channel] for channel in CHANNELS[sensor] if channel in where]
+    places = [where[channel] for channel in SENSOR_CHANNELS[sensor] if channel in where]
     return places if len(places) == 3 else []
 
 

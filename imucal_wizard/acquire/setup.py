@@ -5,7 +5,7 @@ from dataclasses import asdict, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name, quantity_of
+from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_name, quantity_of
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.records import dataclass
@@ -107,13 +107,15 @@ def chosen_setup(
     if twice:
         raise UsageError(f"{', '.join(twice)} is given twice; a channel has one column")
     for sensor in ("accelerometer", "gyroscope", "magnetometer"):
-        missing = [channel for channel in CHANNELS[sensor] if channel not in used]
+        missing = [channel for channel in SENSOR_CHANNELS[sensor] if channel not in used]
         if missing and sensor == "accelerometer":
             raise UsageError(
                 f"the accelerometer lacks {', '.join(missing)}: choose the column of each"
             )
-        if 0 < len(missing) < len(CHANNELS[sensor]):
-            raise UsageError(f"the {sensor} needs all of {', '.join(CHANNELS[sensor])}, or none")
+        if 0 < len(missing) < len(SENSOR_CHANNELS[sensor]):
+            raise UsageError(
+                f"the {sensor} needs all of {', '.join(SENSOR_CHANNELS[sensor])}, or none"
+            )
     asked = {quantity_of(channel) for channel in used} & chosen_units.keys()
     for quantity in chosen_units:
         if quantity in asked and not chosen_units[quantity]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.output import encode_json, note
-from imucal_wizard.core.units import COUNT, FACTORS, STANDARD_GRAVITY
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY, UNIT_FACTORS
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames
 
 _UNITS = (
@@ -91,7 +91,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         "--rate", type=positive, metavar="HZ", help="samples per second, if there is no time column"
     )
     for name, sensor, of in _UNITS:
-        known = ", ".join([*FACTORS[sensor], COUNT])
+        known = ", ".join([*UNIT_FACTORS[sensor], COUNT])
         group.add_argument(f"--{name}-unit", metavar="UNIT", help=f"unit of {of}: {known}")
 
 

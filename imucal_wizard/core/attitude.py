@@ -4,10 +4,10 @@ The rotation vector of the step from one sample to the next (Magnus expansion, t
 
     φ = ∫ w dt + (dt²/12) w₀ × w₁  =  (dt/2) (w₀ + w₁) + (dt²/12) (w₀′ − w₁′) + (dt²/12) w₀ × w₁
 
-with slopes w′ from the parabola through neighbouring samples (the trapezoidal rule alone is of
-second order; the product is the coning that a plain sum of rates leaves out). Steps are joined as
-unit quaternions by a tree of pairs. Arrays over the steps have their components first, (3, n), so
-that each component lies in one piece.
+with slopes w′ from the parabola through neighbouring samples. The trapezoidal rule alone is of
+second order; the cross product is the coning that a sum of rates misses. Steps are joined as unit
+quaternions by a tree of pairs. Arrays over the steps have their components first, (3, n), so that
+each component is contiguous.
 """
 
 from collections.abc import Sequence
@@ -18,28 +18,28 @@ from imucal_wizard.core.quaternions import cross, multiply
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 
-PIECE = 32
-"""Each rotation is filled up with empty steps to a multiple of this, so that pairs are slices."""
+STEPS_PER_PIECE = 32
+"""Each rotation is padded with empty steps to a multiple of this, so that pairs are slices."""
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """n samples of m rotations, and the s steps between them (empty ones fill up each rotation).
+class RotationSamples:
+    """n samples of m rotations, and the s steps between them, padded with empty ones.
 
     Attributes:
         time: s, shape (n,).
-        reading: of the gyroscope, its unit, shape (n, 3).
-        rotation: which rotation a sample belongs to, shape (n,).
-        offsets: first sample of each rotation, and n, shape (m + 1,).
+        reading: reading of the gyroscope in its own unit, shape (n, 3).
+        rotation: rotation to which a sample belongs, shape (n,).
+        offsets: first sample of each rotation, and finally n, shape (m + 1,).
         first: sample at which a step begins, shape (s,).
-        second: sample at which it ends, the same for an empty step, shape (s,).
+        second: sample at which it ends, shape (s,); equal to ``first`` for an empty step.
         dt: duration of each step, s, shape (s,).
-        step_offsets: first step of each rotation, and s, shape (m + 1,).
-        begins: step that begins at each sample, s where none does, shape (n,).
-        ends: step that ends at each sample, s where none does, shape (n,).
+        step_offsets: first step of each rotation, and finally s, shape (m + 1,).
+        begins: step that begins at each sample, s if there is none, shape (n,).
+        ends: step that ends at each sample, s if there is none, shape (n,).
         slope: weights of three samples in the slope of their parabola at each sample, 1/s, shape
-            (3, n): of the sample before, itself and the one after; at the ends of a rotation, of
-            the first or last three.
+            (3, n): the previous sample, itself and the next one; at the ends of a rotation, the
+            first or last three.
     """
 
     time: FloatArray
@@ -54,7 +54,7 @@ class Samples:
     ends: IntArray
     slope: FloatArray
 
-    def turned(self, rate: FloatArray) -> FloatArray:
+    def rotation_vectors(self, rate: FloatArray) -> FloatArray:
         """Rotation vector of each step, rad, shape (3, s), for rates (n, 3) in rad/s."""
         w = np.ascontiguousarray(rate.T)
         slope = np.empty_like(w)
@@ -71,8 +71,8 @@ class Samples:
         twelfth = self.dt * self.dt / 12.0
         return np.asarray(0.5 * self.dt * (w0 + w1) + twelfth * (bent + cross(w0, w1)))
 
-    def spread(self, steps: FloatArray) -> FloatArray:
-        """``Σ steps · w`` as weights of the samples' w, with w half way through each step.
+    def sample_weights(self, steps: FloatArray) -> FloatArray:
+        """``Σ steps · w`` as weights of the samples' w, with w at the middle of each step.
 
         Args:
             steps: a factor of each step, shape (k, s).
@@ -80,36 +80,38 @@ class Samples:
         Returns:
             Shape (k, n).
         """
-        half = np.zeros((len(steps), len(self.dt) + 1))  # the last one is of no step
+        half = np.zeros((len(steps), len(self.dt) + 1))  # the last one stands for no step
         np.multiply(0.5, steps, out=half[:, :-1])
         return np.asarray(half.take(self.begins, axis=1) + half.take(self.ends, axis=1))
 
     def at_middles(self, values: FloatArray) -> FloatArray:
-        """What is known at the samples (n, k), half way through each step, shape (s, k)."""
+        """Values at the samples (n, k), interpolated to the middle of each step, shape (s, k)."""
         return np.asarray(
             0.5 * (values.take(self.first, axis=0) + values.take(self.second, axis=0))
         )
 
     def at_samples(self, before: FloatArray, after: FloatArray) -> FloatArray:
-        """What is known before and after each step (k, s), at the samples, shape (k, n)."""
+        """Values before and after each step (k, s), at the samples, shape (k, n)."""
         out = before.take(self.begins, axis=1, mode="clip")
         out[:, self.offsets[1:] - 1] = after[:, self.step_offsets[1:] - 1]
         return out
 
 
-def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> Samples:
-    """Rotations given by their sample times (k,) and readings (k, 3), k ≥ 3 for each.
+def rotation_samples(
+    times: Sequence[FloatArray], readings: Sequence[FloatArray]
+) -> RotationSamples:
+    """Arrange rotations, given by sample times (k,) and readings (k, 3), k ≥ 3 for each.
 
-    A sample that is not later than the one before it is left out.
+    A sample that is not later than the previous one is dropped.
     """
-    kept = [advancing(time) for time in times]
+    kept = [strictly_later(time) for time in times]
     times = [time[keep] for time, keep in zip(times, kept, strict=True)]
     counts = np.array([len(time) for time in times])
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     firsts, seconds, begins, slopes, steps = [], [], [], [], [0]
     for start, time in zip(offsets[:-1], times, strict=True):
         begin = np.arange(len(time) - 1) + start
-        empty = np.full(-len(begin) % PIECE, start)
+        empty = np.full(-len(begin) % STEPS_PER_PIECE, start)
         firsts.append(np.concatenate([begin, empty]))
         seconds.append(np.concatenate([begin + 1, empty]))
         begins.append(np.arange(len(time)) + steps[-1])
@@ -121,7 +123,7 @@ def lay_samples(times: Sequence[FloatArray], readings: Sequence[FloatArray]) -> 
     beginning = np.concatenate(begins)
     ending = beginning - 1
     beginning[offsets[1:] - 1] = ending[offsets[:-1]] = len(first)
-    return Samples(
+    return RotationSamples(
         time=time,
         reading=np.concatenate([y[keep] for y, keep in zip(readings, kept, strict=True)]),
         rotation=np.repeat(np.arange(len(times)), counts),
@@ -148,7 +150,7 @@ def _slopes(time: FloatArray, nodes: IntArray) -> FloatArray:
     )
 
 
-def advancing(time: FloatArray) -> BoolArray:
+def strictly_later(time: FloatArray) -> BoolArray:
     """Which samples are later than all before them, shape (n,)."""
     return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
 
@@ -156,20 +158,21 @@ def advancing(time: FloatArray) -> BoolArray:
 def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatArray]:
     """Attitude at the beginning and at the end of each step, relative to its rotation's beginning.
 
-    Up the tree by products of pairs, down again with what came before each pair.
+    The tree is built by products of pairs, then traversed down with the product of everything
+    before each pair.
 
     Args:
-        steps: step quaternions, shape (4, n); of each rotation a multiple of ``PIECE``.
-        offsets: first step of each rotation, and n, shape (m + 1,).
+        steps: step quaternions, shape (4, n); each rotation has a multiple of ``STEPS_PER_PIECE``.
+        offsets: first step of each rotation, and finally n, shape (m + 1,).
 
     Returns:
         Two arrays of quaternions, shape (4, n).
     """
     levels = _tree(steps)
-    running = _scan(levels[-1], offsets // PIECE)
+    running = _scan(levels[-1], offsets // STEPS_PER_PIECE)
     before = np.empty_like(running)
     before[:, 1:] = running[:, :-1]
-    before[:, offsets[:-1] // PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    before[:, offsets[:-1] // STEPS_PER_PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
     for level in levels[-2::-1]:
         finer = np.empty_like(level)
         finer[:, 0::2] = before
@@ -182,9 +185,9 @@ def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatAr
 
 
 def _tree(steps: FloatArray) -> list[FloatArray]:
-    """Products of 1, 2, 4 … PIECE neighbouring steps."""
+    """Products of 1, 2, 4 … ``STEPS_PER_PIECE`` neighbouring steps."""
     levels = [steps]
-    for _ in range(PIECE.bit_length() - 1):
+    for _ in range(STEPS_PER_PIECE.bit_length() - 1):
         levels.append(multiply(levels[-1][:, 0::2], levels[-1][:, 1::2]))
     return levels
 

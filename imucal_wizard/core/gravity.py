@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
-from imucal_wizard.core.units import ACCELERATION, COUNT, STANDARD_GRAVITY
+from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, STANDARD_GRAVITY
 
 MAX_UNIT_ERROR = 0.3
 """Bias and scale errors of an uncalibrated sensor, and hand-held pauses, stay within this share of
@@ -34,7 +34,7 @@ def gravity_fits_unit(size: float, unit: str, within: float = MAX_UNIT_ERROR) ->
     """Whether gravity may have this magnitude in a unit, within a relative tolerance."""
     if unit == COUNT:
         return size >= MIN_GRAVITY_COUNTS
-    return abs(size * ACCELERATION[unit] / STANDARD_GRAVITY - 1.0) < within
+    return abs(size * ACCELERATION_UNITS[unit] / STANDARD_GRAVITY - 1.0) < within
 
 
 def unit_of_gravity(size: float, within: float = MAX_UNIT_ERROR) -> str | None:

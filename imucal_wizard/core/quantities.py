@@ -32,7 +32,7 @@ _SIGNS = {
     "deg": "°",
     "1": "",
 }
-UNKNOWN = "not known"
+UNKNOWN_TEXT = "not known"
 """Text for a quantity without a value."""
 
 
@@ -107,7 +107,7 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
         digits: significant digits.
     """
     if value is None or not math.isfinite(value):
-        return UNKNOWN
+        return UNKNOWN_TEXT
     factor, sign = readable(unit)
     return with_unit(number(value * factor, digits), sign)
 

@@ -91,6 +91,14 @@ class Readings:
     def __len__(self) -> int:
         return len(self.accelerometer)
 
+    def inertial_part(self, first: int, past: int) -> "Readings":
+        """Accelerometer and gyroscope samples with indices from ``first`` to before ``past``."""
+        gyroscope = self.gyroscope
+        return Readings(
+            self.accelerometer.part(first, past),
+            None if gyroscope is None else gyroscope.part(first, past),
+        )
+
 
 def join_series(parts: Sequence[Series | None]) -> Series | None:
     """Consecutive pieces of one sensor's samples as one series; None if no piece has samples."""

@@ -10,24 +10,24 @@ STANDARD_GRAVITY = 9.80665
 COUNT = "count"
 """Unit of a reading whose scale is unknown before the fit."""
 
-ACCELERATION: dict[str, float] = {
+ACCELERATION_UNITS: dict[str, float] = {
     "m/s^2": 1.0,
     "g": STANDARD_GRAVITY,
     "mg": STANDARD_GRAVITY / 1000.0,
     "cm/s^2": 0.01,
 }
-RATE: dict[str, float] = {
+RATE_UNITS: dict[str, float] = {
     "rad/s": 1.0,
     "mrad/s": 1e-3,
     "deg/s": math.pi / 180.0,
     "mdeg/s": math.pi / 180_000.0,
     "rpm": math.pi / 30.0,
 }
-FIELD: dict[str, float] = {"uT": 1.0, "nT": 1e-3, "mT": 1e3, "G": 100.0, "mG": 0.1}
-TIME: dict[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-TEMPERATURE: dict[str, float] = {"degC": 1.0}
-CURRENT: dict[str, float] = {"A": 1.0, "mA": 1e-3}
-THROTTLE: dict[str, float] = {"%": 1.0}
+FIELD_UNITS: dict[str, float] = {"uT": 1.0, "nT": 1e-3, "mT": 1e3, "G": 100.0, "mG": 0.1}
+TIME_UNITS: dict[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TEMPERATURE_UNITS: dict[str, float] = {"degC": 1.0}
+CURRENT_UNITS: dict[str, float] = {"A": 1.0, "mA": 1e-3}
+THROTTLE_UNITS: dict[str, float] = {"%": 1.0}
 
 SI_UNIT: dict[str, str] = {
     "accelerometer": "m/s^2",
@@ -40,14 +40,14 @@ SI_UNIT: dict[str, str] = {
 }
 """The unit in which the program stores each quantity (flux density in µT)."""
 
-FACTORS: dict[str, dict[str, float]] = {
-    "accelerometer": ACCELERATION,
-    "gyroscope": RATE,
-    "magnetometer": FIELD,
-    "temperature": TEMPERATURE,
-    "current": CURRENT,
-    "throttle": THROTTLE,
-    "time": TIME,
+UNIT_FACTORS: dict[str, dict[str, float]] = {
+    "accelerometer": ACCELERATION_UNITS,
+    "gyroscope": RATE_UNITS,
+    "magnetometer": FIELD_UNITS,
+    "temperature": TEMPERATURE_UNITS,
+    "current": CURRENT_UNITS,
+    "throttle": THROTTLE_UNITS,
+    "time": TIME_UNITS,
 }
 
 _SPELLINGS: dict[str, str] = {
@@ -103,7 +103,7 @@ _OF_GRAVITY = {"G": "g", "mG": "mg"}
 def canonical_unit(word: str) -> str:
     """The unit in this program's spelling; an unknown word is returned unchanged."""
     word = word.strip()
-    known = {COUNT, *(unit for table in FACTORS.values() for unit in table)}
+    known = {COUNT, *(unit for table in UNIT_FACTORS.values() for unit in table)}
     if word in known:
         return word
     plain = word.translate(_SIGNS).lower()
@@ -129,9 +129,9 @@ def unit_factor(sensor: str, unit: str) -> float:
     if unit == COUNT and sensor in ("accelerometer", "gyroscope", "magnetometer"):
         return 1.0
     try:
-        return FACTORS[sensor][unit]
+        return UNIT_FACTORS[sensor][unit]
     except KeyError:
-        allowed = ", ".join([*FACTORS[sensor], COUNT])
+        allowed = ", ".join([*UNIT_FACTORS[sensor], COUNT])
         raise UsageError(f"{unit!r} is not a unit of the {sensor}; give one of {allowed}") from None
 
 

@@ -5,10 +5,11 @@ Rotations about the vertical, which the fit by gravity leaves out, count here.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
-from imucal_wizard.core.attitude import advancing, attitudes, lay_samples
+from imucal_wizard.core.attitude import attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
@@ -146,7 +147,7 @@ def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Se
 
 def _segment(before: int, after: int, part: Series, interval: float) -> Segment | None:
     """A motion whose samples are all there and that does not last too long."""
-    later = advancing(part.time)
+    later = strictly_later(part.time)
     time, rate = part.time[later], part.values[later]
     whole = len(time) > MIN_SAMPLES and bool(
         (np.diff(time) <= MAX_SAMPLE_INTERVALS * interval).all()
@@ -162,9 +163,9 @@ def passages(
     """The turns with attitude and field, for the comparison of the clocks."""
     out = []
     for turn in turns:
-        samples = lay_samples([turn.time], [turn.rate])
+        samples = rotation_samples([turn.time], [turn.rate])
         rate = (samples.reading - gyroscope.bias) @ gyroscope.matrix.T
-        phi = samples.turned(rate)
+        phi = samples.rotation_vectors(rate)
         whole = samples.at_samples(*attitudes(quaternions(phi), samples.step_offsets))
         if np.abs(phi).sum() < SMALLEST_ROTATION:
             continue
@@ -228,10 +229,10 @@ def with_gyroscope(
     if len(turns) < MIN_SEGMENTS:
         note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
         return replace(stage, notes=(*stage.notes, note)), fit_before
-    known_fit = fit_before.experiment
     try:
-        if not isinstance(known_fit, GyroscopeExperiment):
+        if fit_before.experiment is None:
             raise DataError("the gyroscope has no rotations to close by both references")
+        known_fit = cast("GyroscopeExperiment", fit_before.experiment)
         rotations = _with_unseen(known_fit.rotations, turns, len(report.rotations))
         source = _heading_rows(known_fit, rotations, turns, known, doubts)
         both = known_fit.with_rows(rotations, [source], tuple(range(12)))
@@ -276,7 +277,7 @@ def _heading_rows(
     before, after = (
         np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
     )
-    samples = lay_samples([turn.time for turn in turns], [turn.rate for turn in turns])
+    samples = rotation_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
         known.holds,

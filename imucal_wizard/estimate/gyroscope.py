@@ -12,14 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.attitude import Samples, advancing, lay_samples
+from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
-from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate, rest_of
@@ -80,7 +80,7 @@ class RotationSet:
             alike, reading units², shape (3,).
     """
 
-    samples: Samples
+    samples: RotationSamples
     usable: IntArray
     before: IntArray
     after: IntArray
@@ -119,7 +119,7 @@ class RotationSet:
         before, after = np.array(ends, np.int64).T
         return replace(
             self,
-            samples=lay_samples(
+            samples=rotation_samples(
                 [*(own.time[part] for part in parts), *times],
                 [*(own.reading[part] for part in parts), *readings],
             ),
@@ -138,7 +138,7 @@ def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
 def _problem(rotation: Rotation) -> str | None:
     if (
         len(rotation.time) < MIN_ROTATION_SAMPLES
-        or advancing(rotation.time).sum() < MIN_ROTATION_SAMPLES
+        or strictly_later(rotation.time).sum() < MIN_ROTATION_SAMPLES
     ):
         return "no gyroscope samples in it"
     if not (np.abs(rotation.rate) < MAX_READING).all() or not np.isfinite(rotation.time).all():
@@ -168,9 +168,11 @@ def rotation_set(
         raise DataError("no usable rotation between two holds")
     table = np.array(found, np.int64)
     turned = [rotations[i] for i in table[:, 0]]
-    samples = lay_samples([one.time for one in turned], [one.rate for one in turned])
+    samples = rotation_samples([one.time for one in turned], [one.rate for one in turned])
     forces = [
-        one.accelerometer[advancing(one.time)] for one in turned if one.accelerometer is not None
+        one.accelerometer[strictly_later(one.time)]
+        for one in turned
+        if one.accelerometer is not None
     ]
     up = None
     if len(forces) == len(turned):
@@ -327,6 +329,17 @@ class GyroscopeExperiment(Experiment):
         more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more)
+
+    def beside(self, found: SensorFit) -> Beside:
+        """See ``Experiment``."""
+        table, read = found.rows, self.rest.reading
+        assert table is not None, "only a fit of these rows is shown"  # noqa: S101 (narrows)
+        left = table.residual[: read.size].reshape(-1, 3)
+        if self.unit == COUNT:
+            offset = found.bias if "bias" in found.base else read.mean(axis=0)
+            read = (read - offset) * float(np.cbrt(abs(np.linalg.det(found.matrix))))
+        rows = np.arange(0, read.size, 3)
+        return Beside("read at rest", "rad/s", read, read - left, self.rest, rows)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.attitude import advancing
+from imucal_wizard.core.attitude import strictly_later
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -156,7 +156,7 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
     density = hold_noise(holds).gyroscope_density
     if not usable or density is None:
         return ()
-    steps = np.concatenate([np.diff(one.time[advancing(one.time)]) for one in usable])
+    steps = np.concatenate([np.diff(one.time[strictly_later(one.time)]) for one in usable])
     spread = np.concatenate([one.rate for one in usable]).std(axis=0)
     noise = np.sqrt(density / median(steps))
     still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())

@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from imucal_wizard.core.attitude import Samples, attitudes
+from imucal_wizard.core.attitude import RotationSamples, attitudes
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import carried_back, quaternions
 from imucal_wizard.core.readings import FloatArray, IntArray, distinct
@@ -22,7 +22,7 @@ PIECE_SECONDS = 0.5
 
 
 def start_matrix(
-    samples: Samples,
+    samples: RotationSamples,
     before: FloatArray,
     after: FloatArray,
     up: FloatArray | None,
@@ -100,7 +100,11 @@ def _straightened(aided: FloatArray) -> list[FloatArray]:
 
 
 def aided_start(
-    samples: Samples, before: FloatArray, after: FloatArray, up: FloatArray, bias: FloatArray
+    samples: RotationSamples,
+    before: FloatArray,
+    after: FloatArray,
+    up: FloatArray,
+    bias: FloatArray,
 ) -> FloatArray:
     """M from the accelerometer's direction during the rotations, rad/s per reading, shape (3, 3).
 
@@ -140,10 +144,14 @@ def _pieces(
 
 
 def misfit(
-    samples: Samples, before: FloatArray, up: FloatArray, matrix: FloatArray, bias: FloatArray
+    samples: RotationSamples,
+    before: FloatArray,
+    up: FloatArray,
+    matrix: FloatArray,
+    bias: FloatArray,
 ) -> float:
     """Mean square distance of carried up from the accelerometer's, all along the rotations."""
-    turned = samples.turned((samples.reading - bias) @ matrix.T)
+    turned = samples.rotation_vectors((samples.reading - bias) @ matrix.T)
     first, last = attitudes(quaternions(turned), samples.step_offsets)
     carried = carried_back(samples.at_samples(first, last), before[samples.rotation].T)
     return float(((carried - up.T) ** 2).sum(axis=0).mean())

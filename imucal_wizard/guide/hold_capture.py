@@ -197,7 +197,10 @@ class MotionBuffer:
         # The gap flag of the first block concerns the time before it.
         broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
         missing = broken or not bool(np.isfinite(rate).all())
-        motion.problem = fault_of(motion, self._context.gyroscope_range, missing=missing)
+        context = self._context
+        motion.problem = fault_of(
+            motion, context.gyroscope_range, context.units.gyroscope, missing=missing
+        )
         return motion
 
     def _between(self, before: KeptHold, after: KeptHold) -> list[Block]:

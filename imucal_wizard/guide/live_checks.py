@@ -48,11 +48,13 @@ def integrated(motion: KeptRotation) -> FloatArray:
     return integrated_rate(motion.time, motion.rate - resting_rate(motion))
 
 
-def fault_of(motion: KeptRotation, full_scale: float | None, *, missing: bool) -> str | None:
+def fault_of(
+    motion: KeptRotation, full_scale: float | None, unit: str, *, missing: bool
+) -> str | None:
     """The fault of the samples of a motion: a gap or clipping; None for none."""
     if missing:
         return "samples are missing in it: turn again"
-    axis = clipped_axis(motion.rate, resting_rate(motion), full_scale)
+    axis = clipped_axis(motion.rate, resting_rate(motion), full_scale, unit)
     return None if axis is None else f"{axis} was clipped at the end of its range: turn slower"
 
 

@@ -147,7 +147,7 @@ class BlockCutter:
         self._keep_temperatures(readings.temperature)
         count = len(whole) // self.size
         used = count * self.size
-        self._rest = _rows(whole, used, len(whole)) if used < len(whole) else None
+        self._rest = whole.inertial_part(used, len(whole)) if used < len(whole) else None
         blocks = self._blocks(whole, count)
         if count:
             self._last_time = float(whole.accelerometer.time[used - 1])
@@ -207,15 +207,6 @@ class BlockCutter:
 
 def _pieces(series: Series, count: int, size: int) -> FloatArray:
     return series.values[: count * size].reshape(count, size, series.values.shape[1])
-
-
-def _rows(readings: Readings, first: int, last: int) -> Readings:
-    """Rows of accelerometer and gyroscope by index."""
-    gyroscope = readings.gyroscope
-    return Readings(
-        readings.accelerometer.part(first, last),
-        None if gyroscope is None else gyroscope.part(first, last),
-    )
 
 
 def resample_gyroscope(readings: Readings) -> Readings:

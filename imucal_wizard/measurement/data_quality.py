@@ -53,7 +53,7 @@ from imucal_wizard.core.limits.data_quality import (
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.statistics import median, sample_quantile
-from imucal_wizard.core.units import ACCELERATION, COUNT, RATE, STANDARD_GRAVITY
+from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
 
@@ -65,19 +65,19 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
     """All warnings about a whole recording."""
     if len(readings) < MIN_CHECKED_SAMPLES:
         return (f"there are only {len(readings)} samples",)
-    sensors = _sensors(readings)
-    found = [wrong_gravity(readings), missing_samples(readings.accelerometer.time)]
+    sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
+    found = [check(readings) for check in READINGS_CHECKS]
+    found += [missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
-    found += [repeated_samples(readings), zero_rate(readings)]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
     found += [clipped_range(sensor, series) for sensor, series in sensors]
     return tuple(dict.fromkeys(text for text in found if text))
 
 
-def _sensors(readings: Readings) -> list[tuple[str, Series]]:
-    """The sensors with enough samples for a check."""
+def inertial_sensors(readings: Readings) -> list[tuple[str, Series]]:
+    """The inertial sensors of a recording by name."""
     both = (("accelerometer", readings.accelerometer), ("gyroscope", readings.gyroscope))
-    return [(n, s) for n, s in both if s is not None and len(s) >= MIN_CHECKED_SAMPLES]
+    return [(name, series) for name, series in both if series is not None]
 
 
 def repeated_samples(readings: Readings) -> str:
@@ -237,14 +237,18 @@ def _feels_gravity(series: Series | None) -> bool:
         return False
     sizes = np.linalg.norm(series.values, axis=1)
     size = median(sizes)
-    near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE.values())
+    near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE_UNITS.values())
     return near and float(np.std(sizes)) < 0.05 * size
+
+
+READINGS_CHECKS = (wrong_gravity, frozen_values, repeated_samples, zero_rate)
+"""Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 
 def _unit_taken_for_another(size: float) -> str:
     """The confusion of units that explains the magnitude of gravity, in words, or ""."""
     for taken in UNITS_BY_SIZE:
-        unit = unit_of_gravity(size / ACCELERATION[taken], 0.1)
+        unit = unit_of_gravity(size / ACCELERATION_UNITS[taken], 0.1)
         if unit not in (None, taken):
             return f"{unit} taken for {taken}"
     return ""
@@ -290,21 +294,27 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def clipped_axis(rate: FloatArray, rest: FloatArray, full_scale: float | None) -> str | None:
+def clipped_axis(
+    rate: FloatArray, rest: FloatArray, full_scale: float | None, unit: str
+) -> str | None:
     """The axis that was clipped during a rotation, or None.
 
     Args:
         rate: readings, shape (n, 3).
         rest: the reading at rest, shape (3,).
         full_scale: full scale of the gyroscope in the reading's unit, or None.
+        unit: unit of the readings; a plateau within the smallest common range is not clipping.
     """
-    for index, axis in enumerate(AXES):
-        largest = np.abs(rate[:, index]).max(initial=0.0)
-        if full_scale is not None and largest >= MIN_FULL_SCALE_SHARE * full_scale:
+    for index, axis in enumerate(AXES if len(rate) else ""):
+        column = rate[:, index]
+        if full_scale is not None and np.abs(column).max() >= MIN_FULL_SCALE_SHARE * full_scale:
             return axis
-        turned = rate[:, index] - rest[index]
-        for signed in (turned, -turned):
-            if len(signed) and float(signed.max()) > 0.0 and _flat_top(signed):
+        if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
+            continue
+        turned = column - rest[index]
+        for signed, end in ((turned, column.max()), (-turned, column.min())):
+            within = unit != COUNT and abs(end) < MIN_RATE_RANGE
+            if not within and float(signed.max()) > 0.0 and _flat_top(signed):
                 return axis
     return None
 

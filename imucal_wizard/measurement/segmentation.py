@@ -168,5 +168,5 @@ def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
         return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
-    axis = clipped_axis(part.values, rest, None)
+    axis = clipped_axis(part.values, rest, None, part.unit)
     return None if axis is None else f"axis {axis} is clipped at its range: turn more slowly"

@@ -339,17 +339,9 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:
-    gyroscope = readings.gyroscope
     for first in range(0, len(readings), SAMPLES_PER_SLAB):
-        part = slice(first, first + SAMPLES_PER_SLAB)
-        a = readings.accelerometer
-        yield Readings(
-            Series(a.time[part], a.values[part], a.unit),
-            None
-            if gyroscope is None
-            else Series(gyroscope.time[part], gyroscope.values[part], gyroscope.unit),
-            temperature=readings.temperature if first == 0 else None,
-        )
+        part = readings.inertial_part(first, first + SAMPLES_PER_SLAB)
+        yield replace(part, temperature=readings.temperature if first == 0 else None)
 
 
 def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION, RATE, STANDARD_GRAVITY
+from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS, STANDARD_GRAVITY
 
 
 @dataclass(frozen=True)
@@ -251,11 +251,11 @@ class Effect(ABC):
         return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)
 
 
-MILLI_G = ACCELERATION["mg"]
-DEGREE = RATE["deg/s"]
+MILLI_G = ACCELERATION_UNITS["mg"]
+DEGREE = RATE_UNITS["deg/s"]
 PPM = 1e-6
 AXES = "xyz"
-DATA_SHEET_UNIT = {ACCELEROMETER: ACCELERATION["g"], GYROSCOPE: DEGREE, MAGNETOMETER: 1.0}
+DATA_SHEET_UNIT = {ACCELEROMETER: ACCELERATION_UNITS["g"], GYROSCOPE: DEGREE, MAGNETOMETER: 1.0}
 """SI (or µT) per g, °/s, µT: the units in which data sheets quote effects."""
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -90,7 +90,7 @@ _AGAINST: Mapping[str, Against] = {
 def variables_of(c: Circumstances) -> dict[str, Value]:
     """What a formula may depend on, in data sheet units, each of shape (n,)."""
     force, rate = sensed(ACCELEROMETER, c), sensed(GYROSCOPE, c)
-    before = np.nan_to_num(c.previous, nan=0.0) / ACCELERATION["g"]
+    before = np.nan_to_num(c.previous, nan=0.0) / ACCELERATION_UNITS["g"]
     field = sensed(MAGNETOMETER, c)
     found: dict[str, Value] = {}
     for k, axis in enumerate(AXES):
@@ -99,9 +99,9 @@ def variables_of(c: Circumstances) -> dict[str, Value]:
     return found | {
         "T": warmth(c),
         "t": c.time,
-        "v": np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION["g"] ** 2,
+        "v": np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION_UNITS["g"] ** 2,
         "I": c.current,
-        "g": np.float64(c.gravity / ACCELERATION["g"]),
+        "g": np.float64(c.gravity / ACCELERATION_UNITS["g"]),
     }
 
 

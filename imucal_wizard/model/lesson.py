@@ -18,7 +18,7 @@ import numpy as np
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION, STANDARD_GRAVITY
+from imucal_wizard.core.units import ACCELERATION_UNITS, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
     AXES,
@@ -293,7 +293,7 @@ _INPUTS = {
 
 def abscissa(effect: Effect, sensor: str, c: Circumstances, axis: int) -> tuple[FloatArray, str]:
     """What the residuals of this effect are drawn over, shape (n,), and its label."""
-    letter, g = AXES[axis], ACCELERATION["g"]
+    letter, g = AXES[axis], ACCELERATION_UNITS["g"]
     if effect.against == "temperature":
         return c.temperature, "temperature, °C"
     if effect.against == "time":

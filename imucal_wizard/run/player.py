@@ -15,7 +15,7 @@ from imucal_wizard.measurement.blocks import resample_gyroscope
 from imucal_wizard.measurement.stillness import Noise
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.runner import Runner
-from imucal_wizard.run.session_replay import Pieces, SessionReplay
+from imucal_wizard.run.session_replay import RawPieces, SessionReplay
 from imucal_wizard.sessions import Command
 
 
@@ -117,8 +117,8 @@ class SessionTape:
 
     def rewind(self) -> None:
         """Begin again."""
-        self._steps: Iterator[Pieces | Command] = self._past.steps()
-        self._next: Pieces | Command | None = next(self._steps, None)
+        self._steps: Iterator[RawPieces | Command] = self._past.steps()
+        self._next: RawPieces | Command | None = next(self._steps, None)
         self._position = 0.0
         self._arrival: float | None = None
 
@@ -158,7 +158,7 @@ class SessionTape:
         passed = self._next[-1][1] - self._arrival
         return self._position + min(max(passed, 0.0), MAX_PAUSE_SECONDS)
 
-    def _happen(self, engine: Engine, what: Pieces | Command) -> None:
+    def _happen(self, engine: Engine, what: RawPieces | Command) -> None:
         self._position = self._due()
         if not isinstance(what, Command):
             self._arrival = what[-1][1]

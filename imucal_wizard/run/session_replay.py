@@ -18,7 +18,7 @@ from imucal_wizard.run.journal import SETUP_COMMAND, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.sessions import Command, KeptSession, Session
 
-Pieces = tuple[tuple[bytes, float], ...]
+RawPieces = tuple[tuple[bytes, float], ...]
 """Pieces of bytes with their arrival times, s."""
 REPLAY_PIECE_SECONDS = 0.25
 """Seconds of arrivals that are fed to the engine at once, because each piece has a cost."""
@@ -64,7 +64,7 @@ class SessionReplay:
         source = str(self.about.get("source", ""))
         return Engine(self._known(self._setup), self.settings, source=source)
 
-    def steps(self) -> Iterator[Pieces | Command]:
+    def steps(self) -> Iterator[RawPieces | Command]:
         """The pieces of data, joined, and the commands between them."""
         commands = deque(self.session.commands())
         pieces: list[tuple[bytes, float]] = []
@@ -81,7 +81,7 @@ class SessionReplay:
             yield tuple(pieces)
         yield from commands
 
-    def replay_step(self, engine: Engine, step: Pieces | Command) -> None:
+    def replay_step(self, engine: Engine, step: RawPieces | Command) -> None:
         """Replay one piece of data or one command."""
         if isinstance(step, tuple):
             engine.receive_all(step)

@@ -210,9 +210,9 @@ class Session(KeptSession):
 
     def _set_up(self) -> None:
         self._connection.execute(f"PRAGMA application_id = {session_file.APPLICATION_ID}")
-        self._connection.execute(f"PRAGMA user_version = {session_file.VERSION}")
+        self._connection.execute(f"PRAGMA user_version = {session_file.SESSION_VERSION}")
         self._write_ahead()
-        self._connection.executescript(session_file.SCHEMA)
+        self._connection.executescript(session_file.SESSION_TABLES)
         self._connection.execute("BEGIN IMMEDIATE")
 
     def _begin(self) -> None:

@@ -3,10 +3,10 @@
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 
-AXES = "xyz"
 TILT_SEPARATOR = "~"
 TILT = np.pi / 6.0
 """Tilt of a pose such as ``+z~+x``: the +z face on top, tilted 30° towards +x."""
@@ -39,7 +39,7 @@ class Rotate:
 
 
 @dataclass(frozen=True)
-class Place:
+class PlacePose:
     """Bring a direction on top by the shortest rotation.
 
     Attributes:
@@ -78,7 +78,7 @@ class PassSteel:
     field: tuple[float, float, float] = (9.0, 13.0, -11.0)
 
 
-Action = LieStill | Rotate | Place | Tremble | Shake | PassSteel
+Action = LieStill | Rotate | PlacePose | Tremble | Shake | PassSteel
 
 
 def direction(target: str | tuple[float, float, float] | FloatArray) -> FloatArray:
@@ -101,7 +101,7 @@ def check_action(action: Action) -> None:
         UsageError: there is no such pose or axis.
     """
     match action:
-        case Place(target):
+        case PlacePose(target):
             direction(target)
         case Rotate(axis) if axis not in tuple(AXES):
             raise UsageError(f"{axis!r} is not an axis; turn about x, y or z")

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.instruction import Instruction, RotationRequest
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.simulate.actions import AXES, Action, Place, Rotate, Shake, direction
+from imucal_wizard.simulate.actions import Action, PlacePose, Rotate, Shake, direction
 from imucal_wizard.simulate.scripts import (
     CIRCLE_SPEED_DEG,
     LARGEST_TILT_DEG,
@@ -68,7 +69,7 @@ class Follower:
             return ()
         self._placed += request != self._request
         self._request = request
-        return [*self._support(asked.step), Place(pose)]
+        return [*self._support(asked.step), PlacePose(pose)]
 
     def _support(self, step: str) -> Sequence[Action]:
         """The support of the device."""
@@ -87,7 +88,7 @@ class Follower:
         tilted = np.degrees(np.arccos(np.clip(-down @ up, -1.0, 1.0)))
         if tilted > START_ERROR_DEG:
             self._request = None
-            return [Place((-down[0], -down[1], -down[2]), error=0.7)]
+            return [PlacePose((-down[0], -down[1], -down[2]), error=0.7)]
         if rested < (FACE_SECONDS if request != self._request else MAX_TURN_WAIT_SECONDS):
             return ()
         self._request = request
@@ -102,7 +103,7 @@ class Follower:
         level = abs(np.degrees(np.arcsin(np.clip(up[axis], -1.0, 1.0)))) < START_ERROR_DEG
         if rotation.axis != self._axis or not level:
             self._axis, self._turns, self._request = rotation.axis, 0, None
-            return [*self._support("rotations"), Place(rotation.start_pose, error=0.7)]
+            return [*self._support("rotations"), PlacePose(rotation.start_pose, error=0.7)]
         counted = request != self._request
         ready = (
             asked.held >= asked.needed if counted else rested > asked.needed + MAX_TURN_WAIT_SECONDS

@@ -19,7 +19,7 @@ from imucal_wizard.simulate.actions import (
     Action,
     LieStill,
     PassSteel,
-    Place,
+    PlacePose,
     Rotate,
     Tremble,
     check_action,
@@ -132,7 +132,7 @@ class VirtualHand:
         """
         with self._lock:
             self.following = False
-            self.perform([Place(target)])
+            self.perform([PlacePose(target)])
 
     def tremble(self, on: bool) -> None:
         """Hold the device in the hand, or lay it down."""

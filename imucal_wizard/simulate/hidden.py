@@ -59,7 +59,7 @@ class HiddenTerm:
     """Largest number of letters of the axis."""
 
 
-ACCELEROMETER: dict[str, HiddenTerm] = {
+ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
     "second-order": HiddenTerm(forward.second_order, "mg/g²", MILLI_G),
     "asymmetry": HiddenTerm(forward.asymmetry, "mg/g", MILLI_G),
     "odd-quadratic": HiddenTerm(forward.odd_quadratic, "mg/g²", MILLI_G),
@@ -73,7 +73,7 @@ ACCELEROMETER: dict[str, HiddenTerm] = {
     "hysteresis": HiddenTerm(forward.hysteresis, "mg/g", MILLI_G),
     "vibration-rectification": HiddenTerm(forward.vibration_rectification, "mg/g²", MILLI_G),
 }
-GYROSCOPE: dict[str, HiddenTerm] = {
+GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
     "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),
     "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", _DEGREE, letters=2),
     "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * _DEGREE),
@@ -87,7 +87,7 @@ GYROSCOPE: dict[str, HiddenTerm] = {
     "bias-step": HiddenTerm(forward.bias_step, "°/s", _DEGREE),
     "earth-rate": HiddenTerm(forward.earth_rate, "°/h", _DEGREE / 3600.0),
 }
-MAGNETOMETER: dict[str, HiddenTerm] = {
+MAGNETOMETER_TERMS: dict[str, HiddenTerm] = {
     "misalignment": HiddenTerm(forward.misalignment, "°", _DEGREE),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "µT/°C", 1.0),
     "current": HiddenTerm(forward.current, "µT/A", 1.0),
@@ -95,7 +95,11 @@ MAGNETOMETER: dict[str, HiddenTerm] = {
     "bias-step": HiddenTerm(forward.bias_step, "µT", 1.0),
     "field-gradient": HiddenTerm(forward.field_gradient, "µT/m", 1.0),
 }
-TERMS = {"accelerometer": ACCELEROMETER, "gyroscope": GYROSCOPE, "magnetometer": MAGNETOMETER}
+HIDDEN_TERMS = {
+    "accelerometer": ACCELEROMETER_TERMS,
+    "gyroscope": GYROSCOPE_TERMS,
+    "magnetometer": MAGNETOMETER_TERMS,
+}
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,7 @@ class Hidden:
     @property
     def unit(self) -> str:
         """Unit of the size."""
-        return TERMS[self.sensor][self.term].unit
+        return HIDDEN_TERMS[self.sensor][self.term].unit
 
     @property
     def letters(self) -> str:
@@ -126,7 +130,7 @@ class Hidden:
 
     def error(self, circumstances: forward.TrueCircumstances) -> FloatArray:
         """``ε`` on the three axes, m/s², rad/s or µT, shape (n, 3)."""
-        term = TERMS[self.sensor][self.term]
+        term = HIDDEN_TERMS[self.sensor][self.term]
         value = self.size * term.si * term.equation(circumstances, self.axes)
         if value.ndim == 2:
             return value
@@ -170,20 +174,22 @@ def parse_hidden(text: str) -> Hidden:
         )
     sensor, _, term = parts[0].rpartition("/")
     sensor = sensor or "accelerometer"
-    if sensor not in TERMS:
+    if sensor not in HIDDEN_TERMS:
         raise UsageError(
             f"hidden effect {text!r}: {sensor!r} is not a sensor; write gyroscope/TERM"
         )
-    if term not in TERMS[sensor]:
+    if term not in HIDDEN_TERMS[sensor]:
         raise UsageError(f"hidden effect {text!r}: {_unknown(sensor, term)}")
-    return Hidden(sensor, term, _size(text, parts[1]), _axes(text, parts[2], TERMS[sensor][term]))
+    return Hidden(
+        sensor, term, _size(text, parts[1]), _axes(text, parts[2], HIDDEN_TERMS[sensor][term])
+    )
 
 
 def _unknown(sensor: str, term: str) -> str:
-    others = [name for name, table in TERMS.items() if term in table]
+    others = [name for name, table in HIDDEN_TERMS.items() if term in table]
     if len(others) == 1 and others != ["accelerometer"]:
         return f"{term} is an effect of the {others[0]}; write {others[0]}/{term}"
-    return f"the {sensor} has no effect {term!r}; it has {', '.join(TERMS[sensor])}"
+    return f"the {sensor} has no effect {term!r}; it has {', '.join(HIDDEN_TERMS[sensor])}"
 
 
 def _size(text: str, word: str) -> float:

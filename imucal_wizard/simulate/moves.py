@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.actions import (
-    AXES,
     Action,
     LieStill,
     PassSteel,
-    Place,
+    PlacePose,
     Rotate,
     Shake,
     Tremble,
@@ -117,7 +117,7 @@ class Mover:
             case Rotate(axis, degrees, fastest, error):
                 turn = np.radians(degrees) * np.eye(3)[AXES.index(axis)]
                 return self._move(turn, fastest, error)
-            case Place(target, error, fastest):
+            case PlacePose(target, error, fastest):
                 turn = attitude.shortest_rotation(self.up, direction(target))
                 return self._move(turn, fastest, error)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Shake
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Shake
 from imucal_wizard.simulate.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.noise import RandomStream, generator
@@ -40,7 +40,7 @@ def recording_script(
     yield LieStill(FIRST_REST_SECONDS)
     for index, name in enumerate(pose_names(poses, rng)):
         yield Shake(RECORDING_SHAKE_RMS if shaken and index % SHAKEN_EVERY == 2 else 0.0)
-        yield Place(name)
+        yield PlacePose(name)
         yield LieStill(hold)
     yield Shake(0.0)
     if rotations:

@@ -13,7 +13,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate.forward import STEP_TIME, TrueCircumstances
 from imucal_wizard.simulate.hand import VirtualHand
-from imucal_wizard.simulate.hidden import TERMS, Hidden, parse_hidden
+from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden, parse_hidden
 from imucal_wizard.simulate.magnetometer import VirtualMagnetometer
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, SensorNoise, generator
@@ -123,7 +123,7 @@ class VirtualStream:
         noise = self._noise.take(n)
         temperature = self._sensor.thermal.at(motion.time)
         current = None if self._load is None else self._load.at(motion.time)
-        error = {name: np.zeros((len(motion.time), 3)) for name in TERMS}
+        error = {name: np.zeros((len(motion.time), 3)) for name in HIDDEN_TERMS}
         for effect in self._hidden:
             where = self._circumstances(motion, temperature, effect.sensor, current)
             error[effect.sensor] += effect.error(where)

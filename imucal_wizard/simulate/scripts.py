@@ -6,13 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.simulate.actions import AXES, Action, LieStill, Place, Rotate
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 
-FACES: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
-EDGES = tuple(
+FACE_NAMES: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
+EDGE_NAMES = tuple(
     f"{p}{a}{q}{b}" for a, b in itertools.combinations(AXES, 2) for p in "+-" for q in "+-"
 )
-CORNERS = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
+CORNER_NAMES = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
 
 Target = str | tuple[float, float, float]
 """A pose by name, or an up direction in the body frame."""
@@ -36,7 +37,7 @@ def _tilted() -> tuple[Target, ...]:
 
 
 TILTED_POSES = _tilted()
-POSE_SETS = ("6", "8", "18", "26", "26+repeats")
+RECORDING_POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATED_POSES = 12
 SHAKEN_EVERY = 3
 """Interval of poses with a vibrating support, which shows vibration rectification."""
@@ -77,15 +78,15 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
     Raises:
         UsageError: there is no such set.
     """
-    if poses not in POSE_SETS:
-        raise UsageError(f"no poses {poses!r}; choose one of {', '.join(POSE_SETS)}")
-    names: tuple[Target, ...] = FACES
+    if poses not in RECORDING_POSE_SETS:
+        raise UsageError(f"no poses {poses!r}; choose one of {', '.join(RECORDING_POSE_SETS)}")
+    names: tuple[Target, ...] = FACE_NAMES
     if poses == "8":
         names = TILTED_POSES
     elif poses != "6":
-        names = FACES + EDGES
+        names = FACE_NAMES + EDGE_NAMES
     if poses.startswith("26"):
-        names = FACES + EDGES + CORNERS
+        names = FACE_NAMES + EDGE_NAMES + CORNER_NAMES
     order = tuple(names[i] for i in rng.permutation(len(names)))
     return order + order[:REPEATED_POSES] if poses.endswith("repeats") else order
 
@@ -93,14 +94,14 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
 def perform_poses(names: tuple[str, ...], hold: float) -> Iterator[Action]:
     """Place each pose and hold it for ``hold`` seconds."""
     for name in names:
-        yield Place(name)
+        yield PlacePose(name)
         yield LieStill(hold)
 
 
 def perform_rotations(number: int, hold: float) -> Iterator[Action]:
     """``number`` rotations about each body axis between holds: both senses, three speeds."""
     for axis in AXES:
-        yield Place(START_POSE[axis], error=0.7)
+        yield PlacePose(START_POSE[axis], error=0.7)
         yield LieStill(hold)
         tilt = 0.0
         for turn in range(number):
@@ -112,8 +113,8 @@ def perform_rotations(number: int, hold: float) -> Iterator[Action]:
 
 def perform_circles(hold: float) -> Iterator[Action]:
     """A full circle about the vertical on each face, as on a table (N, VI-A)."""
-    for face in FACES:
-        yield Place(face, error=0.7)
+    for face in FACE_NAMES:
+        yield PlacePose(face, error=0.7)
         yield LieStill(hold)
         yield Rotate(face[1], 360.0 if face[0] == "+" else -360.0, CIRCLE_SPEED_DEG, error=3.0)
         yield LieStill(hold)

@@ -10,7 +10,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import builtin_effects
 from imucal_wizard.model.effect import MAGNETOMETER, Effect, EffectParameter
-from imucal_wizard.simulate.hidden import TERMS, Hidden
+from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from imucal_wizard.simulate.sensor import SensorModel, Triad
 
 GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
@@ -18,7 +18,7 @@ GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 EXCLUDED_EFFECTS = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
 """Effects that are not suitable: the support does not vibrate, every gyroscope measures the Earth's
 rate, and every board has some misalignment."""
-SENSORS = ("accelerometer", "gyroscope")
+INERTIAL_SENSORS = ("accelerometer", "gyroscope")
 """Sensors in every recording of an exercise."""
 
 
@@ -37,7 +37,9 @@ class HiddenChoice:
     parameter: EffectParameter
 
 
-def hidden_choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[HiddenChoice]]:
+def hidden_choices(
+    grade: str, sensors: Sequence[str] = INERTIAL_SENSORS
+) -> list[list[HiddenChoice]]:
     """The effects that may be hidden in these sensors, each with its parameters.
 
     Raises:
@@ -48,7 +50,7 @@ def hidden_choices(grade: str, sensors: Sequence[str] = SENSORS) -> list[list[Hi
     found = []
     for effect in builtin_effects():
         for sensor in (one for one in effect.sensors if one in sensors):
-            known = effect.name in TERMS[sensor] and effect.name not in EXCLUDED_EFFECTS
+            known = effect.name in HIDDEN_TERMS[sensor] and effect.name not in EXCLUDED_EFFECTS
             parameters = effect.parameters(sensor) if known else ()
             own = [HiddenChoice(sensor, effect, one) for one in parameters if grade in one.grades]
             found += [own] if own else []
@@ -62,10 +64,12 @@ def random_generator(number: int | None = None) -> np.random.Generator:
 
 def exercise_sensors(*, magnetometer: bool) -> tuple[str, ...]:
     """Sensors of a device in which an effect may be hidden."""
-    return (*SENSORS, MAGNETOMETER) if magnetometer else SENSORS
+    return (*INERTIAL_SENSORS, MAGNETOMETER) if magnetometer else INERTIAL_SENSORS
 
 
-def draw_effect(rng: np.random.Generator, grade: str, sensors: Sequence[str] = SENSORS) -> Hidden:
+def draw_effect(
+    rng: np.random.Generator, grade: str, sensors: Sequence[str] = INERTIAL_SENSORS
+) -> Hidden:
     """A random effect: first all effects are equally likely, then all axes and both signs.
 
     The size is log-uniform in the upper half of the range of sensors of this grade. In the lower

@@ -7,12 +7,12 @@ from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.simulate.hidden import TERMS, Hidden
+from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
 from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
 
-SCHEMA = "imucal-wizard/mystery/1"
+MYSTERY_SCHEMA = "imucal-wizard/mystery/1"
 NOTE = "sealed against a glance, not against an attacker; imucal-wizard simulate opens it"
 
 
@@ -105,7 +105,7 @@ def reveal(answer: Path, key: str) -> Hidden:
     try:
         found = json.loads(answer.read_bytes())
         sealed = Sealed(*(bytes.fromhex(found[name]) for name in ("salt", "digest", "sealed")))
-        known = found["schema"] == SCHEMA
+        known = found["schema"] == MYSTERY_SCHEMA
     except OSError as error:
         raise RecordingError(f"{answer} cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -118,7 +118,7 @@ def reveal(answer: Path, key: str) -> Hidden:
 def truth_in_words(truth: Hidden) -> str:
     """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
-    unit = TERMS[truth.sensor][truth.term].unit
+    unit = HIDDEN_TERMS[truth.sensor][truth.term].unit
     times = "× " if unit[:1].isdigit() else ""
     return f"{prefix}{truth.term} on {truth.letters}, {truth.size:g} {times}{unit}"
 
@@ -145,7 +145,7 @@ def _hidden(found: dict[str, Any]) -> Hidden:
 
 def _document(recording: str, grade: str, sealed: Sealed) -> dict[str, str]:
     return {
-        "schema": SCHEMA,
+        "schema": MYSTERY_SCHEMA,
         "note": NOTE,
         "recording": recording,
         "grade": grade,

@@ -5,7 +5,7 @@ from enum import StrEnum
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.simulate.hidden import TERMS, Hidden
+from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 
 
 class Outcome(StrEnum):
@@ -42,8 +42,8 @@ def parse_guess(text: str) -> Guess:
     sensor = sensor or "accelerometer"
     if not name:
         raise UsageError(f"the guess {text!r} is not like second-order:x: write TERM:AXIS")
-    if sensor not in TERMS or term not in TERMS[sensor]:
-        there = ", ".join(TERMS.get(sensor, TERMS))
+    if sensor not in HIDDEN_TERMS or term not in HIDDEN_TERMS[sensor]:
+        there = ", ".join(HIDDEN_TERMS.get(sensor, HIDDEN_TERMS))
         raise UsageError(f"the guess {text!r}: there is no {name}; there is {there}")
     if not axes or not set(axes) <= set("xyz"):
         raise UsageError(f"the guess {text!r}: the axis is x, y or z, or xy if y acts on x")

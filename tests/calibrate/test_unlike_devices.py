@@ -12,8 +12,8 @@ from imucal_wizard.estimate.gauge import triangular
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate import SensorModel, VirtualHand
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
-from imucal_wizard.simulate.scripts import EDGES, FACES, START_POSE, next_angle
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
+from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
 from tests.calibrate.sessions import recorded, session, true
 
 DEGREE = np.pi / 180.0
@@ -83,10 +83,10 @@ def _recording(
     """A sensor without bias instability, whose noise is white and nothing else."""
     hand = VirtualHand(rate, 0)
     actions: list[Action] = [LieStill(10.0)]
-    for name in (FACES + EDGES)[:directions]:
-        actions += [Place(name), LieStill(3.5)]
+    for name in (FACE_NAMES + EDGE_NAMES)[:directions]:
+        actions += [PlacePose(name), LieStill(3.5)]
     for axis, pose in START_POSE.items():
-        actions += [Place(pose), LieStill(3.5)]
+        actions += [PlacePose(pose), LieStill(3.5)]
         tilt = 0.0
         for index in range(turns):
             angle = next_angle(index, tilt)

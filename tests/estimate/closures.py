@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.attitude import lay_samples
+from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.field_closure import FieldClosure, HeadingRows
@@ -22,7 +22,7 @@ def closures(
     after: FloatArray,
 ) -> GravityClosure:
     """Rotations with the true direction before and after each, shape (m, 3)."""
-    samples, count = lay_samples(times, readings), len(before)
+    samples, count = rotation_samples(times, readings), len(before)
     unknown = np.full((len(samples.time), 3), np.nan)
     zeros = np.zeros(len(samples.time))
     motion = Circumstances(unknown, unknown, zeros, samples.time, unknown, zeros)

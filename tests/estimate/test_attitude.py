@@ -8,14 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation as Attitude
 
-from imucal_wizard.core.attitude import PIECE, Samples, advancing, attitudes, lay_samples
+from imucal_wizard.core.attitude import (
+    STEPS_PER_PIECE,
+    RotationSamples,
+    attitudes,
+    rotation_samples,
+    strictly_later,
+)
 from imucal_wizard.core.quaternions import matrices, multiply, quaternions
 from imucal_wizard.core.readings import FloatArray
 
 
-def _integrated(samples: Samples) -> Attitude:
+def _integrated(samples: RotationSamples) -> Attitude:
     """Attitude at the end of the first rotation, readings being rates."""
-    _, q = attitudes(quaternions(samples.turned(samples.reading)), samples.step_offsets)
+    _, q = attitudes(quaternions(samples.rotation_vectors(samples.reading)), samples.step_offsets)
     return Attitude.from_quat(q[[1, 2, 3, 0], samples.step_offsets[1] - 1])
 
 
@@ -46,7 +52,7 @@ def _coning(time: FloatArray) -> tuple[FloatArray, Attitude]:
 def _coning_error(count: int) -> float:
     time = np.linspace(0.0, 2.0, count + 1)
     rate, truth = _coning(time)
-    return float((_integrated(lay_samples([time], [rate])).inv() * truth).magnitude())
+    return float((_integrated(rotation_samples([time], [rate])).inv() * truth).magnitude())
 
 
 def test_coning_is_integrated_to_fourth_order() -> None:
@@ -66,7 +72,7 @@ def test_a_constant_rate_is_integrated_exactly() -> None:
     time = np.sort(rng.uniform(0.0, 3.0, 50))
     time[[0, -1]] = 0.0, 3.0
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
-    found = _integrated(lay_samples([time], [np.tile(axis, (50, 1))]))
+    found = _integrated(rotation_samples([time], [np.tile(axis, (50, 1))]))
     assert np.allclose(found.as_rotvec(), Attitude.from_rotvec(3.0 * axis).as_rotvec(), atol=1e-14)
 
 
@@ -75,18 +81,18 @@ def test_uneven_intervals_cost_little() -> None:
     time = np.linspace(0.0, 2.0, 201)
     rate, truth = _coning(time)
     keep = np.delete(np.arange(201), [80, 81, 150])
-    found = _integrated(lay_samples([time[keep]], [rate[keep]]))
+    found = _integrated(rotation_samples([time[keep]], [rate[keep]]))
     assert (found.inv() * truth).magnitude() < 3e-5
 
 
 def test_repeated_and_late_samples_are_left_out() -> None:
     """A time that stands still or goes back adds nothing."""
     time = np.array([0.0, 0.01, 0.01, 0.02, 0.015, 0.03])
-    assert advancing(time).tolist() == [True, True, False, True, False, True]
+    assert strictly_later(time).tolist() == [True, True, False, True, False, True]
     rate = np.ones((6, 3))
-    samples = lay_samples([time], [rate])
+    samples = rotation_samples([time], [rate])
     assert samples.dt.sum() == pytest.approx(0.03)
-    assert np.isfinite(samples.turned(samples.reading)).all()
+    assert np.isfinite(samples.rotation_vectors(samples.reading)).all()
 
 
 def _quaternions(count: int, seed: int) -> FloatArray:
@@ -99,7 +105,7 @@ def _quaternions(count: int, seed: int) -> FloatArray:
 )
 def test_joining_by_pairs_is_joining_one_by_one(pieces: list[int], seed: int) -> None:
     """Attitude before and after every step, equal a plain loop over the steps."""
-    offsets = np.concatenate([[0], np.cumsum(pieces)]).astype(np.int64) * PIECE
+    offsets = np.concatenate([[0], np.cumsum(pieces)]).astype(np.int64) * STEPS_PER_PIECE
     steps = _quaternions(int(offsets[-1]), seed)
     before, after = attitudes(steps, offsets)
     for first, past in itertools.pairwise(offsets):
@@ -110,13 +116,15 @@ def test_joining_by_pairs_is_joining_one_by_one(pieces: list[int], seed: int) ->
             assert np.abs(after[:, step] - joined).max() < 1e-12
 
 
-@pytest.mark.parametrize("count", [3, PIECE, PIECE + 1, PIECE + 2, 500])
+@pytest.mark.parametrize(
+    "count", [3, STEPS_PER_PIECE, STEPS_PER_PIECE + 1, STEPS_PER_PIECE + 2, 500]
+)
 def test_a_rotation_of_any_length_is_filled_up(count: int) -> None:
     """Empty steps turn nothing and belong to their rotation."""
     time = np.arange(count) / 100.0
-    samples = lay_samples([time, time], [np.ones((count, 3)), 2.0 * np.ones((count, 3))])
+    samples = rotation_samples([time, time], [np.ones((count, 3)), 2.0 * np.ones((count, 3))])
     offsets = samples.step_offsets
-    assert (np.diff(offsets) % PIECE == 0).all()
+    assert (np.diff(offsets) % STEPS_PER_PIECE == 0).all()
     assert len(samples.dt) == offsets[-1] == 2 * offsets[1]
     sums = np.add.reduceat(samples.dt, offsets[:-1])
     assert sums == pytest.approx([time[-1], time[-1]])

@@ -155,15 +155,26 @@ def test_without_a_gyroscope_there_are_no_rotations() -> None:
 def test_a_reading_at_the_end_of_the_range_is_clipped() -> None:
     rate = np.zeros((50, 3))
     rate[20, 2] = -4.36
-    assert clipped_axis(rate, np.zeros(3), 4.363) == "z"
-    assert clipped_axis(rate, np.zeros(3), 8.7) is None
+    assert clipped_axis(rate, np.zeros(3), 4.363, "rad/s") == "z"
+    assert clipped_axis(rate, np.zeros(3), 8.7, "rad/s") is None
+
+
+@pytest.mark.parametrize(("size", "clipped"), [(0.005, None), (2.18, "x")])
+def test_a_plateau_within_every_usual_range_is_not_clipped(
+    size: float, clipped: str | None
+) -> None:
+    """An axis at rest repeats its largest reading, too, where its noise is a few coarse steps."""
+    rate = np.zeros((50, 3))
+    rate[:20, 0] = np.arange(20) % 2 * size / 10.0
+    rate[20:26, 0] = size
+    assert clipped_axis(rate, np.zeros(3), None, "rad/s") == clipped
 
 
 def test_a_smooth_peak_is_not_clipped_even_when_it_is_coarse() -> None:
     time = np.linspace(0.0, 1.0, 200)
     rate = np.zeros((200, 3))
     rate[:, 1] = np.round(np.sin(np.pi * time) ** 2 * 40.0) / 10.0
-    assert clipped_axis(rate, np.zeros(3), None) is None
+    assert clipped_axis(rate, np.zeros(3), None, "rad/s") is None
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.simulate import VirtualHand, parse_hidden
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake
-from imucal_wizard.simulate.hidden import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake
+from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.samples import VirtualSamples, VirtualStream
 from tests.simulate.sensors import ideal
@@ -21,7 +21,7 @@ SCRIPT: list[Action] = [
     *(
         action
         for n, pose in enumerate(POSES)
-        for action in (Shake(0.05 if n % 2 else 0.0), Place(pose), LieStill(4.0))
+        for action in (Shake(0.05 if n % 2 else 0.0), PlacePose(pose), LieStill(4.0))
     ),
     Shake(0.0),
     *(Rotate(axis, 60.0 * sense, 150.0) for axis in "xyz" for sense in (1.0, -1.0)),
@@ -90,7 +90,7 @@ def _typical(sensor: str, term: str) -> float:
 
 
 @pytest.mark.parametrize("axis", ["x", "z"])
-@pytest.mark.parametrize("term", ACCELEROMETER)
+@pytest.mark.parametrize("term", ACCELEROMETER_TERMS)
 def test_hold_averages_move_by_columns_times_size(term: str, axis: str) -> None:
     """With the hidden effect minus without, averaged over holds, to first order."""
     known, size = effect(term), -1.5 * _typical("accelerometer", term)
@@ -118,7 +118,7 @@ GYROSCOPE_AXES = {
 
 
 @pytest.mark.parametrize(
-    ("term", "axis"), [(t, axis) for t in GYROSCOPE for axis in GYROSCOPE_AXES.get(t, ("y",))]
+    ("term", "axis"), [(t, axis) for t in GYROSCOPE_TERMS for axis in GYROSCOPE_AXES.get(t, ("y",))]
 )
 def test_rates_move_by_columns_times_size_at_rest_and_in_motion(term: str, axis: str) -> None:
     """With the hidden effect minus without, sample by sample."""
@@ -141,5 +141,5 @@ def test_both_sides_know_the_same_terms() -> None:
     """What can be hidden can be found, and the other way round."""
     from imucal_wizard.model.catalogue import effects_for
 
-    assert {known.name for known in effects_for("accelerometer")} == set(ACCELEROMETER)
-    assert {known.name for known in effects_for("gyroscope")} == set(GYROSCOPE)
+    assert {known.name for known in effects_for("accelerometer")} == set(ACCELEROMETER_TERMS)
+    assert {known.name for known in effects_for("gyroscope")} == set(GYROSCOPE_TERMS)

@@ -7,8 +7,8 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import VirtualHand, parse_hidden
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake
-from imucal_wizard.simulate.hidden import ACCELEROMETER, GYROSCOPE
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake
+from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G
@@ -16,10 +16,10 @@ from tests.simulate.sensors import ideal
 
 SCRIPT: list[Action] = [
     LieStill(2.0),
-    Place("+x-y"),
+    PlacePose("+x-y"),
     LieStill(60.0),
     Shake(0.1),
-    Place("-z+x"),
+    PlacePose("-z+x"),
     LieStill(40.0),
     Rotate("y", -120.0, 200.0),
     LieStill(5.0),
@@ -73,7 +73,7 @@ def _expected(term: str, m: Motion) -> FloatArray:
     return forms[term]
 
 
-@pytest.mark.parametrize("term", ACCELEROMETER)
+@pytest.mark.parametrize("term", ACCELEROMETER_TERMS)
 def test_an_accelerometer_effect_moves_its_axis_by_its_equation_and_nothing_else(term: str) -> None:
     """Size 3 on x changes x by the closed form; y, z and the gyroscope not at all."""
     force, rate, motion = _difference(f"{term}:3:x")
@@ -104,7 +104,7 @@ def _expected_rate(term: str, m: Motion) -> FloatArray:
     return forms[term]
 
 
-@pytest.mark.parametrize("term", [name for name in GYROSCOPE if name != "earth-rate"])
+@pytest.mark.parametrize("term", [name for name in GYROSCOPE_TERMS if name != "earth-rate"])
 def test_a_gyroscope_effect_moves_its_axis_by_its_equation_and_nothing_else(term: str) -> None:
     """Size 3 on y changes y by the closed form; x, z and the accelerometer not at all."""
     force, rate, motion = _difference(f"gyroscope/{term}:3:y")

@@ -11,7 +11,7 @@ import serial
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.simulate import SensorModel, VirtualImu
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.samples import VirtualStream
@@ -20,7 +20,13 @@ from tests.simulate.served import served
 from tests.waiting import AT_ONCE, received
 
 HEADER = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"
-SCRIPT: list[Action] = [LieStill(1.0), Place("+x"), LieStill(1.0), Rotate("z", 90.0), LieStill(1.0)]
+SCRIPT: list[Action] = [
+    LieStill(1.0),
+    PlacePose("+x"),
+    LieStill(1.0),
+    Rotate("z", 90.0),
+    LieStill(1.0),
+]
 UNHURRIED = float("inf")
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")

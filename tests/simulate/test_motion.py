@@ -9,18 +9,18 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import VirtualHand, attitude
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate, Shake, direction
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake, direction
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.scripts import perform_rotations
 
 MOVES: list[Action] = [
     LieStill(0.5),
-    Place("+x-y"),
+    PlacePose("+x-y"),
     LieStill(0.2),
     Rotate("z", 140.0, 200.0),
     Rotate("x", -165.0, 110.0),
-    Place((0.3, -0.9, -0.32)),
-    Place("-z"),
+    PlacePose((0.3, -0.9, -0.32)),
+    PlacePose("-z"),
     LieStill(0.3),
 ]
 
@@ -118,7 +118,7 @@ def test_a_careful_hand_brings_any_direction_on_top(
 ) -> None:
     """Placed without error, the direction asked for points up, upside down included."""
     hand = VirtualHand(up=start)
-    hand.perform([Place(up, error=0.0)])
+    hand.perform([PlacePose(up, error=0.0)])
     hand.advance(600)
     np.testing.assert_allclose(hand.up, direction(up), atol=1e-9)
 
@@ -178,10 +178,10 @@ def test_the_pose_before_is_remembered_across_small_corrections() -> None:
     """Only a pose that was held counts as the pose before."""
     hand = VirtualHand()
     hand.perform(
-        [LieStill(2.0), Place("+x", error=0.0), Rotate("y", 3.0, error=0.0), LieStill(2.0)]
+        [LieStill(2.0), PlacePose("+x", error=0.0), Rotate("y", 3.0, error=0.0), LieStill(2.0)]
     )
     np.testing.assert_allclose(hand.advance(500).previous[-1], [0.0, 0.0, 1.0], atol=1e-12)
-    hand.perform([Place("-y", error=0.0)])
+    hand.perform([PlacePose("-y", error=0.0)])
     np.testing.assert_allclose(
         hand.advance(300).previous[-1], direction((1.0, 0.0, 0.0524)), atol=0.11
     )
@@ -208,5 +208,5 @@ def test_unknown_poses_and_axes_are_refused_with_the_reason() -> None:
         with pytest.raises(UsageError, match="not an axis"):
             hand.turn(axis, 90.0)
     with pytest.raises(UsageError, match="not a pose"):
-        hand.perform([LieStill(1.0), Place("up")])
+        hand.perform([LieStill(1.0), PlacePose("up")])
     assert not hand.busy

@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import SensorModel, VirtualHand
-from imucal_wizard.simulate.actions import Place
+from imucal_wizard.simulate.actions import PlacePose
 from imucal_wizard.simulate.noise import SensorNoise
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, Triad
@@ -31,7 +31,7 @@ def test_a_face_on_top_reads_one_column_of_the_sensitivity(face: str) -> None:
     """At rest the reading is ``S·g·u + b`` and the gyroscope reads its bias."""
     model = _silent(SensorModel.drawn(5))
     hand = VirtualHand()
-    hand.perform([Place(face, error=0.0)])
+    hand.perform([PlacePose(face, error=0.0)])
     hand.advance(600)
     samples = VirtualStream(hand, model).take(10)
     sign = 1.0 if face[0] == "+" else -1.0
@@ -46,7 +46,7 @@ def test_the_true_correction_gives_back_rate_and_specific_force() -> None:
     model = _silent(SensorModel.drawn(6))
     hand, twin = VirtualHand(), VirtualHand()
     for each in (hand, twin):
-        each.perform([Place("+x-y"), Place("-z")])
+        each.perform([PlacePose("+x-y"), PlacePose("-z")])
     samples, motion = VirtualStream(hand, model).take(400), twin.advance(400)
     t = truth(model=model)
     force = (samples.accelerometer - t.accelerometer_bias) @ t.accelerometer_matrix.T

@@ -14,7 +14,7 @@ from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate import VirtualHand, VirtualImu
 from imucal_wizard.simulate.follow import FOLLOW_SHAKE_RMS
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import FACES
+from imucal_wizard.simulate.scripts import FACE_NAMES
 from tests.simulate.sensors import ideal
 
 RECTIFICATION = 100.0
@@ -33,7 +33,7 @@ def _held() -> tuple[StateMachine, Readings]:
     stream = VirtualStream(hand, sensor, hidden, seed=3)
     kinds = (StepKind.SOURCE, StepKind.SETTLE, StepKind.POSES, StepKind.RESULT)
     steps = tuple(
-        replace(standard().step(kind), poses=FACES if kind is StepKind.POSES else ())
+        replace(standard().step(kind), poses=FACE_NAMES if kind is StepKind.POSES else ())
         for kind in kinds
     )
     machine = StateMachine(Procedure(steps), rate=100.0, listener=hand.follow)

@@ -14,7 +14,7 @@ from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.noise import RandomStream, generator
 from imucal_wizard.simulate.recording import recording_script
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import POSE_SETS, pose_names
+from imucal_wizard.simulate.scripts import RECORDING_POSE_SETS, pose_names
 from tests.simulate.sensors import ideal, truth
 
 
@@ -44,7 +44,7 @@ def test_a_recording_is_the_csv_of_the_contract(tmp_path: Path) -> None:
     np.testing.assert_allclose(table[:, 0], np.arange(len(table)) / 50.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("poses", POSE_SETS)
+@pytest.mark.parametrize("poses", RECORDING_POSE_SETS)
 def test_every_pose_of_the_set_is_held(tmp_path: Path, poses: str) -> None:
     """A first rest of 20 s, then each pose once, or again where repeats are asked for."""
     path = tmp_path / "out.csv"

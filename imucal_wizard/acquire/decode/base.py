@@ -83,7 +83,7 @@ class Decoder(Protocol):
 
 
 @dataclass(frozen=True)
-class Line:
+class TextLine:
     """One whole line of a stream.
 
     Attributes:
@@ -100,7 +100,7 @@ class Line:
 class FormatDetector(Protocol):
     """Recognises one format. The answer depends only on the bytes."""
 
-    def feed(self, data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether the format is certain.
 
         Args:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from imucal_wizard.acquire.decode import numbers
-from imucal_wizard.acquire.decode.base import Column, Format, Line, MalformedLine
+from imucal_wizard.acquire.decode.base import Column, Format, MalformedLine, TextLine
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.vocabulary import header_columns, with_unit_line
 from imucal_wizard.core.output import sanitise
@@ -263,11 +263,11 @@ class _HeaderDetector:
     def __init__(self, sign: str = "") -> None:
         self._sign = sign
 
-    def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, _data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether such a header has arrived."""
         return any(self._is_header(line) for line in lines)
 
-    def _is_header(self, line: Line) -> bool:
+    def _is_header(self, line: TextLine) -> bool:
         names = field_texts(line.raw.strip(b"# \t"))
         columns = header_columns(names)
         if columns is None or (line.first and not begins_with_known_name(columns)):
@@ -289,7 +289,7 @@ class _NumbersDetector(_HeaderDetector):
         self._columns = columns
         self._widths: deque[int] = deque(maxlen=self._WINDOW)
 
-    def feed(self, data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether the format is certain."""
         if super().feed(data, lines):
             return True

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
-from imucal_wizard.acquire.decode.base import Column, Format, Line
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine
 from imucal_wizard.acquire.decode.labelled import LabelledDecoder, LineKind
 from imucal_wizard.core.records import dataclass
 
@@ -175,7 +175,7 @@ class _Detector:
         self._preset = preset
         self._seen: Counter[str] = Counter()
 
-    def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, _data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether the format is certain."""
         kinds = self._preset.kinds
         self._seen.update(

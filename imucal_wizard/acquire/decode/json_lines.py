@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from imucal_wizard.acquire.decode.base import Column, Format, Line
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
@@ -102,7 +102,7 @@ class _Detector:
     def __init__(self, _columns: tuple[Column, ...]) -> None:
         self._objects: deque[bool] = deque(maxlen=self._WINDOW)
 
-    def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, _data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether the format is certain."""
         for line in lines:
             if not line.first:

@@ -5,7 +5,7 @@ import re
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from imucal_wizard.acquire.decode.base import Column, Format, Line
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine
 from imucal_wizard.acquire.decode.delimited import are_numbers, split_fields
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import NUMBER, printed_decimals, printed_number
@@ -290,7 +290,7 @@ class _Detector:
     def __init__(self, _columns: tuple[Column, ...]) -> None:
         self._lines: deque[str] = deque(maxlen=MIN_LABELLED_LINES)
 
-    def feed(self, _data: bytes, lines: Sequence[Line]) -> bool:
+    def feed(self, _data: bytes, lines: Sequence[TextLine]) -> bool:
         """Whether the format is certain."""
         new = [line.text for line in lines if not line.first and _has_words(line.raw)]
         self._lines.extend(text for text in new if NUMBER.search(text))

@@ -7,7 +7,7 @@ from pathlib import PurePath
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core import units
 
-CHANNELS: dict[str, tuple[str, ...]] = {
+SENSOR_CHANNELS: dict[str, tuple[str, ...]] = {
     "accelerometer": ("ax", "ay", "az"),
     "gyroscope": ("gx", "gy", "gz"),
     "magnetometer": ("mx", "my", "mz"),
@@ -244,11 +244,11 @@ def split_unit(name: str) -> tuple[str, str]:
 def _of_unit(channel: str, bare: str, unit: str) -> str:
     """The channel, corrected by the unit: ``X (rad/s)`` is a rate, ``T (°C)`` is not a time."""
     word = squeeze_name(bare)
-    if word == "t" and unit in units.TEMPERATURE:
+    if word == "t" and unit in units.TEMPERATURE_UNITS:
         return "temp"
     if channel or word not in ("x", "y", "z"):
         return channel
-    sensors = [s for s, letter in _SENSOR_OF_UNIT.items() if unit in units.FACTORS[s]]
+    sensors = [s for s, letter in _SENSOR_OF_UNIT.items() if unit in units.UNIT_FACTORS[s]]
     return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
 
 
@@ -259,7 +259,7 @@ def unit_belongs(channel: str, unit: str) -> bool:
         return False
     if unit == units.COUNT:
         return channel[0] in "agm"
-    return unit in units.FACTORS[sensor]
+    return unit in units.UNIT_FACTORS[sensor]
 
 
 def quantity_of(channel: str) -> str | None:

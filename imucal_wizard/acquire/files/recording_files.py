@@ -13,7 +13,7 @@ import numpy as np
 from imucal_wizard.acquire.decode import format_names, formats
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
-from imucal_wizard.acquire.decode.vocabulary import CHANNELS, column_of_name
+from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
 from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
@@ -28,7 +28,7 @@ from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import COUNT, FACTORS, SI_UNIT
+from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
 from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
 IMU_TK = "imu_tk"
@@ -146,7 +146,7 @@ def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     if options.as_format == IMU_TK:
         sensor = _PAIR[place]
         unit = options.unit(sensor) or COUNT
-        axes = (Column(channel, unit, channel) for channel in CHANNELS[sensor])
+        axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
         setup = replace(setup, columns=(Column("t", "s", "t"), *axes))
     if name in formats() and formats()[name].binary:
         return _samples([(0.0, data)], setup)
@@ -256,11 +256,11 @@ def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
         settings.append("rate 100")
     for sensor in ("accelerometer", "gyroscope"):
         if f"{sensor} unit" in needs:
-            settings.append(f"{sensor}_unit {next(iter(FACTORS[sensor]))}")
+            settings.append(f"{sensor}_unit {next(iter(UNIT_FACTORS[sensor]))}")
         if sensor == "gyroscope" and "gyroscope unit" in needs:
             sentences.append(
                 "nothing says the unit of the gyroscope, and a gyroscope at rest does not show it;"
-                f" give one of {', '.join(FACTORS[sensor])}, {COUNT}"
+                f" give one of {', '.join(UNIT_FACTORS[sensor])}, {COUNT}"
             )
     return RecordingError(" ".join(sentences), settings=tuple(settings))
 

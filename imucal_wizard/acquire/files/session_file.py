@@ -24,12 +24,12 @@ from imucal_wizard.core.records import dataclass
 SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
 """``IMUC`` in the header of the file, which identifies sessions."""
-VERSION = 1
+SESSION_VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
 _BUSY_SECONDS = 0.5
 """How long opening a session waits for another program that is writing it."""
 
-SCHEMA = """
+SESSION_TABLES = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE raw (id INTEGER PRIMARY KEY, arrival REAL NOT NULL, data BLOB NOT NULL);
 CREATE TABLE command (id INTEGER PRIMARY KEY, after_raw INTEGER NOT NULL,
@@ -91,11 +91,11 @@ def _identify(connection: sqlite3.Connection, path: Path) -> None:
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     if application != APPLICATION_ID:
         raise SessionError(f"{path} is a database of another program, not a session; give another")
-    if version != VERSION:
-        newer = "a newer" if version > VERSION else "an older"
+    if version != SESSION_VERSION:
+        newer = "a newer" if version > SESSION_VERSION else "an older"
         raise SessionError(
             f"{path} was written by {newer} imucal-wizard (session version {version}, this program"
-            f" reads {VERSION}); open it with that one, or update this one"
+            f" reads {SESSION_VERSION}); open it with that one, or update this one"
         )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances, ForceEffect, Size, Story
 
@@ -44,7 +44,7 @@ class G2Sensitivity(ForceEffect):
 
     def felt(self, c: Circumstances) -> FloatArray:
         """``f_j²``, g²."""
-        return (c.force / ACCELERATION["g"]) ** 2
+        return (c.force / ACCELERATION_UNITS["g"]) ** 2
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances, ForceEffect, Size, Story
 
@@ -39,7 +39,7 @@ class GSensitivity(ForceEffect):
 
     def felt(self, c: Circumstances) -> FloatArray:
         """``f_j``, g."""
-        return c.force / ACCELERATION["g"]
+        return c.force / ACCELERATION_UNITS["g"]
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -54,7 +54,7 @@ class Hysteresis(AxisEffect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """``f_i`` of the hold before, g; 0 where there was none."""
         del sensor, variant
-        return np.nan_to_num(c.previous, nan=0.0) / ACCELERATION["g"]
+        return np.nan_to_num(c.previous, nan=0.0) / ACCELERATION_UNITS["g"]
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Known poses before that differ."""

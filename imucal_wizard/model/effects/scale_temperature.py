@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -35,7 +35,7 @@ class ScaleTemperature(AxisEffect):
     sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "ppm/°C",
-            PPM * ACCELERATION["g"],
+            PPM * ACCELERATION_UNITS["g"],
             250.0,
             {"consumer": (100.0, 400.0), "industrial": (20.0, 100.0), "tactical": (2.0, 20.0)},
             chosen=("industrial", "tactical"),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import ACCELERATION
+from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -55,7 +55,7 @@ class VibrationRectification(BiasEffect):
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
         """Mean square vibration, g²; 0 where it is unknown."""
         del variant
-        return np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION["g"] ** 2
+        return np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION_UNITS["g"] ** 2
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Quiet and shaky poses."""

@@ -19,8 +19,9 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.attitude import Samples, attitudes
+from imucal_wizard.core.attitude import RotationSamples, attitudes
 from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import (
     carried_back,
     cross,
@@ -35,6 +36,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
+    Influence,
     Parameters,
     RowLabels,
     Rows,
@@ -74,7 +76,7 @@ class ClosureRows(Rows):
         if len(terms):
             motion = source.motion if near is None else near.motion
             rate = rate - terms.columns(motion) @ calibration.sizes
-        self._steps = attitudes(quaternions(samples.turned(rate)), samples.step_offsets)
+        self._steps = attitudes(quaternions(samples.rotation_vectors(rate)), samples.step_offsets)
         last = self._steps[1][:, samples.step_offsets[1:] - 1]
         self.rate = rate
         self.ends = np.moveaxis(matrices(last), -1, 0)
@@ -95,7 +97,7 @@ class ClosureRows(Rows):
     @cached_property
     def weights(self) -> FloatArray:
         """``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3)."""
-        weights = self._source.samples.spread(self._attitudes).reshape(3, 3, -1)
+        weights = self._source.samples.sample_weights(self._attitudes).reshape(3, 3, -1)
         return np.ascontiguousarray(np.moveaxis(weights, 1, 2))
 
     @property
@@ -228,7 +230,7 @@ class GravityClosure(RowSource):
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
-    samples: Samples
+    samples: RotationSamples
     before: FloatArray
     after: FloatArray
     before_doubt: FloatArray
@@ -243,6 +245,45 @@ class GravityClosure(RowSource):
     kind, moving = "rotation", True
     unit = "rad"
     group_word = "rotation"
+    part, left = "rotations", "the angle by which each rotation does not close"
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        first = self.samples.offsets[:-1]
+        rate = np.degrees(self.motion.rate)
+        fastest = np.maximum.reduceat(np.linalg.norm(rate, axis=1), first)
+        mean = np.add.reduceat(rate, first) / np.diff(self.samples.offsets)[:, None]
+        found = (
+            Influence("rate", "fastest rate, °/s", np.asarray(fastest, float)),
+            *(
+                Influence(f"rate-{axis}", f"mean rate about {axis}, °/s", mean[:, k])
+                for k, axis in enumerate(AXES)
+            ),
+            Influence("time", "time, min", self.motion.time[first] / 60.0),
+            Influence("temperature", "temperature, °C", self.motion.temperature[first]),
+            *(
+                Influence(f"up-{a}", f"{a} part of up before the rotation, g", self.before[:, k])
+                for k, a in enumerate(AXES)
+            ),
+        )
+        number = Influence("number", "number of the rotation", np.asarray(self.labels.index + 1.0))
+        rows = len(self.labels) // len(first)
+        each = [Influence(one.name, one.label, np.repeat(one.values, rows)) for one in found]
+        return (*each[:4], number, *each[4:])
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``: the fastest rate, °/s."""
+        rates = self.motion.rate[self._samples(row)]
+        return np.degrees(rates[np.argmax(np.linalg.norm(rates, axis=1))]), "deg/s"
+
+    def samples_of(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """See ``RowSource``."""
+        rows = self._samples(row)
+        return self.samples.time[rows], self.samples.reading[rows]
+
+    def _samples(self, row: int) -> slice:
+        place = row // (len(self.labels) // len(self.before))
+        return slice(*self.samples.offsets[place : place + 2])
 
     def __post_init__(self) -> None:
         # two directions across gravity and one another, the same at every calibration
@@ -281,7 +322,7 @@ class GravityClosure(RowSource):
             rate = np.einsum("nij,nj->ni", matrix[one.rotation], offset)
         else:
             rate = (one.reading - bias) @ matrix.T
-        _, after = attitudes(quaternions(one.turned(rate)), one.step_offsets)
+        _, after = attitudes(quaternions(one.rotation_vectors(rate)), one.step_offsets)
         ends = np.moveaxis(matrices(after[:, one.step_offsets[1:] - 1]), -1, 0)
         return between(carry(ends, self.before), self.after)
 

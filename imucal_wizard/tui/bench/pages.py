@@ -11,7 +11,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
-from imucal_wizard.diagnose.views import ROTATIONS, Point, ResidualView, point_of, rotation_series
+from imucal_wizard.diagnose.views import Point, ResidualView, point_of
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
 from imucal_wizard.model.lesson import lesson, picture
@@ -207,7 +207,7 @@ def raw_trace_rows(
         place: of the point in it.
         width: columns there are.
     """
-    point = point_of(snapshot.fit, snapshot.diagnosis.report, view, place)
+    point = point_of(snapshot.diagnosis.report, view, place)
     if not np.isfinite(point.start):
         return wrapped("The readings are not at hand.", width)
     head = f"{point.name}, from {clock(point.start)}"
@@ -222,7 +222,7 @@ def raw_trace_rows(
     foot = "the motion between two holds"
     if point.at_rest:
         foot = "└ the part between the two │ was averaged"
-    elif view.part != ROTATIONS:
+    elif view.rows is not None and not view.rows[0].moving:
         foot = "of these the samples in this direction were averaged"
     return [*rows, line(f"  {foot}; {point.end - point.start:.1f} s of readings", "quiet")]
 
@@ -232,8 +232,14 @@ def _stretches(snapshot: BenchSnapshot, point: Point) -> list[TracePiece]:
     readings = snapshot.readings
     rest = (point.start, point.end) if point.at_rest else None
     if readings is None:
-        kept = rotation_series(snapshot.measured, point)
-        return [] if kept is None else [TracePiece(snapshot.sensor, kept, None)]
+        kept = point.samples
+        if kept is None:
+            return []
+        return [
+            TracePiece(
+                snapshot.sensor, Series(kept.time, kept.values, snapshot.fit.bias_unit), None
+            )
+        ]
     names = [snapshot.sensor, *(n for n in (ACCELEROMETER, "gyroscope") if n != snapshot.sensor)]
     found = []
     for name in names:

@@ -38,7 +38,7 @@ def picture_rows(
 
 def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:
     """Hold, pose, time, what is left, the raw mean, in one row."""
-    point = point_of(snapshot.fit, snapshot.diagnosis.report, view, place)
+    point = point_of(snapshot.diagnosis.report, view, place)
     left = f"left {number(float(view.y[place]), 3)} {view.unit}"
     if view.model is not None:
         pair = float(view.y[place]), float(view.model[place])
@@ -46,7 +46,7 @@ def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:
     cells = " ".join(number(float(value), 4) for value in point.reading)
     what = "read" if point.at_rest or point.unit != "deg/s" else "fastest"
     where = f"{point.name}, {clock(point.time)}"
-    read = f"{what} {cells} {unit_sign(point.unit)}"
+    read = f"{what} {cells} {unit_sign(point.unit or snapshot.fit.bias_unit)}"
     return (("◆ ", "accent"), (where, "strong"), (f"  {left}  ", ""), (read, "quiet"))
 
 

@@ -73,8 +73,8 @@ class Selection:
             return None
         if self.added and self.entry is not None and not self.hidden:
             suspect = self.entry.suspect
-            misfit = self.snapshot.findings.misfit
-            explained = None if suspect is None else suspect_view(misfit, suspect)
+            findings = self.snapshot.findings
+            explained = None if suspect is None else suspect_view(findings, suspect)
             if explained is not None:
                 return explained
         views = [view for view in self.snapshot.views if view.part == self._part]

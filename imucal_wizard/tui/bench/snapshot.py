@@ -76,7 +76,7 @@ def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
         diagnosis=diagnosis,
         ladder=tuple(bench.ladder),
         entries=entries_of(bench, findings),
-        views=views_of(bench.fit, bench.measured),
+        views=views_of(bench.fit),
         catalogue=tuple(bench.catalogue),
         readings=benches.readings,
     )

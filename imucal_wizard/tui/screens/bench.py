@@ -16,7 +16,6 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.measurement.requests import MeasurementRequest
-from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -474,7 +473,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         snapshot = self.selection.snapshot
         if snapshot is None or self.busy:
             return
-        if not self._live or self.sensor == MAGNETOMETER:
+        if not self._live or not snapshot.measured.at_rest:
             self._tell(_CIRCLES if self._live else _NO_DEVICE)
             return
         suspect = None if self.selection.entry is None else self.selection.entry.suspect

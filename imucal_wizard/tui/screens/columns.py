@@ -13,7 +13,7 @@ from imucal_wizard.acquire.decode.vocabulary import quantity_of
 from imucal_wizard.acquire.setup import StreamSetup, chosen_setup
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import fixed
-from imucal_wizard.core.units import COUNT, FACTORS
+from imucal_wizard.core.units import COUNT, UNIT_FACTORS
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.text import line, wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
@@ -130,7 +130,7 @@ def newest(stream: StreamStatus, place: int) -> str:
 
 def _unit_question(stream: StreamStatus, quantity: str) -> Question:
     label, hint = _UNIT_QUESTIONS[quantity]
-    known = tuple(FACTORS[quantity]) + ((COUNT,) if quantity != "time" else ())
+    known = tuple(UNIT_FACTORS[quantity]) + ((COUNT,) if quantity != "time" else ())
     found = (one.unit for one in stream.columns if quantity_of(one.channel) == quantity)
     answer = next((unit for unit in found if unit), "s" if quantity == "time" else "")
     return Question(label, known, answer, hint)

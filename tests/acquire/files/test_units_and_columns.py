@@ -194,8 +194,8 @@ def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
     [
         ("t[s],ax[g],ay[g]", 3, "az is missing"),
         ("t[s],ax[g],ay[g],ax[g]", 4, "Two columns are ax"),
-        ("t[s],ax[V],ay[V],az[V]", 4, "'V' of column 'ax\\[V\\]' is no unit"),
-        ("t[h],ax[g],ay[g],az[g]", 4, "no unit of time"),
+        ("t[s],ax[V],ay[V],az[V]", 4, "'V' of column 'ax\\[V\\]' is not a unit"),
+        ("t[h],ax[g],ay[g],az[g]", 4, "not a unit of time"),
         ("t[s],ax[g],ay[g],az[count]", 4, "only some axes"),
         ("t[s],ax[g],ay[g],az[g]", 5, "4 columns are named.* has 5"),
         ("t[s],gx[rad/s],gy[rad/s],gz[rad/s]", 4, "there is no accelerometer, only gyroscope"),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from imucal_wizard.core.attitude import lay_samples
+from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE, fit_accelerometer
@@ -163,7 +163,7 @@ def without(data: GyroscopeExperiment, index: int) -> GyroscopeExperiment:
     one = data.rotations
     kept = [k for k in range(len(one.usable)) if k != index]
     parts = [slice(one.samples.offsets[k], one.samples.offsets[k + 1]) for k in kept]
-    samples = lay_samples(
+    samples = rotation_samples(
         [one.samples.time[part] for part in parts], [one.samples.reading[part] for part in parts]
     )
     up = None if one.up is None else np.concatenate([one.up[part] for part in parts])

@@ -12,7 +12,7 @@ from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state import Event, FieldStatus
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.magnetometer import TrueField, VirtualMagnetometer
 from imucal_wizard.simulate.samples import VirtualStream
@@ -30,7 +30,7 @@ def circle(face: str, degrees: float = 372.0, fastest: float = FAST_DEG) -> tupl
     """A face laid on the table, and turned about the vertical."""
     up = face.translate(str.maketrans("+-", "-+"))
     return (
-        Place(up, error=0.7),
+        PlacePose(up, error=0.7),
         LieStill(1.3),
         Rotate(face[1], degrees, fastest, error=2.0),
         LieStill(0.5),

@@ -10,7 +10,7 @@ from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.simulate.actions import Action, LieStill, Place, Rotate
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.guide.field.compass import (
     QUICK,
@@ -72,7 +72,7 @@ def test_while_it_turns_the_angle_grows_and_the_face_is_named() -> None:
 def test_to_and_fro_over_half_a_circle_is_half_a_circle() -> None:
     """However long it is done: no circle is counted that was not turned."""
     swings = [Rotate("z", degrees, 180.0) for degrees in (-180.0, 180.0) * 6]
-    session = Session(turned((Place("+z"), LieStill(1.3), *swings))).play()
+    session = Session(turned((PlacePose("+z"), LieStill(1.3), *swings))).play()
     assert 175.0 <= session.field.turned <= 210.0
     assert session.field.done == ()
     assert not session.texts(EventKind.ROTATION_TAKEN)
@@ -126,7 +126,7 @@ def test_a_slow_magnetometer_serves_as_well() -> None:
 def test_free_tumbling_that_fills_the_sphere_is_as_good() -> None:
     rng = np.random.default_rng(0)
     ups = rng.standard_normal((70, 3))
-    script: list[Action] = [Place((float(x), float(y), float(z))) for x, y, z in ups]
+    script: list[Action] = [PlacePose((float(x), float(y), float(z))) for x, y, z in ups]
     session = Session(turned(tuple(script))).play()
     assert session.step == StepKind.RESULT
     assert session.field.missing

@@ -8,7 +8,7 @@ from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.simulate.actions import LieStill, PassSteel, Place, Rotate
+from imucal_wizard.simulate.actions import LieStill, PassSteel, PlacePose, Rotate
 from tests.guide.field.compass import (
     QUICK,
     RATE,
@@ -23,7 +23,7 @@ from tests.guide.field.compass import (
 
 STEEL = (
     *circles(("+x", "-x", "+y")),
-    Place("+z"),
+    PlacePose("+z"),
     LieStill(1.3),
     Rotate("z", 120.0, 60.0),
     PassSteel(),
@@ -74,7 +74,7 @@ def test_samples_with_steel_near_are_left_out_with_the_reason() -> None:
 def test_a_circle_is_not_whole_where_it_was_disturbed() -> None:
     """What was turned while steel passed has to be turned again."""
     known = circles(("+x", "-x", "+y"))
-    laid, turn = (Place("+z"), LieStill(1.3)), Rotate("z", 372.0, 180.0)
+    laid, turn = (PlacePose("+z"), LieStill(1.3)), Rotate("z", 372.0, 180.0)
     without = Session(turned((*known, *laid, turn))).play()
     with_steel = Session(turned((*known, *laid, PassSteel(), turn))).play()
     assert "-z" in without.field.done

@@ -10,7 +10,7 @@ from imucal_wizard.core.readings import Readings
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.simulate.actions import LieStill, Place
+from imucal_wizard.simulate.actions import LieStill, PlacePose
 from tests.guide.field.compass import QUICK, RATE, Session, circle, circles, turned
 
 TWO = circles(("-z", "+x"))
@@ -122,7 +122,7 @@ def test_undo_before_anything_was_turned_goes_back_to_what_was_measured_before()
 def test_undo_takes_a_tumble_back() -> None:
     """It is no circle on any face, and it is not nothing."""
     ups = ((1.0, 1.0, 1.0), (-1.0, 1.0, 0.5), (0.3, -1.0, 1.0), (1.0, 0.2, -1.0))
-    session = Session(turned(tuple(Place(up) for up in ups * 2))).play()
+    session = Session(turned(tuple(PlacePose(up) for up in ups * 2))).play()
     (event,) = session.machine.command("undo")
     assert "The tumbling" in event.text
     assert session.machine.collected().field_spans == ()
