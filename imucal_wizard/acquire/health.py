@@ -9,7 +9,7 @@ from imucal_wizard.core import units
 from imucal_wizard.core.readings import Readings, join_readings
 from imucal_wizard.measurement import data_quality
 
-_WINDOW_SECONDS = 2.0
+_CHECKED_SECONDS = 2.0
 """Length of the checked windows, s: long enough for a rest, short enough for a timely warning."""
 _DEAD_AXIS_WINDOWS = 5
 """Windows without any change after which an axis is dead."""
@@ -66,7 +66,7 @@ class StreamHealth:
         self._waiting.append(Readings(readings.accelerometer, readings.gyroscope))
         self._count += len(readings)
         self._size = self._size or max(
-            _MIN_SHARE_SAMPLES, round(_WINDOW_SECONDS / self._assembler.period)
+            _MIN_SHARE_SAMPLES, round(_CHECKED_SECONDS / self._assembler.period)
         )
         if self._count >= self._size:
             self._cut(self._size)
