@@ -29,20 +29,19 @@ class Cost:
     memory: float
 
 
-def run_once(command: Sequence[str], environment: Mapping[str, str] | None = None) -> Cost:
+def run_once(command: Sequence[str], environment: Mapping[str, str]) -> Cost:
     """Run a command to its end.
 
     Args:
         command: program and arguments.
-        environment: variables for it besides those of this process.
+        environment: its variables.
 
     Raises:
         SystemExit: the command failed; what it said is shown.
     """
     start = time.perf_counter()
-    around = {**os.environ, **(environment or {})}
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=around
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment
     ) as process:
         said = process.stdout.read() if process.stdout else b""
         _, status, usage = os.wait4(process.pid, 0)
@@ -53,8 +52,8 @@ def run_once(command: Sequence[str], environment: Mapping[str, str] | None = Non
     return Cost(usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024.0)
 
 
-def program(checkout: Path, bytecode: str) -> dict[str, str]:
-    """Environment in which ``-m imucal_wizard`` is the program of a checkout, on one core.
+def program_environment(checkout: Path, bytecode: str) -> dict[str, str]:
+    """Environment in which ``-m`` runs the modules of a checkout, on one core.
 
     Args:
         checkout: top of the tree.
@@ -62,6 +61,7 @@ def program(checkout: Path, bytecode: str) -> dict[str, str]:
             checkout stays as it is.
     """
     return {
+        **os.environ,
         "PYTHONPATH": str(checkout),
         "PYTHONPYCACHEPREFIX": bytecode,
         "PYTHONDONTWRITEBYTECODE": "",

@@ -95,9 +95,8 @@ def nearest_pose(up: FloatArray, among: Iterable[str], tolerance_deg: float) -> 
     names = list(among)
     if not names:
         return None
-    angles = [angle_between(up, NAMED[name]) for name in names]
-    best = int(np.argmin(angles))
-    return names[best] if np.degrees(angles[best]) <= tolerance_deg else None
+    best = names[int(np.argmax(np.array([NAMED[name] for name in names]) @ up))]
+    return best if np.degrees(angle_between(up, NAMED[best])) <= tolerance_deg else None
 
 
 def pose_in_words(name: str) -> str:

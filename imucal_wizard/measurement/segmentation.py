@@ -129,8 +129,10 @@ def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
         after: the next one.
         gravity: in the unit of the readings.
     """
+    if after.start - before.end >= MIN_ROTATION_SECONDS:
+        return False
     moved = float(np.linalg.norm(after.accelerometer - before.accelerometer))
-    return after.start - before.end < MIN_ROTATION_SECONDS and moved < SAME_PLACE * gravity
+    return moved < SAME_PLACE * gravity
 
 
 def rest_numbers(holds: Sequence[Hold]) -> IntArray:

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 from imucal_wizard.core.quantities import finite_or_none, number
@@ -11,6 +12,8 @@ from imucal_wizard.report.plot import scatter
 VIEW_COLUMNS, VIEW_ROWS = 79, 21
 """Columns and rows of a picture; a terminal has 80 and 24."""
 SCHEMA = "imucal-wizard/view/1"
+MAX_NEAR_NAMES = 3
+"""Names that a mistyped one is answered with."""
 
 
 def view_text(sensor: str, view: ResidualView) -> str:
@@ -41,6 +44,31 @@ def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
             ),
         ]
     return "\n".join(rows)
+
+
+def no_such_view(name: str, known: Mapping[str, Sequence[ResidualView]]) -> str:
+    """The answer to a name that no picture has: the nearest ones, and what kinds there are."""
+    every = [f"{sensor}/{view.name}" for sensor, views in known.items() for view in views]
+    short = list(dict.fromkeys(one.rpartition("/")[2] for one in every))
+    near = get_close_matches(name, every if "/" in name else short, MAX_NEAR_NAMES)
+    groups = dict.fromkeys(
+        f"{sensor}: {', '.join(dict.fromkeys(_group(view.name) for view in views))}"
+        for sensor, views in known.items()
+    )
+    meant = f"; nearest {', '.join(near)}" if near else ""
+    return f"there is no view {name!r}{meant}. There are of the {'; of the '.join(groups)}"
+
+
+def _group(name: str) -> str:
+    """A name with what varies replaced: ``force-AXIS``, ``model-AXIS-…``, ``suspect-TERM``."""
+    first, _, rest = name.partition("-")
+    if first == "suspect":
+        return "suspect-TERM"
+    if first in ("model", "rest"):
+        return f"{first}-AXIS-…"
+    if first == "heading":
+        return "heading-…"
+    return f"{first}-AXIS" if rest else first
 
 
 def view_document(chosen: Sequence[tuple[str, ResidualView]]) -> dict[str, Any]:

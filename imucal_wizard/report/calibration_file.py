@@ -21,7 +21,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.effect import ACCELEROMETER, Circumstances, Effect
+from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
 
 SCHEMA = "imucal-wizard/calibration/1"
@@ -173,7 +173,7 @@ class Sensor(msgspec.Struct, frozen=True):
 
 def _readings_alone(sensor: str, terms: Sequence[Term], count: int) -> Circumstances:
     """Circumstances of which nothing is known but the reading itself."""
-    alone = ("input", "force") if sensor == ACCELEROMETER else ("input",)
+    alone = ("input", INPUT_OF[sensor])
     for term in terms:
         if term.effect.against not in alone:
             raise UsageError(

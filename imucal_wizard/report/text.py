@@ -36,8 +36,8 @@ def summary(report: FitReport, says: Sequence[str] = ()) -> str:
     ]
     for name, fit in report.sensors.items():
         lines += ["", *_sensor(name, fit)]
-        if name == "magnetometer" and report.magnetic is not None:
-            lines += field_lines(report.magnetic, fit)
+    if report.magnetic is not None:
+        lines += field_lines(report.magnetic, report.sensors["magnetometer"])
     if report.second_stage is not None:
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:

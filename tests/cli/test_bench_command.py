@@ -203,4 +203,7 @@ def test_the_names_of_the_pictures_are_listed_also_after_a_wrong_one(
         capsys.readouterr().out.split()
     )
     assert cli.main(["bench", str(recording), "--view", "force"]) == 2
-    assert "force-x" in capsys.readouterr().err
+    answer = capsys.readouterr().err
+    assert "force-x" in answer
+    assert "suspect-TERM" in answer
+    assert len(answer) < 400

@@ -1,7 +1,6 @@
 """Lines of text formats: cutting bytes into lines, decoding lines to rows."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -78,21 +77,24 @@ class TextDecoder(ABC):
     def feed(self, data: bytes) -> DecodedRows:
         """Decode the lines that these bytes complete."""
         block = self._cutter.feed(data)
-        values = self._table_of(block)
-        for piece in self._pieces(block) if values is None else ():
-            values = self._table_of(piece) if len(piece) < len(block) else None
-            for line in split_lines(piece) if values is None else ():
-                self._line(line)
+        start = 0
+        while start < len(block) and self._count < MAX_DECIMALS_ROWS:
+            end = _end_of_lines(block, start + _MIN_TABLE)
+            self._each_line(block[start:end])
+            start = end
+        block, start = block[start:], 0
+        if block and self._table_of(block) is None:
+            while start < len(block):
+                end = _end_of_lines(block, start + _PIECE_BYTES)
+                piece = block[start:end]
+                if len(piece) == len(block) or self._table_of(piece) is None:
+                    self._each_line(piece)
+                start = end
         return self._batch()
 
-    def _pieces(self, block: bytes) -> Iterator[bytes]:
-        """A block in pieces of whole lines, small ones as long as each line is read by itself."""
-        start = 0
-        while start < len(block):
-            size = _PIECE_BYTES if self._count >= MAX_DECIMALS_ROWS else _MIN_TABLE
-            end = block.find(b"\n", start + size) + 1 or len(block)
-            yield block[start:end]
-            start = end
+    def _each_line(self, block: bytes) -> None:
+        for line in split_lines(block):
+            self._line(line)
 
     def broken(self) -> None:
         """The link was interrupted: drop the unfinished line; the next one may be incomplete."""
@@ -180,3 +182,8 @@ class TextDecoder(ABC):
         self._malformed = 0
         self._skipped = []
         return rows
+
+
+def _end_of_lines(block: bytes, place: int) -> int:
+    """Where the line that holds a place ends."""
+    return block.find(b"\n", place) + 1 or len(block)

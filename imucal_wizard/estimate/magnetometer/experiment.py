@@ -13,7 +13,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import rotation_vector
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.magnetometer.field_data import (
     FIELD_BASE,
     USUAL_FIELD,
@@ -29,7 +29,7 @@ from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
-    from imucal_wizard.estimate.result import GravityReference
+    from imucal_wizard.estimate.result import GravityReference, SensorFit
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)
 SOFT_IRON = tuple(f"soft_iron_{AXES[i]}{AXES[j]}" for i, j in TRIANGLE)
@@ -100,6 +100,25 @@ class MagnetometerExperiment(Experiment):
         if readings is None or readings is self.readings:
             return self
         return MagnetometerExperiment(with_surroundings(self.data, readings), self._alignment)
+
+    def beside(self, found: "SensorFit") -> Beside:
+        """See ``Experiment``."""
+        source, table = self.magnitude, found.rows
+        y, field = source.mean(source.reading), self.circumstances.magnetic
+        if found.base == FIELD_BASE and table is not None:
+            corrected = found.correct(y, self.circumstances)
+            along = table.residual / np.linalg.norm(corrected, axis=1)
+            field = corrected * (1.0 - along[:, None])
+            model = y - (corrected - field) @ np.linalg.inv(found.matrix).T
+        else:
+            field = field @ self._rotation.T
+            model = self.predicted(found, field)
+        counts = self.unit == COUNT
+        gain, offset = (self.data.gain, found.bias) if counts else (1.0, np.zeros(3))
+        # what was read, in the frame of the true field
+        read, model = (((one - offset) * gain) @ self._rotation.T - field for one in (y, model))
+        rows, title = np.arange(len(y)), "read beyond the true field"
+        return Beside(title, self.error_unit, read, model, source, rows)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``; one scale is always fitted."""

@@ -96,6 +96,12 @@ def target_named(name: str) -> ExportTarget:
     return known[name]
 
 
+def path_beside(source: Path, target: ExportTarget) -> Path:
+    """The usual place of an export, beside the calibration file that it is made from."""
+    word = "export" if target.suffix == f".{target.name}" else target.name
+    return source.with_name(f"{source.stem}.{word}{target.suffix}")
+
+
 def not_held(target: ExportTarget, calibration: Calibration) -> tuple[str, ...]:
     """What of a calibration its export to a target does not have, in words."""
     effects = [] if target.holds_effects else calibration["accelerometer"].effects
