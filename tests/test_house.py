@@ -108,23 +108,41 @@ def test_no_message_of_the_domain_names_a_key_or_an_option() -> None:
 SENSORS = {"accelerometer", "gyroscope", "magnetometer"}
 
 
+SENSOR_TYPES = r"\w*Experiment|GravityMagnitude|RateAtRest|\w*Closure|FieldMagnitude|Dip|\w+Rows"
+"""Types of rows and experiments, which have methods for what differs between the sensors."""
+
+
 def test_only_the_rows_ask_which_sensor_they_deal_with() -> None:
-    """In the model, the estimator and the diagnosis, by comparing the sensor's name."""
+    """Neither by comparing the sensor's name or constant, nor by the type of its rows."""
     found = [
-        f"{place}:{node.lineno}"
+        f"{place}:{node.lineno}: {ast.unparse(node)}"
         for place, tree in modules()
-        if place.startswith(("model/", "estimate/", "diagnose/"))
+        if place.startswith(("model/", "estimate/", "diagnose/", "report/", "tui/"))
         and not place.startswith("model/rows/")
         and place not in ASKING
         for node in ast.walk(tree)
-        if isinstance(node, ast.Compare)
-        and any(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops)
-        and any(
-            isinstance(side, ast.Constant) and side.value in SENSORS
-            for side in (node.left, *node.comparators)
-        )
+        if isinstance(node, ast.expr) and (_compares_a_sensor(node) or _asks_for_a_type(node))
     ]
     assert found == []
+
+
+def _compares_a_sensor(node: ast.AST) -> bool:
+    if not isinstance(node, ast.Compare):
+        return False
+    return any(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops) and any(
+        (isinstance(side, ast.Constant) and side.value in SENSORS)
+        or (isinstance(side, ast.Name) and side.id.lower() in SENSORS)
+        for side in (node.left, *node.comparators)
+    )
+
+
+def _asks_for_a_type(node: ast.AST) -> bool:
+    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+        return False
+    names = [
+        name.id for one in node.args[1:] for name in ast.walk(one) if isinstance(name, ast.Name)
+    ]
+    return node.func.id == "isinstance" and any(re.fullmatch(SENSOR_TYPES, one) for one in names)
 
 
 @pytest.mark.parametrize("heavy", ["numpy", "textual"])

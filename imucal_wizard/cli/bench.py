@@ -157,7 +157,7 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
         UsageError: there is no such picture.
     """
     from imucal_wizard.diagnose.views import pictures
-    from imucal_wizard.report.bench_views import view_document, view_names, view_text
+    from imucal_wizard.report.bench_views import no_such_view, view_document, view_names, view_text
 
     known = {one.sensor: pictures(one) for one in statements}
     if name == "list":
@@ -171,14 +171,7 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
         if view.name == own and wanted in ("", sensor)
     ]
     if not chosen:
-        every = dict.fromkeys(view.name for views in known.values() for view in views)
-        plain = ", ".join(
-            one for one in every if not one.startswith(("model-", "rest-", "suspect-"))
-        )
-        raise UsageError(
-            f"there is no view {name!r}; there are {plain}, and model-AXIS-…, rest-AXIS-… and "
-            "suspect-TERM: --view list names them all"
-        )
+        raise UsageError(f"{no_such_view(name, known)}: --view list names them all")
     if place:
         write_json(view_document(chosen), place)
     if place != STANDARD_OUT:

@@ -69,12 +69,10 @@ def _list(place: str | None) -> int:
 
 def _export(arguments: Namespace) -> int:
     from imucal_wizard import api
-    from imucal_wizard.report.exports import target_named
+    from imucal_wizard.report.exports import path_beside, target_named
 
     calibration, target = api.load(arguments.file), target_named(arguments.to)
-    path = arguments.output
-    if path is None:
-        path = arguments.file.with_name(f"{arguments.file.stem}.{target.name}{target.suffix}")
+    path = arguments.output or path_beside(arguments.file, target)
     spare([arguments.file], path)
     done = api.export(calibration, target.name, path)
     if arguments.json:

@@ -22,7 +22,6 @@ from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.effect import MAGNETOMETER
 
 WITHIN_FREEDOM = 0.6 * 12.0
 """Degrees of freedom per hold behind the noise within: three axes of five block means, pooled by
@@ -112,9 +111,12 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     visit = 3 * table.visit[rest] + axis
     both, group = _visited(np.column_stack([residual, drift]), visit, group)
     share, freedom = _pure(both[:, 0], group, np.zeros((len(both), 0)))
-    # what a magnetometer sees the second time is the field of another moment and place: no floor
-    moved = extended.sensor == MAGNETOMETER
-    steady = None if moved else _pure(both[:, 0], group, both[:, 1:])[0]
+    # where repeats are no noise (another place in the room's field) they tell no floor
+    steady = (
+        None
+        if not table.repeats_are_noise[rest].all()
+        else _pure(both[:, 0], group, both[:, 1:])[0]
+    )
     return Floors(
         within=within,
         rounding=None if rounding is None else rounding.error,

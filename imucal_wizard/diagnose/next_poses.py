@@ -10,6 +10,7 @@ one that adds most information about it.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 
@@ -33,7 +34,6 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
-from imucal_wizard.diagnose.residuals import hold_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import SensorFit
@@ -224,7 +224,8 @@ def disturbed_parts(
         elif table.moving[row]:
             rotations.append(index)
         else:
-            holds.append(hold_of(table, row))
+            source, own = table.source_of(row)
+            holds.append(source.item(own))
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
@@ -692,7 +693,7 @@ def _doubt(closure: GravityClosure, up: FloatArray) -> FloatArray:
 
 def closure_of(table: ResidualTable) -> GravityClosure:
     """The rotations of a table."""
-    return next(one for one in table.sources if isinstance(one, GravityClosure))
+    return cast("GravityClosure", next(one for one in table.sources if one.moving and one.judged))
 
 
 def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
 hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
-component of a rotation's closure, or a mean magnitude of the magnetometer.
+component of a rotation's closure, a mean magnitude of the magnetometer, or its dip.
 """
 
 from collections.abc import Sequence
@@ -10,8 +10,6 @@ from enum import IntEnum
 
 import numpy as np
 
-from imucal_wizard.core.poses import DIRECTIONS, nearest_pose
-from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.result import SensorFit
@@ -26,6 +24,7 @@ class RowKind(IntEnum):
     STILL = 1
     ROTATION = 2
     FIELD = 3
+    DIP = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,23 +148,3 @@ def _candidates(
         )
         for variant in effect.variants(holds)
     ]
-
-
-def hold_of(table: ResidualTable, row: int) -> int:
-    """The number of the hold that a row at rest was measured in."""
-    for source in table.sources:
-        if row < len(source.labels):
-            return int(source.labels.index[row])
-        row -= len(source.labels)
-    raise IndexError(row)
-
-
-def place_of(table: ResidualTable, row: int) -> str:
-    """A row in words: ``hold 7``, ``rotation 3``, ``field along +x−y, min 2.1``."""
-    kind = str(table.kind[row])
-    if kind == "field":
-        name = nearest_pose(table.direction[row], DIRECTIONS, 180.0) or "–"
-        return f"field along {true_minus(name)}, min {table.time[row] / 60.0:.1f}"
-    if kind == "rotation":
-        return f"rotation {table.index[row] + 1}"
-    return f"hold {hold_of(table, row) + 1}"

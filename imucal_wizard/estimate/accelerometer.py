@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from imucal_wizard.core.directions import group_directions, mean_directions, uni
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere
 from imucal_wizard.estimate.methods import DEFAULTS
@@ -107,6 +108,23 @@ class AccelerometerExperiment(Experiment):
         args = self.holds, self.gravity, self.unit, self._start, self.identified, self.noise
         return AccelerometerExperiment(*args, readings, self.source.labels.group)
 
+    def beside(self, found: SensorFit) -> Beside:
+        """See ``Experiment``."""
+        y, force = self.source.reading, self.circumstances.force
+        if found.base == BASE:
+            corrected = found.correct(y, self.circumstances)
+            force = self.gravity * corrected / np.linalg.norm(corrected, axis=1)[:, None]
+            model = y - (corrected - force) @ np.linalg.inv(found.matrix).T
+        else:
+            model = self.predicted(found, force)
+        gain, offset = 1.0, np.zeros(3)
+        if self.unit == COUNT:
+            gain = float(np.cbrt(abs(np.linalg.det(found.matrix))))
+            offset = found.bias if "bias" in found.base else y.mean(axis=0)
+        read, model = ((one - offset) * gain - force for one in (y, model))
+        rows = np.arange(len(y))
+        return Beside("read beyond the true force", "m/s^2", read, model, self.source, rows)
+
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""
         identified = self.identified
@@ -182,8 +200,7 @@ class AccelerometerExperiment(Experiment):
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
-        (rows,) = found.rows
-        assert isinstance(rows, MagnitudeRows)  # noqa: S101 (narrows the type)
+        rows = cast("MagnitudeRows", found.rows[0])
         excess = found.balance.variance - found.system.own
         by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
+from imucal_wizard.model.terms import Terms
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
-    from imucal_wizard.estimate.result import GravityReference, Parameter
+    from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,31 @@ class Directions:
     def slow(self) -> "np.ndarray":
         """Which of them slow changes may move: those with a part in a bias, shape (p,)."""
         return np.asarray((self.columns[9:] != 0.0).any(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What was read beyond the true input, beside what a model reads.
+
+    The true force of a hold is gravity in the direction that the model finds (with a part of the
+    base left out: that the whole base finds); at rest the true rate is zero. So a model of nothing
+    is a flat line, a bias lifts it, a scale tilts it, and what the model lacks lies between them.
+
+    Attributes:
+        title: what it is.
+        unit: of both.
+        read: shape (n, 3).
+        model: shape (n, 3).
+        source: the rows that they belong to.
+        rows: which of them, shape (n,).
+    """
+
+    title: str
+    unit: str
+    read: FloatArray
+    model: FloatArray
+    source: RowSource
+    rows: IntArray
 
 
 class Experiment(ABC):
@@ -133,6 +159,16 @@ class Experiment(ABC):
         """Up in each hold, for the sensors that are calibrated by it."""
         del found
         return None
+
+    @abstractmethod
+    def beside(self, found: "SensorFit") -> Beside:
+        """Measurement beside model."""
+
+    def predicted(self, found: "SensorFit", true: FloatArray) -> FloatArray:
+        """The model's reading of a true input, reading unit, shape (n, 3)."""
+        sizes = np.concatenate([np.zeros(0), *found.sizes])
+        felt = true + Terms(self.sensor, found.terms).columns(self.circumstances) @ sizes
+        return np.asarray(felt @ np.linalg.inv(found.matrix).T + found.bias)
 
     def everything(self) -> Circumstances:
         """The circumstances of all rows and samples, for what an effect needs to be seen."""

@@ -5,6 +5,7 @@ Rotations about the vertical, which the fit by gravity leaves out, count here.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -228,10 +229,10 @@ def with_gyroscope(
     if len(turns) < MIN_SEGMENTS:
         note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
         return replace(stage, notes=(*stage.notes, note)), fit_before
-    known_fit = fit_before.experiment
     try:
-        if not isinstance(known_fit, GyroscopeExperiment):
+        if fit_before.experiment is None:
             raise DataError("the gyroscope has no rotations to close by both references")
+        known_fit = cast("GyroscopeExperiment", fit_before.experiment)
         rotations = _with_unseen(known_fit.rotations, turns, len(report.rotations))
         source = _heading_rows(known_fit, rotations, turns, known, doubts)
         both = known_fit.with_rows(rotations, [source], tuple(range(12)))

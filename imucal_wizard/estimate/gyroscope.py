@@ -19,7 +19,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
-from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate, rest_of
@@ -329,6 +329,17 @@ class GyroscopeExperiment(Experiment):
         more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more)
+
+    def beside(self, found: SensorFit) -> Beside:
+        """See ``Experiment``."""
+        table, read = found.rows, self.rest.reading
+        assert table is not None, "only a fit of these rows is shown"  # noqa: S101 (narrows)
+        left = table.residual[: read.size].reshape(-1, 3)
+        if self.unit == COUNT:
+            offset = found.bias if "bias" in found.base else read.mean(axis=0)
+            read = (read - offset) * float(np.cbrt(abs(np.linalg.det(found.matrix))))
+        rows = np.arange(0, read.size, 3)
+        return Beside("read at rest", "rad/s", read, read - left, self.rest, rows)
 
     def directions(self, base: Sequence[str]) -> Directions:
         """See ``Experiment``."""

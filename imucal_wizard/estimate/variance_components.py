@@ -3,12 +3,11 @@
 Holds and closures scatter by more than their measured noise (bias instability, placement, what the
 model lacks), by an amount that only the data tell. With ``variance = own + excess`` for each kind,
 
-    excess = Σ r² / (n − tr H) − mean own
+    excess = Σ w² (r² − (1 − h) own) / Σ w² (1 − h),    w = 1/variance
 
-over its own rows, H being the leverage: the residual of a kind that is fitted closely counts for
-fewer degrees of freedom. Iterated along with the fit, this is the moment form of restricted maximum
-likelihood (the Helmert–Förstner estimate of variance components); no kind drowns another. All rows
-of a kind count alike in it, since the noise known of each is an estimate itself.
+over its own rows, h being the leverage of each: the residual of a row that is fitted closely counts
+for fewer degrees of freedom, and a row whose own noise is large tells little of the excess.
+Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another.
 """
 
 import numpy as np
@@ -59,6 +58,7 @@ class Balance:
         precision: of the priors of the parameters, shape (p,).
         normal: normal matrix with the priors, shape (p, p).
         covariance: its inverse over what is determined, shape (p, p).
+        spare: share of each row that is not fitted (one less its leverage), shape (n,).
         freedom: degrees of freedom left of each kind, shape (kinds,).
     """
 
@@ -67,6 +67,7 @@ class Balance:
     precision: FloatArray
     normal: FloatArray
     covariance: FloatArray
+    spare: FloatArray
     freedom: FloatArray
 
     @property
@@ -91,11 +92,9 @@ def balanced(system: System) -> Balance:
         precision = system.precision
         excess = np.bincount(system.kinds, system.residual**2) / count
         found = solved(system, system.own + excess[system.kinds], precision)
-    mean_own = np.bincount(system.kinds, system.own) / count
     for _ in range(MAX_ROUNDS):
         left = system.residual + system.columns @ found.step
-        squares = np.bincount(system.kinds, left**2) / np.maximum(found.freedom, 1.0)
-        before, excess = excess, np.maximum(squares - mean_own, 0.0)
+        before, excess = excess, _excess(system, found, left)
         precision = widened(system.precision, system.value + found.step, system.groups)
         settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
         settled &= (np.abs(excess - before)[system.kinds] <= SETTLED * found.variance).all()
@@ -105,6 +104,16 @@ def balanced(system: System) -> Balance:
     return found
 
 
+def _excess(system: System, found: Balance, left: FloatArray) -> FloatArray:
+    """Variance beyond its own noise that the residuals of each kind show, shape (kinds,)."""
+    weight = found.variance**-2.0
+    spare = np.bincount(system.kinds, weight * found.spare)
+    # of less than one degree of freedom, chance makes anything
+    spare *= np.maximum(1.0 / np.maximum(found.freedom, 1e-12), 1.0)
+    beyond = np.bincount(system.kinds, weight * (left**2 - found.spare * system.own))
+    return np.asarray(np.maximum(beyond / spare, 0.0))
+
+
 def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:
     """Fit the parameters under given variances of the rows and given priors."""
     weighted = system.columns / variance[:, None]
@@ -112,13 +121,15 @@ def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balan
     covariance = inverted(normal)
     pull = weighted.T @ system.residual + precision * system.value
     leverage = (weighted @ covariance * system.columns).sum(axis=1)
+    spare = 1.0 - leverage
     return Balance(
         step=-covariance @ pull,
         variance=variance,
         precision=precision,
         normal=normal,
         covariance=covariance,
-        freedom=np.asarray(np.bincount(system.kinds, 1.0 - leverage), np.float64),
+        spare=spare,
+        freedom=np.asarray(np.bincount(system.kinds, spare), np.float64),
     )
 
 

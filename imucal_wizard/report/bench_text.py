@@ -1,4 +1,4 @@
-"""What the bench found, as text for a terminal that is not the app's."""
+"""The findings of the bench as plain text."""
 
 import textwrap
 from collections.abc import Sequence
@@ -16,7 +16,6 @@ from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.residuals import place_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict_text import sizes_text
 from imucal_wizard.model.rows.table import ResidualTable
@@ -31,7 +30,7 @@ DOT_PLOT_COLUMNS = 21
 
 
 def bench_text(statements: Sequence[Diagnosis]) -> str:
-    """Comparison, suspects, ladder and verdict of every sensor."""
+    """Residuals, suspects, ladder and verdict of every sensor."""
     return "\n\n".join("\n".join(_sensor(one)) for one in statements)
 
 
@@ -54,7 +53,7 @@ def _sensor(said: Diagnosis) -> list[str]:
 
 
 def _comparison(said: Diagnosis) -> list[str]:
-    """Measurement against model, a line per hold or rotation."""
+    """Measurement minus model, a line per hold or rotation."""
     bench = said.bench
     if bench is None:
         return []
@@ -85,7 +84,7 @@ def _worst_rows(table: ResidualTable) -> list[str]:
     lines = [f"COMPARE  measurement − model, {worst} (× noise)"]
     for row in sorted(order.tolist()):
         cell = true_minus(f"{quantity(float(table.residual[row]), 'uT')} ({ratio[row]:+.1f})")
-        lines.append(f"  {place_of(table, row):34} {cell}")
+        lines.append(f"  {table.place(row):34} {cell}")
     return lines
 
 
@@ -114,7 +113,7 @@ def _dot(ratio: float, size: float) -> str:
 
 
 def _suspects(said: Diagnosis, bench: Bench) -> list[str]:
-    """Ranked, with what adding each would do."""
+    """The ranked suspects, each with the error after adding it."""
     unit = bench.fit.unit
     if said.findings is None:
         return []
@@ -144,7 +143,7 @@ def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
     p = "p < 0.001" if one.p < 0.001 else f"p {one.p:.3f}"
     if one.trial is None or one.candidate is None:
         row = int(np.flatnonzero(bench.rows.index == one.hold)[0])
-        return [f"  {number}  disturbed: {place_of(bench.rows, row)}   {p}"]
+        return [f"  {number}  disturbed: {bench.rows.place(row)}   {p}"]
     after = quantity(one.trial.rms_held_out, unit)
     effect = next(effect for effect in bench.catalogue if effect.name == one.term)
     size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)

@@ -1,7 +1,8 @@
-"""The pictures of the bench as text and as data."""
+"""The plots of the bench as text and as data."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 from imucal_wizard.core.quantities import finite_or_none, number
@@ -9,12 +10,14 @@ from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.report.plot import scatter
 
 VIEW_COLUMNS, VIEW_ROWS = 79, 21
-"""Columns and rows of a picture; a terminal has 80 and 24."""
+"""Columns and rows of a plot, for a terminal of 80×24."""
 SCHEMA = "imucal-wizard/view/1"
+MAX_NEAR_NAMES = 3
+"""Names that a mistyped one is answered with."""
 
 
 def view_text(sensor: str, view: ResidualView) -> str:
-    """A picture with its title, and what to look for in it."""
+    """A plot with its title, and what to look for in it."""
     noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)} {view.unit}"
     title = view.title if view.slope is not None else f"{view.title}, {view.unit}"
     drawn = scatter(
@@ -26,7 +29,7 @@ def view_text(sensor: str, view: ResidualView) -> str:
 
 
 def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
-    """The names of all pictures, by sensor."""
+    """The names of all plots, by sensor."""
     rows = []
     for sensor, views in known.items():
         names = " ".join(view.name for view in views)
@@ -43,8 +46,33 @@ def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
     return "\n".join(rows)
 
 
+def no_such_view(name: str, known: Mapping[str, Sequence[ResidualView]]) -> str:
+    """The answer to a name that no picture has: the nearest ones, and what kinds there are."""
+    every = [f"{sensor}/{view.name}" for sensor, views in known.items() for view in views]
+    short = list(dict.fromkeys(one.rpartition("/")[2] for one in every))
+    near = get_close_matches(name, every if "/" in name else short, MAX_NEAR_NAMES)
+    groups = dict.fromkeys(
+        f"{sensor}: {', '.join(dict.fromkeys(_group(view.name) for view in views))}"
+        for sensor, views in known.items()
+    )
+    meant = f"; nearest {', '.join(near)}" if near else ""
+    return f"there is no view {name!r}{meant}. There are of the {'; of the '.join(groups)}"
+
+
+def _group(name: str) -> str:
+    """A name with what varies replaced: ``force-AXIS``, ``model-AXIS-…``, ``suspect-TERM``."""
+    first, _, rest = name.partition("-")
+    if first == "suspect":
+        return "suspect-TERM"
+    if first in ("model", "rest"):
+        return f"{first}-AXIS-…"
+    if first in ("heading", "dip"):
+        return f"{first}-…"
+    return f"{first}-AXIS" if rest else first
+
+
 def view_document(chosen: Sequence[tuple[str, ResidualView]]) -> dict[str, Any]:
-    """Pictures as data: lists and numbers only."""
+    """Plots as data: lists and numbers only."""
     return {
         "schema": SCHEMA,
         "views": [{"sensor": sensor, **_data(view)} for sensor, view in chosen],

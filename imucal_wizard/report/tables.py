@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import replace
 
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.estimate.comparison import (
@@ -75,5 +74,5 @@ def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:
     matrix, bias = difference(row, first), offset_difference(row, first)
     if row is first or row.fit is None or matrix is None or bias is None:
         return "", ""
-    rate = replace(row.fit, unit="rad/s") if row.sensor == "gyroscope" else row.fit
-    return f"{100.0 * matrix:.3f} %", quantity(bias, rate.unit, 2)
+    unit = {"rad": "rad/s"}.get(row.fit.unit, row.fit.unit)  # of a closure's error, and its bias
+    return f"{100.0 * matrix:.3f} %", quantity(bias, unit, 2)

@@ -1,1 +1,1 @@
-"""The terminal app: it shows what the domain decided and passes on what the operator wants."""
+"""The terminal app: it shows the decisions of the domain and passes on the operator's commands."""

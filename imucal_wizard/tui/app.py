@@ -1,4 +1,4 @@
-"""The app: asks the source for snapshots, and shows the screen of the step that it is in."""
+"""The app: takes snapshots of the source and shows the screen of the present step."""
 
 import asyncio
 import sys
@@ -37,12 +37,12 @@ _SCREENS: dict[str, str] = {
     StepKind.RESULT: "result.ResultScreen",
     StepKind.SAVE: "result.SaveScreen",
 }
-"""Screen of each step but the first; imported while the operator looks at that one."""
+"""Screen of each step but the first; imported while the first one is shown."""
 Result = TypeVar("Result")
 
 
 class BaseApp(App[Result], Generic[Result]):
-    """Style and sizes of the screens, the keys to leave by, a line for an unforeseen fault."""
+    """Style and sizes of the screens, keys to quit, report of an unexpected fault."""
 
     CSS_PATH = "wizard.tcss"
     HORIZONTAL_BREAKPOINTS = HORIZONTAL
@@ -52,15 +52,15 @@ class BaseApp(App[Result], Generic[Result]):
     ]
 
     def action_explain(self, about: str = "") -> None:
-        """Explain the screen in front: one text and the keys that work there."""
+        """Show help for the present screen: a text and its keys."""
         from imucal_wizard.tui.screens.help import HelpScreen
 
         self.push_screen(HelpScreen(about, self.screen))
 
     def _fatal_error(self) -> None:
-        """An unforeseen fault: its traceback goes to a file, one line to the user.
+        """Write the traceback of an unexpected fault to a file, and one line for the user.
 
-        Textual calls this; without it, it would print the traceback with all values in it.
+        Textual calls this; its own method would print the traceback with all values in it.
         """
         error = self._exception or sys.exception() or RuntimeError("unknown")
         error = getattr(error, "error", error)  # a worker's failure wraps what was raised in it
@@ -68,12 +68,12 @@ class BaseApp(App[Result], Generic[Result]):
 
 
 class WizardApp(BaseApp[Saved]):
-    """The wizard in the terminal. Returns where the calibration was saved, or None.
+    """The wizard. It returns the saved calibration's place, or None.
 
     Args:
-        services: what the app is given to work with.
-        settings: how it behaves.
-        choice: the source chosen already, or None to let the operator choose.
+        services: the functions below the app.
+        settings: behaviour of the app.
+        choice: the source to open, or None if the operator chooses.
     """
 
     TITLE = "imucal-wizard"
@@ -93,30 +93,30 @@ class WizardApp(BaseApp[Saved]):
         self._loaded = asyncio.Event()
 
     def on_mount(self) -> None:
-        """Begin to ask for snapshots."""
+        """Begin to take snapshots."""
         self.set_interval(1.0 / FRAMES_PER_SECOND, self._tick)
 
     def on_unmount(self) -> None:
-        """Leave no thread behind."""
+        """Stop the source's thread."""
         self.state.drop()
 
     def on_failed(self, message: Failed) -> None:
-        """An unattended run ends with the reason; others stay and show it."""
+        """End an unattended run with the reason; an attended one shows it."""
         if message.always or self.state.settings.quit_after:
             self.state.fail(message.error)
             self.leave()
 
     def leave(self) -> None:
-        """End the app; everything measured is written down already."""
+        """End the app; everything measured is on disk already."""
         self.state.drop()
         self.exit(self.state.saved)
 
     async def action_quit(self) -> None:
-        """Leave without a question."""
+        """Quit without a question."""
         self.leave()
 
     def action_explain(self, about: str = "") -> None:
-        """Explain the step, also from a question above it."""
+        """Show help for the step, also from a dialog above it."""
         below = self._step_screen()
         super().action_explain(about or (below.step if below is not None else ""))
 
@@ -131,7 +131,7 @@ class WizardApp(BaseApp[Saved]):
 
     @work
     async def on_step_over(self, message: StepOver) -> None:
-        """Show the screen of the step that the procedure has gone to, forwards or backwards."""
+        """Show the screen of the step that the procedure has entered."""
         await self._loaded.wait()
         self.state.enter(message.step)
         screen = screen_for(message.step, self.state)
@@ -142,7 +142,7 @@ class WizardApp(BaseApp[Saved]):
 
     @work
     async def on_source_screen_seen(self) -> None:
-        """Import the other screens, and numpy with them, while the first is being looked at."""
+        """Import the other screens, and NumPy with them, while the first one is shown."""
         if not self._loaded.is_set():
             for step in _SCREENS:
                 await asyncio.to_thread(_class_of, step)
@@ -150,9 +150,9 @@ class WizardApp(BaseApp[Saved]):
             self.state.services.loaded()
 
     def _tick(self) -> None:
-        """Take one snapshot and show it where it says something new."""
+        """Take a snapshot; show it if it is new."""
         if self.state.source is None or not self.is_running or not self.screen_stack:
-            return  # the app is closing: the parts of a screen go before it does
+            return  # the app is closing: a screen's widgets are removed before the screen
         snapshot = self.state.source.snapshot()
         screen = self.screen
         self._uncover(snapshot)
@@ -166,14 +166,14 @@ class WizardApp(BaseApp[Saved]):
             screen.take(snapshot)
 
     def _uncover(self, snapshot: "Snapshot") -> None:
-        """Take away help and questions about a step that is over."""
+        """Close help and dialogs of a step that is over."""
         below = self._step_screen()
         over = below is not None and below.step != snapshot.status.step
         if over and getattr(self.screen, "goes_with_step", False):
             self.screen.dismiss(None)
 
     def _step_screen(self) -> LiveScreen | None:
-        """The screen of the step, perhaps below a box."""
+        """The screen of the step, which may lie below a dialog."""
         screens = reversed(self.screen_stack)
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 

@@ -22,20 +22,20 @@ class Canvas:
         self._letters: dict[tuple[int, int], str] = {}
 
     def dot(self, x: int, y: int) -> None:
-        """Set one dot; what lies outside is left out."""
+        """Set one dot; dots outside the canvas are ignored."""
         column, row = x >> 1, y >> 2
         if 0 <= column < self.columns and 0 <= row < self.rows:
             self._bits[row][column] |= _DOTS[y & 3][x & 1]
 
     def line(self, x0: float, y0: float, x1: float, y1: float, every: int = 1) -> None:
-        """A straight line; with ``every`` above one a dotted one."""
+        """Draw a straight line, dotted if ``every`` is above one."""
         steps = max(1, math.ceil(max(abs(x1 - x0), abs(y1 - y0))))
         for i in range(0, steps + 1, every):
             part = i / steps
             self.dot(round(x0 + (x1 - x0) * part), round(y0 + (y1 - y0) * part))
 
     def letters(self, x: float, y: float, text: str) -> None:
-        """Write text with its middle at a dot; it hides the dots of its cells."""
+        """Write text centred at a dot; it hides the dots of its cells."""
         row = int(y) >> 2
         first = round(x / 2 - len(text) / 2)
         for i, character in enumerate(text):
@@ -61,7 +61,7 @@ Matrix = tuple[Vector, Vector, Vector]
 _AZIMUTH = math.radians(28.0)
 _ELEVATION = math.radians(24.0)
 _DISTANCE = 7.0
-"""Distance of the eye in half-edges: a little perspective tells near from far."""
+"""Distance of the eye in half-edges; the perspective shows which faces are near."""
 _ORDER = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
@@ -99,7 +99,7 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def tilted(attitude: Matrix, up: Vector) -> Matrix:
-    """The attitude reached from this one by the smallest tilt that brings ``up`` (body) on top."""
+    """The attitude after the smallest tilt that brings the body direction ``up`` on top."""
     x, y, z = times(attitude, up)
     across = math.hypot(x, y)
     if across < 1e-9:
@@ -168,7 +168,7 @@ def _faces(view: _Projection) -> list[tuple[float, str, list[_Dots], _Dots]]:
         for sign in (1, -1):
             normal = _placed(i, sign, 0, 0)
             right, up, near = view.eye(normal)
-            # a face is seen when its outside looks at the eye, which stands at a finite distance
+            # a face is visible if its outside faces the eye, which is at a finite distance
             facing = near * _DISTANCE - (right * right + up * up + near * near)
             corners = [view.dots(_placed(i, sign, a, b)) for a, b in _ORDER]
             name = ("+" if sign > 0 else "−") + letter
@@ -200,18 +200,18 @@ def _axis(canvas: Canvas, view: _Projection, index: int) -> None:
 
 
 Place = Callable[[float, float], tuple[float, float]]
-"""The dot at an angle from north, degrees, and a share of the radius."""
+"""The dot at an angle from north, degrees, and at a share of the radius."""
 _LETTERS = (("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0))
 _TICKS = range(0, 360, 30)
 _HEAD_DEG = 12.0
-"""Half the angle that the needle's tail spans at its end."""
+"""Half the angle of the needle's tail at its end."""
 
 
 def rose(heading: float | None, columns: int, rows: int) -> list[str]:
-    """The card as rows of text.
+    """The compass card as rows of text.
 
     Args:
-        heading: degrees clockwise from north, or None where there is none.
+        heading: degrees clockwise from north, or None if unknown.
         columns: width in cells.
         rows: height in cells.
     """
@@ -239,7 +239,7 @@ def rose(heading: float | None, columns: int, rows: int) -> list[str]:
 
 
 def _needle(canvas: Canvas, heading: float, at: Place) -> None:
-    """A tip towards the heading, a cross-bar at the tail: the ends differ in shape."""
+    """Draw the needle: a tip towards the heading, a cross-bar at the tail."""
     tip, tail = at(heading, 0.7), at(heading + 180.0, 0.45)
     canvas.line(*tail, *tip)
     for side in (-1.0, 1.0):

@@ -1,4 +1,4 @@
-"""What the command line says to the wizard, and how the app behaves."""
+"""The options of the wizard, and the settings of the app."""
 
 import dataclasses
 from pathlib import Path
@@ -7,7 +7,7 @@ from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.records import dataclass
 
 FRAMES_PER_SECOND = 20.0
-"""How often the screen asks for a snapshot."""
+"""Snapshots per second."""
 
 
 @dataclass(frozen=True)
@@ -15,36 +15,36 @@ class WizardOptions:
     """How the wizard is opened.
 
     Attributes:
-        port: port or URL, or None for the virtual IMU or the choice on the screen.
+        port: port or URL, or None.
         baud: bits per second.
         format: name of the stream's format, or ``auto``.
-        replay: recordings or one session to play instead of a port.
-        recording: what these files do not say themselves; its columns, rate and units also serve
+        replay: recordings, or one session, to play instead of a port.
+        recording: columns, rate and units that the files do not name; they also serve
             for a stream.
-        speed: samples per second of playing, as a multiple of the true rate.
-        auto: the virtual hand performs everything.
+        speed: speed of a recording or of the virtual IMU, as a multiple of real time.
+        auto: the virtual hand performs the whole procedure.
         quit: leave after the result is saved.
         hidden: effects hidden in the virtual sensor, ``TERM:SIZE:AXIS``.
         magnetometer: the virtual sensor has a magnetometer.
-        seed: which virtual sensor and hand.
+        seed: seed of the virtual sensor and hand.
         gravity: local gravity, m/s²; None for the standard one, or that of the session.
-        gyroscope_range: full scale, deg/s, or None when not known.
+        gyroscope_range: full scale, deg/s, or None if not known.
         rotations: rotations per axis.
         count_faces: count the up/down faces among the 18 poses.
         poses: which poses are asked for: ``8`` (tilted), ``18`` or ``26``.
-        resume: session to go on with, or None.
+        resume: session to continue, or None.
         sessions: folder for session files, or None for the user's data folder.
         save: file for the calibration, or None for a name beside the session.
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
         magnetometer_method: the magnetometer's method.
-        field: magnitude of the local magnetic field, µT, or None when it is not known.
-        mystery: number of an exercise: an effect that chance hides in the virtual sensor; or None.
-        grade: how good that sensor is.
+        field: magnitude of the local magnetic field, µT, or None if not known.
+        mystery: number of an exercise with a random hidden effect, or None.
+        grade: grade of the exercise's sensor.
         key: the word that opens its sealed answer.
-        key_made: the program made that word, so that it is told at the end.
-        effects: files with effects of the user's own, for the bench.
+        key_made: the program made that word and prints it at the end.
+        effects: files with the user's own effects, for the bench.
     """
 
     port: str | None = None
@@ -83,14 +83,13 @@ class AppSettings:
     """Choices made on the command line.
 
     Attributes:
-        auto: the virtual hand does the work and every choice is made by itself.
-        quit_after: leave as soon as the result is saved.
+        auto: the virtual hand performs the procedure; nobody is asked.
+        quit_after: quit as soon as the result is saved.
         muted: start without sounds.
-        countdown: seconds the result is shown before the validation begins by itself.
-        header_patience: seconds a header is waited for before the operator is asked what the
-            columns are: a device that was opened in the middle of its stream prints the next one
-            within five.
-        predict: the bench tells nothing before a guess when it is opened first.
+        countdown: time for which the result is shown before the validation begins, s.
+        header_patience: time to wait for a header before the columns are asked for, s; devices
+            that repeat their header do so within five seconds.
+        predict: the bench hides its answer until a guess when it is opened first.
     """
 
     auto: bool = False

@@ -1,4 +1,4 @@
-"""The way from the command line's options into the app and out again."""
+"""Starts the app with the options of a command, and reports its outcome."""
 
 import shlex
 import sys
@@ -17,19 +17,19 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
 
 AUTO_COUNTDOWN = 2.0
-"""Seconds an unattended run shows its result before it goes on."""
+"""Time for which an unattended run shows its result, s."""
 
 
 def run_wizard(options: WizardOptions) -> int:
-    """Open the wizard and stay until it is left.
+    """Run the wizard until it is left.
 
     Returns:
-        Exit status: 0, or that of what stopped an unattended run.
+        Exit status: 0, or that of the error that stopped an unattended run.
 
     Raises:
-        UsageError: there is no terminal, or a hidden effect cannot be read.
-        RecordingError: a file to replay is not there.
-        SessionError: the session to resume is not there.
+        UsageError: there is no terminal, or an option is wrong.
+        RecordingError: a file to replay does not exist.
+        SessionError: the session to resume does not exist.
     """
     _check(options)
     services = WizardServices(options)
@@ -51,7 +51,7 @@ def run_wizard(options: WizardOptions) -> int:
         say("\n".join(saved.says))
     elif sources.session is not None and sources.session.exists():
         say(f"kept: {sources.session}")
-        say(f"go on with: imucal-wizard --resume {shlex.quote(str(sources.session))}")
+        say(f"continue with: imucal-wizard --resume {shlex.quote(str(sources.session))}")
     if sources.sealed is not None:
         say(f"sealed answer: {sources.sealed}")
         reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
@@ -61,7 +61,7 @@ def run_wizard(options: WizardOptions) -> int:
 
 
 def first_choice(options: WizardOptions) -> SourceChoice | None:
-    """The source that the options name, or None to let the operator choose."""
+    """The source that the options name, or None if the operator chooses."""
     if options.port and options.resume is None:
         return SourceChoice(SourceKind.PORT, options.port, options.port)
     if options.replay:
@@ -75,7 +75,7 @@ def first_choice(options: WizardOptions) -> SourceChoice | None:
 
 
 def _check(options: WizardOptions) -> None:
-    """What can be said before the screen is taken over is said before."""
+    """Report wrong options before the app takes over the terminal."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise UsageError(
             "the wizard needs a terminal; for a recording without one: imucal-wizard fit FILE"
@@ -101,7 +101,7 @@ def _check(options: WizardOptions) -> None:
 
 
 def _check_stream(options: WizardOptions) -> None:
-    """What is said of the stream must be something that exists; numpy loads only if it is said."""
+    """Check format, columns and units; NumPy is imported only if one of them is given."""
     known = options.recording
     units = (known.accelerometer_unit, known.gyroscope_unit, known.magnetometer_unit)
     if options.format == "auto" and not known.columns and not any(units):
@@ -115,7 +115,7 @@ def _check_stream(options: WizardOptions) -> None:
 
 
 class BenchApp(BaseApp[None]):
-    """Only the bench, on a recording.
+    """The bench alone, on a recording.
 
     Args:
         make: makes the benches; called in a thread.
@@ -135,10 +135,10 @@ class BenchApp(BaseApp[None]):
 
 
 def run_bench(benches: "Benches") -> int:
-    """Open the bench's screen and stay until it is left.
+    """Run the bench until it is left.
 
     Args:
-        benches: of the recording.
+        benches: the benches of a recording.
 
     Returns:
         Exit status.

@@ -1,4 +1,4 @@
-"""What the screens ask of the program below them: sources, the fit, the bench, saving, lists."""
+"""The functions that the screens call: sources, fit, bench, saving, exports."""
 
 import gc
 import itertools
@@ -24,31 +24,31 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.sessions import SessionInfo
 
 MAX_LISTED_SESSIONS = 4
-"""Earlier sessions that the list of sources offers: more would push the ports out of sight."""
+"""Earlier sessions in the list of sources; with more, the ports would be out of sight."""
 _GC_OLD_GENERATION = 2
-"""Collections of the middle generation between two of the oldest: frequent, hence short."""
+"""Collections of the middle generation between two of the oldest; frequent ones are short."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """Where a calibration was written, and what to say of it when the app has closed."""
+    """The place of a saved calibration, and the text to print when the app has closed."""
 
     path: Path
     says: tuple[str, ...] = ()
 
 
 class Services(Protocol):
-    """Everything the screens cannot do themselves; tests give something simpler."""
+    """The functions that the screens call; tests provide simpler ones."""
 
     def open_source(self, choice: SourceChoice) -> SampleSource:
-        """Make the source chosen; not started yet. Runs in a thread.
+        """Make the chosen source, not started yet. Runs in a thread.
 
         Raises:
             ImucalError: it cannot be opened, and why.
         """
 
     def ports(self) -> Sequence[SourceChoice]:
-        """What is plugged in. Runs in a thread."""
+        """The ports with devices. Runs in a thread."""
 
     def earlier(self) -> Sequence[SourceChoice]:
         """Sessions that can be resumed, newest first. Runs in a thread."""
@@ -66,10 +66,10 @@ class Services(Protocol):
         """Every method of every sensor on what was collected. Runs in a thread."""
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
-        """The benches of a fit, with the models of those before. Runs in a thread."""
+        """The benches of a fit, with the models of earlier benches. Runs in a thread."""
 
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
-        """What the data say of each sensor's model. Runs in a thread."""
+        """The diagnosis of each sensor. Runs in a thread."""
 
     def save(self, report: "FitReport", benches: "Benches | None") -> Saved:
         """Write the calibration, with the effects that the bench has added. Runs in a thread.
@@ -89,17 +89,17 @@ class Services(Protocol):
         """
 
     def loaded(self) -> None:
-        """Everything that the app needs has been imported."""
+        """Note that all modules of the app are imported."""
 
 
 class WizardServices:
-    """The services on real sources and files.
+    """The services with real sources and files.
 
     Args:
-        options: what the command line says.
+        options: of the command line.
 
     Attributes:
-        sources: opens what is chosen, and knows what is open.
+        sources: opens the chosen source.
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -107,7 +107,7 @@ class WizardServices:
         self.sources = SourceOpener(options)
 
     def open_source(self, choice: SourceChoice) -> SampleSource:
-        """Make the source chosen."""
+        """Make the chosen source."""
         return self.sources.open(choice)
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
@@ -144,7 +144,7 @@ class WizardServices:
         return method_rows(report, unit, series, self._options.field)
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
-        """The benches of a fit, with the readings it was made of where they are at hand."""
+        """The benches of a fit, with its readings if they are available."""
         from imucal_wizard.diagnose.benches import Benches
         from imucal_wizard.model.catalogue import load_effect
         from imucal_wizard.sessions.stored_readings import session_readings
@@ -155,13 +155,13 @@ class WizardServices:
         return Benches(report, readings, own=own, before=before)
 
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
-        """What the data say of each sensor's model."""
+        """The diagnosis of each sensor."""
         from imucal_wizard.diagnose.survey import diagnose_benches
 
         return {one.sensor: one for one in diagnose_benches(benches, {}, automatic=False)}
 
     def save(self, report: "FitReport", benches: "Benches | None" = None) -> Saved:
-        """Write the calibration, with the effects found on the bench, and say what it is worth.
+        """Write the calibration, with the effects that the bench has added.
 
         Raises:
             UsageError: the place cannot be written.
@@ -184,7 +184,7 @@ class WizardServices:
         return Saved(path, (summary(report, says), *found, f"saved: {path}"))
 
     def _written(self, made: "Calibration") -> Path:
-        """Write it, under a name that is free unless one was given; what is there stays."""
+        """Write it under the given name, else under a free one; an equal file is kept."""
         from imucal_wizard.report.calibration_file import says_the_same
 
         if self._options.save is not None:
@@ -197,7 +197,7 @@ class WizardServices:
         return made.save(path)
 
     def _names(self) -> Iterator[Path]:
-        """Names for the calibration, the plainest first, without an end."""
+        """Names for the calibration, without end; the first has no number."""
         if self.sources.session is not None:
             first = self.sources.session.with_suffix(".json")
         else:
@@ -216,13 +216,13 @@ class WizardServices:
     def export(self, saved: Path, target: str) -> "Exported":
         """Write a saved calibration for another program, beside it."""
         from imucal_wizard.report.calibration_file import read_calibration
-        from imucal_wizard.report.exports import target_named, write_export
+        from imucal_wizard.report.exports import path_beside, target_named, write_export
 
-        path = saved.with_name(f"{saved.stem}.{target}{target_named(target).suffix}")
+        path = path_beside(saved, target_named(target))
         return write_export(read_calibration(saved), target, path)
 
     def loaded(self) -> None:
-        """Keep the garbage collector's pauses short from here on.
+        """Keep the pauses of the garbage collector short.
 
         A full collection of everything that a Textual app has loaded takes 50 to 200 ms, in which
         no thread fetches a byte; a terminal's buffer holds 20 to 40 ms of 2,000 samples a second.
@@ -232,7 +232,7 @@ class WizardServices:
         gc.set_threshold(*gc.get_threshold()[:2], _GC_OLD_GENERATION)
 
     def ports(self) -> list[SourceChoice]:
-        """What is plugged in."""
+        """The ports with devices."""
         from imucal_wizard.acquire.ports import list_ports
 
         found = []

@@ -1,4 +1,4 @@
-"""What each event sounds like: a rhythm of the terminal's bell."""
+"""The sound of each event: a rhythm of the terminal's bell."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -35,14 +35,14 @@ PATTERNS: dict[EventKind, tuple[int, float]] = {
     EventKind.LINK_LOST: (5, SLOW),
     EventKind.FINISHED: (6, QUICK),
 }
-"""How many bells and how far apart, least important first: quick is good, slow asks for a look."""
+"""Number of bells and their distance, least important first: quick for good, slow for warnings."""
 _RANK = {kind: i for i, kind in enumerate(PATTERNS)}
 _STATE_CHANGES_APART = 0.5
-"""Still and moved may alternate ten times a second; they are heard at most twice."""
+"""Least time between two sounds for still and moved, which may alternate ten times a second."""
 
 
 class Sounds:
-    """Plays the patterns of new events; a more important one ends the one before.
+    """Plays the patterns of new events; a more important event interrupts the present pattern.
 
     Args:
         bell: rings once.
@@ -68,7 +68,7 @@ class Sounds:
         self.muted = muted
 
     def hear(self, events: "Sequence[Event]") -> None:
-        """Play the most important of these events, unless a more important one still plays."""
+        """Play the most important event, unless a more important one is still playing."""
         if self.muted or not events:
             return
         kind = max((event.kind for event in events), key=_RANK.__getitem__)

@@ -1,4 +1,4 @@
-"""Opens what was chosen: the virtual IMU, a port, a recording, a session to watch or resume."""
+"""Opens the chosen source: virtual IMU, port, recording, session to replay or resume."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -26,32 +26,32 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
 
 
 class SampleSource(Protocol):
-    """A stream with its procedure, running in a thread of its own."""
+    """A stream with its procedure, running in its own thread."""
 
     live: bool
-    """Whether it is a device, which can be asked for new poses."""
+    """Whether it is a device, which can measure more."""
 
     @property
     def finished(self) -> bool:
-        """Whether nothing more will come."""
+        """Whether the source has ended."""
 
     def start(self) -> None:
-        """Begin to read."""
+        """Start reading."""
 
     def stop(self) -> None:
-        """Stop reading; back within 100 ms."""
+        """Stop reading; returns within 100 ms."""
 
     def snapshot(self) -> "Snapshot":
-        """The newest picture of everything."""
+        """The newest snapshot."""
 
     def command(self, name: str, argument: str = "") -> None:
-        """Hand a command to the procedure."""
+        """Pass a command to the procedure."""
 
     def collected(self) -> "Collected":
-        """What has been measured so far."""
+        """All measurements."""
 
     def set_setup(self, setup: "StreamSetup") -> None:
-        """Read the stream in this way from its first byte on."""
+        """Read the stream with this setup from its first byte on."""
 
 
 @runtime_checkable
@@ -59,11 +59,11 @@ class Hand(Protocol):
     """The virtual hand that moves the virtual device."""
 
     following: bool
-    """Whether it does everything by itself."""
+    """Whether it performs the procedure by itself."""
 
     @property
     def trembling(self) -> bool:
-        """Whether the device is held and not laid down."""
+        """Whether the device is held in the hand."""
 
     def turn(self, axis: str, degrees: float) -> None:
         """Turn the device about one of its axes."""
@@ -75,11 +75,11 @@ class Hand(Protocol):
         """Hold the device in the hand, or lay it down."""
 
     def pass_steel(self) -> None:
-        """Let something of steel pass by: the field is disturbed for a moment."""
+        """Pass steel by the device, which disturbs the field for a moment."""
 
 
 class SourceKind(StrEnum):
-    """Where samples can come from."""
+    """Kinds of sources."""
 
     VIRTUAL = "virtual"
     PORT = "port"
@@ -89,13 +89,13 @@ class SourceKind(StrEnum):
 
 @dataclass(frozen=True)
 class SourceChoice:
-    """What the operator chose to read from.
+    """A source to choose.
 
     Attributes:
         kind: a virtual device, a port or URL, a recording, an earlier session.
         target: device name, URL or path; "" for the virtual device.
-        title: in words.
-        detail: one more line in words.
+        title: for the list.
+        detail: one more line for the list.
     """
 
     kind: SourceKind
@@ -105,18 +105,18 @@ class SourceChoice:
 
 
 class SourceOpener:
-    """Makes sources as the command line's options want them.
+    """Makes sources by the options of the command line.
 
     Args:
-        options: what the command line says.
+        options: of the command line.
 
     Attributes:
         session: the session file being written, or None.
-        title: what is read, in words.
+        title: of the source.
         played: the recording being played, or None.
         watched: the session being played, or None.
         sealed: the answer of an exercise, or None.
-        gravity: local gravity by which the result is fitted, m/s².
+        gravity: local gravity for the fit, m/s².
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -129,13 +129,13 @@ class SourceOpener:
         self.gravity = options.gravity or STANDARD_GRAVITY
 
     def directory(self) -> Path:
-        """Where sessions are kept."""
+        """The folder of the sessions."""
         from imucal_wizard.sessions import default_directory
 
         return self._options.sessions or default_directory()
 
     def open(self, choice: SourceChoice) -> SampleSource:
-        """Make the source chosen.
+        """Make the chosen source.
 
         Raises:
             ImucalError: it cannot be opened, and why.
@@ -152,7 +152,7 @@ class SourceOpener:
         return self._virtual()
 
     def _virtual(self) -> SampleSource:
-        """The virtual IMU; for an exercise with an effect hidden by chance, its answer sealed."""
+        """The virtual IMU; an exercise has a random hidden effect and a sealed answer."""
         from imucal_wizard.run.reader import Reader
 
         options = self._options
@@ -187,8 +187,8 @@ class SourceOpener:
         """An engine that writes a new session.
 
         Args:
-            about: what is needed to open the same source again.
-            full_scale: of the gyroscope, rad/s, where the source knows it and the user says none.
+            about: how to open the same source again.
+            full_scale: of the gyroscope, rad/s, if the source knows it; an option overrides it.
         """
         from imucal_wizard.run.session_replay import begin_session
         from imucal_wizard.sessions import new_session_path
@@ -201,7 +201,7 @@ class SourceOpener:
         )
 
     def _resumed(self, path: Path) -> SampleSource:
-        """The source of an earlier session, which is read again before it goes on."""
+        """The source of an earlier session, which is replayed before it continues."""
         from imucal_wizard.run.session_replay import resume_session
 
         if not path.is_file():
@@ -217,7 +217,7 @@ class SourceOpener:
         return source
 
     def _opened_again(self, resumed: "ResumedSession") -> SampleSource:
-        """What a session was read from; a device may be at another port now."""
+        """Open the source of a session again; a device may be at another port now."""
         from imucal_wizard.acquire.transport import Transport
         from imucal_wizard.run.pump import Pump
         from imucal_wizard.run.reader import Reader
@@ -239,7 +239,7 @@ class SourceOpener:
         return Reader(Pump(Transport(port, baud)), resumed.engine, prepare=resumed.prepare)
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
-        """A recording with today's procedure, or a session with its operator's commands."""
+        """A recording with the present procedure, or a session with its operator's commands."""
         from imucal_wizard.acquire.files import is_session
 
         for path in paths:
@@ -330,7 +330,7 @@ def virtual_imu(about: Mapping[str, Any], options: WizardOptions) -> "VirtualImu
 
 
 def stream_setup(options: WizardOptions) -> "StreamSetup":
-    """What the options say of a stream.
+    """The setup of a stream by the options.
 
     Raises:
         UsageError: a column or a unit does not exist.

@@ -1,4 +1,4 @@
-"""What the wizard knows beyond one screen: source, newest snapshot, fit, bench, what was saved."""
+"""The state shared by the wizard's screens: source, newest snapshot, fit, bench, saved file."""
 
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -26,25 +26,25 @@ _FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 
 
 class WizardState:
-    """Owned by the app; screens read the attributes, and change them only by the methods.
+    """The app owns it; screens read the attributes and change them only by the methods.
 
     Args:
-        services: what the wizard is given to work with.
-        settings: how it behaves.
-        choice: the source chosen already, or None to let the operator choose.
-        sounds: what is heard of the events.
+        services: the functions below the app.
+        settings: behaviour of the app.
+        choice: the source to open, or None if the operator chooses.
+        sounds: plays the events.
 
     Attributes:
-        source: what is read, or None.
-        snapshot: the newest picture of the source that was shown, or None.
+        source: the present source, or None.
+        snapshot: the newest snapshot that was shown, or None.
         report: the newest fit, or None while the data change.
-        diagnoses: what the data say of each sensor of the newest fit; empty until that is known.
-        benches: the bench of the newest fit, as it was left; None before it was opened.
-        sensor: whose bench was open last.
-        resume_bench: the bench has asked for more data and is to be opened after the next fit.
-        saved: where the calibration was written, or None.
+        diagnoses: of each sensor of the newest fit; empty until they are known.
+        benches: the bench as it was left; None before it was opened.
+        sensor: the sensor whose bench was open last.
+        resume_bench: the bench has requested data and opens again after the next fit.
+        saved: the saved calibration, or None.
         failure: why an unattended run could not go on, or None.
-        unwritten: why the end of the session could not be written down, or "".
+        unwritten: why the end of the session is not on disk, or "".
     """
 
     def __init__(
@@ -70,53 +70,53 @@ class WizardState:
 
     @property
     def hand(self) -> Hand | None:
-        """The virtual hand, where the source has one."""
+        """The virtual hand, if the source has one."""
         hand = getattr(self.source, "hand", None)
         return hand if isinstance(hand, Hand) else None
 
     @property
     def live(self) -> bool:
-        """Whether there is a device that can be asked for new poses."""
+        """Whether the source is a device, which can measure more."""
         return self.source is not None and self.source.live
 
     @property
     def ended(self) -> bool:
-        """Whether no new pose can come."""
+        """Whether the source has ended."""
         return self.snapshot is not None and self.snapshot.finished
 
     def use(self, source: SampleSource) -> None:
-        """Read from this source from now on."""
+        """Start a source in place of the present one."""
         self.drop()
         self.source, self.snapshot, self._heard = source, None, 0
         self.benches, self.resume_bench = None, False
         source.start()
 
     def drop(self) -> None:
-        """Stop the source; what it has measured is on disk already."""
+        """Stop the source; everything measured is on disk already."""
         source, self.source = self.source, None
         if source is not None:
             source.stop()
             self.unwritten = source.snapshot().stream.unwritten
 
     def take(self, snapshot: "Snapshot") -> None:
-        """This is the newest picture; what has happened since the last one is heard."""
+        """Take the newest snapshot, and play its new events."""
         self.snapshot = snapshot
         new, self._heard = snapshot.event_count - self._heard, snapshot.event_count
         if new > 0:
             self.sounds.hear(snapshot.events[-new:])
 
     def order(self, name: str, argument: str = "") -> None:
-        """Hand a command to the procedure."""
+        """Pass a command to the procedure."""
         if self.source is not None:
             self.source.command(name, argument)
 
     def enter(self, step: str) -> None:
-        """The procedure is in this step: where data change, the fit is no longer theirs."""
+        """Note the present step; a step that changes the data invalidates the fit."""
         if step not in _FITTED:
             self.report, self.diagnoses = None, {}
 
     def fit(self) -> "FitReport":
-        """Fit what has been measured. Takes a while: call it in a thread.
+        """Fit the measurements. Slow: call it in a thread.
 
         Raises:
             DataError: the data are insufficient.
@@ -126,25 +126,25 @@ class WizardState:
         return self.services.fit(self.source.collected(), self.snapshot)
 
     def fitted(self, report: "FitReport") -> None:
-        """This is the fit of what has been measured."""
+        """Take the fit of the measurements."""
         self.report, self.diagnoses = report, {}
 
     def diagnose(self) -> "Mapping[str, Diagnosis]":
-        """What the data say of each sensor of the newest fit. Takes a while: call it in a thread.
+        """Diagnose each sensor of the newest fit. Slow: call it in a thread.
 
         Raises:
-            DataError: the data carry no diagnosis.
+            DataError: the data determine no model.
         """
         benches = self.bench()
         with self._bench_lock:
             return self.services.diagnose(benches)
 
     def diagnosed(self, diagnoses: "Mapping[str, Diagnosis]") -> None:
-        """This is what the data say."""
+        """Take the diagnoses."""
         self.diagnoses = diagnoses
 
     def compare(self) -> "Sequence[MethodRow]":
-        """Every method on what has been measured. Takes a while: call it in a thread.
+        """Fit the measurements by every method. Slow: call it in a thread.
 
         Raises:
             DataError: the data are insufficient.
@@ -154,10 +154,10 @@ class WizardState:
         return self.services.compare(self.report, self.source.collected(), self.snapshot)
 
     def bench(self) -> "Benches":
-        """The bench of the newest fit. Takes a while: call it in a thread.
+        """The bench of the newest fit. Slow: call it in a thread.
 
         Raises:
-            DataError: the data carry no bench.
+            DataError: the data determine no model.
         """
         assert self.report is not None, "the bench is offered after the fit"  # noqa: S101 (narrows the type)
         with self._bench_lock:
@@ -166,7 +166,7 @@ class WizardState:
             return self.benches
 
     def leave_bench(self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None") -> None:
-        """The bench has been left at this sensor, perhaps to measure something for it."""
+        """Note the sensor whose bench was left, and measure what the bench has requested."""
         self.sensor = sensor
         if asked:
             from imucal_wizard.measurement.requests import requests_to_text
@@ -175,17 +175,17 @@ class WizardState:
             self.order("measure", requests_to_text(asked))
 
     def opens_bench(self) -> bool:
-        """Whether the bench is to be opened again now; only the first question is answered yes."""
+        """Whether the bench opens again now; true once after each request."""
         wanted, self.resume_bench = self.resume_bench, False
         return wanted
 
     def found(self) -> dict[str, tuple[str, ...]]:
-        """The models with the effects that the bench has added, by sensor."""
+        """The models to which the bench has added effects, by sensor."""
         models = {} if self.benches is None else self.benches.models()
         return {name: model.model for name, (model, _) in models.items()}
 
     def save(self) -> Saved:
-        """Write the calibration with the effects of the bench. Takes a while: call it in a thread.
+        """Write the calibration with the bench's effects. Slow: call it in a thread.
 
         Raises:
             UsageError: the place cannot be written.
@@ -195,11 +195,11 @@ class WizardState:
         return self.services.save(self.report, benches)
 
     def wrote(self, saved: Saved) -> None:
-        """The calibration is on disk."""
+        """Note that the calibration is on disk."""
         self.saved = saved
 
     def export(self, target: str) -> "Exported":
-        """Write the saved calibration for another program. Takes a while: call it in a thread.
+        """Write the saved calibration for another program. Slow: call it in a thread.
 
         Raises:
             UsageError: the target cannot hold it, or the place cannot be written.
@@ -208,5 +208,5 @@ class WizardState:
         return self.services.export(self.saved.path, target)
 
     def fail(self, error: ImucalError) -> None:
-        """The run ends with this."""
+        """Note why the run cannot continue."""
         self.failure = error

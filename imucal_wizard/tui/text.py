@@ -1,4 +1,4 @@
-"""Words and numbers for a screen: what devices say is made harmless, numbers are kept short."""
+"""Rows of text for a screen: cleaned text, wrapping, short numbers, bars, styles."""
 
 import math
 import textwrap
@@ -15,11 +15,11 @@ Span = tuple[str, str]
 Line = tuple[Span, ...]
 """One row of a screen."""
 _CELL = 4
-"""Characters there are for a value beside a short bar."""
+"""Characters of a value beside a short bar."""
 
 
 def clean(text: str) -> str:
-    """The text without what a terminal could obey: control and format characters."""
+    """The text without control and format characters, which a terminal would obey."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(c if c.isprintable() else " " if c.isspace() else "" for c in text)
@@ -44,7 +44,7 @@ def wrapped(text: str, width: int, style: str = "", indent: str = "") -> list[Li
 
 
 def compact(value: float, places: int) -> str:
-    """A number of at most four characters where that can be, with a k or M for thousands."""
+    """A number of at most four characters if possible, with k or M for thousands."""
     for size, letter, shown in ((1.0, "", places), (1.0, "", 0), (1e3, "k", 0), (1e6, "M", 0)):
         text = fixed(value / size, shown) + letter
         if len(text) <= _CELL:
@@ -66,7 +66,7 @@ def bar(fraction: float, width: int) -> str:
 
 
 def known_as(unit: str) -> tuple[str, float]:
-    """The unit in which people know a reading, and the factor to it: rates in degrees."""
+    """The unit that people use for a reading, and the factor to it: rates in degrees."""
     return ("deg/s", math.degrees(1.0)) if unit == "rad/s" else (unit, 1.0)
 
 
@@ -80,7 +80,7 @@ STYLES = {
     "accent": Style(color="cyan", bold=True),
     "key": Style(color="cyan", bold=True),
 }
-"""The styles of a row; the theme says which green that is. Colour only repeats a word or a sign."""
+"""The styles of a row, in the colours of the theme. Colour only repeats a word or a sign."""
 _SIGNS = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good"}
 """Style of each sign of a plot."""
 

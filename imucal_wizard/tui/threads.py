@@ -14,20 +14,20 @@ _T = TypeVar("_T")
 
 
 async def in_thread(work: Callable[[], _T]) -> _T:
-    """What ``work`` gives, computed in a thread of its own.
+    """The result of ``work``, computed in a daemon thread.
 
-    ``asyncio.to_thread`` serves for what must be finished, such as a file being written: leaving
-    the program waits for it. A fit or a look at the ports may be left in the middle.
+    Quitting does not wait for it: a fit or a search for ports may be abandoned. Work that must be
+    finished, such as writing a file, uses ``asyncio.to_thread`` instead.
 
     Raises:
         Exception: whatever ``work`` raises.
-        CancelledError: the screen that waits for it is being left.
+        CancelledError: the screen that waits for it is being closed.
     """
     loop = asyncio.get_running_loop()
     answer: asyncio.Future[_T] = loop.create_future()
 
     def give(result: Callable[[], None]) -> None:
-        with suppress(RuntimeError):  # the program has been left meanwhile
+        with suppress(RuntimeError):  # the program has ended meanwhile
             loop.call_soon_threadsafe(lambda: None if answer.done() else result())
 
     def run() -> None:
@@ -48,13 +48,13 @@ async def in_thread(work: Callable[[], _T]) -> _T:
 
 
 def being_left(node: DOMNode) -> bool:
-    """Whether a screen is being removed, or the whole app closed: its parts go before it does."""
+    """Whether a screen is being removed; its widgets are removed before it."""
     removed = isinstance(node, Widget) and node._pruning
     return removed or not node.is_attached
 
 
 def _worker_is_left() -> bool:
-    """Whether the screen that the present worker works for is being left."""
+    """Whether the screen of the present worker is being removed."""
     try:
         return being_left(get_current_worker().node)
     except NoActiveWorker:

@@ -69,7 +69,10 @@ def _numeric(
 @pytest.mark.parametrize("counts", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_jacobian_is_the_numeric_one(seed: int, counts: bool) -> None:
-    """Against differences of fourth order, to the coning that the derivative leaves out."""
+    """Against differences of fourth order, to the coning that the derivative leaves out.
+
+    A test of the gyroscope's fit says that this moves no parameter.
+    """
     truth = in_counts(typical_gyroscope(), 4778.0) if counts else typical_gyroscope()
     turns = _turns(truth, seed)
     rng = np.random.default_rng(seed)

@@ -63,7 +63,7 @@ def test_parameters_are_within_three_standard_errors_and_intervals_cover(step: f
         far += sum(abs(value) > 3.0 for value in off.values())
         for name, value in off.items():
             inside[name] += abs(value) < reach
-    # chance makes 0.4 % of ten numbers that are correlated within a run
+    # chance makes 0.5 % ± 0.4 % of ten numbers that are correlated within a run
     assert far <= 0.015 * runs * len(inside)
     for count in inside.values():
         assert abs(count / runs - 0.95) < 3.5 * np.sqrt(0.95 * 0.05 / runs)

@@ -17,6 +17,7 @@ from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.samples import VirtualStream
 from tests.simulate.sensors import ideal, offset_binary
 from tests.simulate.served import served
+from tests.waiting import AT_ONCE, received
 
 HEADER = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s],temp[degC]"
 SCRIPT: list[Action] = [
@@ -26,7 +27,6 @@ SCRIPT: list[Action] = [
     Rotate("z", 90.0),
     LieStill(1.0),
 ]
-DEADLINE = 15.0
 UNHURRIED = float("inf")
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
@@ -42,12 +42,8 @@ def _port(url: str) -> Iterator[serial.Serial]:
 
 
 def _read(port: serial.Serial, enough: Callable[[bytes], bool]) -> bytes:
-    """Read until there is enough, or fail at the deadline."""
-    data, end = b"", time.monotonic() + DEADLINE
-    while not enough(data):
-        assert time.monotonic() < end, f"only {len(data)} bytes came"
-        data += port.read(1024)
-    return data
+    """Read until there is enough; fail if it never comes."""
+    return received(lambda: port.read(1024), enough)
 
 
 def _lines(url: str, count: int) -> list[bytes]:
@@ -86,14 +82,14 @@ def test_speed_changes_nothing_in_the_samples() -> None:
 
 
 def test_lines_come_at_their_rate() -> None:
-    """100 Hz at 10 times the speed is about 1,000 lines a second, and device time follows."""
+    """100 Hz at 10 times the speed: 1,000 lines in a second, not in ten; device time follows."""
     with served(VirtualImu(speed=10.0)) as path, _port(path) as port:
         _read(port, lambda data: data.count(b"\n") > 10)
         begin = time.monotonic()
         data = _read(port, lambda data: data.count(b"\n") > 1000)
         seconds = time.monotonic() - begin
     times = [float(line.split(b",")[0]) for line in data.split(b"\r\n")[1:-1] if line[:1] != b"t"]
-    assert 0.7 < seconds < 2.5
+    assert 0.7 < seconds < 10.0
     np.testing.assert_allclose(np.diff(times), 0.01, atol=1e-9)
 
 
@@ -118,19 +114,21 @@ def test_who_opens_the_port_later_gets_a_header_and_whole_lines() -> None:
 
 
 def test_what_the_host_sends_asks_for_the_header() -> None:
-    """Any byte brings the header."""
+    """Any byte brings the header, long before it comes by itself after 500 lines."""
     with served(VirtualImu(speed=1.0)) as path, _port(path) as port:
         _read(port, lambda data: data.count(b"\n") >= 3)
         port.write(b"h")
-        _read(port, lambda data: HEADER in data)
+        data = _read(port, lambda data: HEADER in data)
+    assert data[: data.index(HEADER)].count(b"\n") < 400
 
 
 def test_a_slow_reader_loses_nothing() -> None:
     """The device waits for a reader that takes 512 bytes at a time."""
     with served(VirtualImu(speed=UNHURRIED)) as path, _port(path) as port:
-        data, end = b"", time.monotonic() + DEADLINE
-        while data.count(b"\n") < 700 and time.monotonic() < end:
-            data += port.read(min(512, max(1, port.in_waiting)))
+        data = received(
+            lambda: port.read(min(512, max(1, port.in_waiting))),
+            lambda data: data.count(b"\n") >= 700,
+        )
     lines = [line for line in data.split(b"\r\n")[:-1] if line != HEADER]
     times = [float(line.split(b",")[0]) for line in lines]
     np.testing.assert_allclose(times, np.arange(len(times)) * 0.01, atol=1e-9)
@@ -139,14 +137,14 @@ def test_a_slow_reader_loses_nothing() -> None:
 
 @pytest.mark.parametrize("listening", [False, True], ids=["nobody listens", "nobody reads"])
 def test_it_stops_at_once(listening: bool) -> None:
-    """Within 100 ms, whether nobody has opened the port or the line is full."""
+    """Whether nobody has opened the port or the line is full."""
     with ExitStack() as stack:
         with served(VirtualImu(speed=UNHURRIED)) as path:
             if listening:
                 port = stack.enter_context(_port(path))
                 _read(port, lambda data: len(data) > 10_000)
             begin = time.monotonic()
-        assert time.monotonic() - begin < 0.1
+        assert time.monotonic() - begin < AT_ONCE
 
 
 def test_keys_move_the_device_while_it_streams() -> None:
@@ -155,12 +153,9 @@ def test_keys_move_the_device_while_it_streams() -> None:
     with served(imu) as path, _port(path) as port:
         _read(port, lambda data: data.count(b"\n") > 20)
         imu.hand.turn("x", 90.0)
-
-        def upright(data: bytes) -> bool:
-            rows = [line.split(b",") for line in data.split(b"\r\n")[:-1]]
-            return any(len(row) == 8 and row[2][:2] == b"9." for row in rows)
-
-        _read(port, upright)
+        data = _read(port, lambda data: data.count(b"\n") > 400)
+    row = data.split(b"\r\n")[-2].split(b",")
+    assert [float(value) for value in row[1:4]] == pytest.approx([0.0, 9.8, 0.0], abs=0.5)
 
 
 def test_raw_counts_are_printed_as_whole_numbers() -> None:
@@ -184,7 +179,7 @@ def test_a_hidden_effect_reaches_the_line() -> None:
         VirtualImu(hidden=["wobble:1:x"])
 
 
-def test_a_speed_that_stands_still_is_refused() -> None:
+def test_an_impossible_speed_is_refused() -> None:
     """Zero, negative and not-a-number speeds are told apart from slow ones."""
     for speed in (0.0, -1.0, float("nan")):
         with pytest.raises(UsageError, match="is impossible"):

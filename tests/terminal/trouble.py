@@ -39,7 +39,7 @@ def a_trembling_hand(binary: str, folder: Path) -> None:
 
 def _offered(terminal: Terminal) -> None:
     """After fifteen seconds all ways out stand there, with the axis that moves and its limit."""
-    for words in ("loosen the limits", "marked hand-held", "measure the noise again"):
+    for words in ("double the limits", "marked hand-held", "measure the noise again"):
         terminal.wait_for(words)
     assert "STILL?  no" in terminal.text, terminal.text
 

@@ -8,7 +8,7 @@ from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.views import COMPARED, HOLDS, ROTATIONS, ResidualView
+from imucal_wizard.diagnose.views import COMPARED, ResidualView
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.tui.bench.pages import raw_trace_rows
 from imucal_wizard.tui.bench.panels import picture_rows, point_row
@@ -106,7 +106,7 @@ def test_poses_held_twice_stand_in_one_column(benches: Benches, bench: Bench) ->
     view = next(
         v for v in bench_snapshot(benches, bench).views if v.x_label.startswith("pose: 6 faces")
     )
-    assert view.part == HOLDS
+    assert view.part == "holds"
     assert set(view.x) == set(range(1, 19))
 
 
@@ -136,7 +136,7 @@ def test_a_turn_has_its_rates_even_where_the_readings_are_gone(sagged: Benches) 
     bench = sagged.bench("gyroscope")
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
-    view = next(view for view in snapshot.views if view.part == ROTATIONS)
+    view = next(view for view in snapshot.views if view.part == "rotations")
     text = page(raw_trace_rows(snapshot, view, len(view.x) - 1, 76))
     assert "rotation " in text
     assert "largest" in text

@@ -9,7 +9,8 @@ from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.views import ROTATIONS, ResidualView, freed, suspect_view
+from imucal_wizard.diagnose.views import ResidualView, freed, pictures, suspect_view
+from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -36,7 +37,7 @@ def test_the_added_variable_slope_is_the_least_squares_size(snapshot: BenchSnaps
     misfit, entry = snapshot.findings.misfit, snapshot.entries[0]
     assert entry.suspect is not None
     assert entry.suspect.candidate is not None
-    view = suspect_view(misfit, entry.suspect)
+    view = suspect_view(snapshot.findings, entry.suspect)
     assert view is not None
     columns = np.column_stack([entry.suspect.candidate.columns, misfit.base])
     sizes = np.linalg.lstsq(columns, misfit.residual, rcond=None)[0]
@@ -74,14 +75,14 @@ def test_the_gyroscope_has_pictures_of_its_turns_and_of_each_axis_at_rest(sagged
     assert bench is not None
     snapshot = bench_snapshot(sagged, bench)
     rest = ("at rest, x axis", "at rest, y axis", "at rest, z axis")
-    assert snapshot.parts == (ROTATIONS, *rest, "x axis", "y axis", "z axis")
-    turn = next(view for view in snapshot.views if view.part == ROTATIONS)
+    assert snapshot.parts == ("rotations", *rest, "x axis", "y axis", "z axis")
+    turn = next(view for view in snapshot.views if view.part == "rotations")
     assert turn.x_label == "fastest rate, °/s"
     rms = float(np.sqrt(np.mean(turn.y**2)))
     assert rms == pytest.approx(np.degrees(snapshot.fit.rms_fitted), rel=0.03)
     assert "rotation " in lines([point_row(snapshot, turn, 0)])[0]
     suspect = snapshot.findings.suspects[0]
-    explained = suspect_view(snapshot.findings.misfit, suspect)
+    explained = suspect_view(snapshot.findings, suspect)
     assert explained is not None
     assert explained.part == "at rest, x axis"  # the axis that feels gravity shows it best
 
@@ -237,3 +238,21 @@ def test_the_noise_in_the_ladder_is_that_of_the_model_that_shows_it_most_purely(
     rungs = tuple(replace(snapshot.ladder[0], floor=floor * mg) for floor in (0.4, 0.05, 7.0))
     noise = lines(ladder_rows(replace(snapshot, ladder=rungs), 90))[-1]
     assert noise.split()[:3] == ["noise", "alone", "0.0500"]
+
+
+def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
+    """By its name, which no other picture of the sensor has, on 79 columns."""
+    for sensor in sagged.sensors:
+        bench = sagged.bench(sensor)
+        assert bench is not None
+        snapshot = bench_snapshot(sagged, bench)
+        suspects = (entry.suspect for entry in snapshot.entries if entry.suspect is not None)
+        drawn = [suspect_view(snapshot.findings, one) for one in suspects]
+        shown = {view.name for view in (*snapshot.views, *drawn) if view is not None}
+        printed = pictures(snapshot.diagnosis)
+        assert len({view.name for view in printed}) == len(printed)
+        assert {view.name for view in printed} == shown
+        for view in printed:
+            lines = view_text(sensor, view).splitlines()
+            assert lines[0].startswith(f"{sensor.upper()}  {view.part}: ")
+            assert max(map(len, lines[1:])) <= 79

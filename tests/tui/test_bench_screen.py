@@ -124,14 +124,14 @@ async def test_a_point_says_which_pose_it_is_and_what_was_read(benches: Benches)
     async with app_with(benches).run_test(size=USUAL) as pilot:
         await shows(pilot, "force along x, g")
         await pilot.press("right")
-        await shows(pilot, "◆ hold 16, −x up", "left −1.71 mg", "read −9.", "m/s²")
+        await shows(pilot, "◆ hold 16, −x up", "residual −1.71 mg", "read −9.", "m/s²")
 
 
 async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
-        await shows(pilot, "t: its raw trace")
+        await shows(pilot, "t shows its raw trace")
         await pilot.press("t")
-        await shows(pilot, "raw trace", "what the model leaves of it", "only their means")
+        await shows(pilot, "raw trace", "residual: ", "Only the means")
         await pilot.press("t")
         await shows(pilot, "◆ hold ", "▸ second-order")
 

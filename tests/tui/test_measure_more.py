@@ -37,7 +37,7 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         await open_from_wizard(pilot)
         await add_the_first(pilot)
         await pilot.press("n")
-        await shows(pilot, "m asks for exactly these now")
+        await shows(pilot, "m measures these now")
         await pilot.press("m")
         await shows(pilot, "▸MORE POSES")
         name, text = source.commands[-1]
@@ -95,17 +95,17 @@ async def test_a_pose_wanted_twice_has_two_signs(bent: FitReport) -> None:
         await shows(pilot, "+x ●·", "+y ◎")
 
 
-async def test_with_a_recording_it_says_that_a_device_is_needed_and_lists_the_poses(
+async def test_a_recording_lists_the_poses_and_offers_no_key_to_measure_them(
     benches: Benches,
 ) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
         await ranked(pilot)
-        await pilot.press("m")
-        await shows(pilot, "a device is needed")
+        assert "m measure" not in seen(pilot)
         await pilot.press("n")
-        await shows(pilot, "This is a recording", "MEASURE NEXT", "TILTED  ")
+        text = await shows(pilot, "This is a recording", "MEASURE NEXT", "TILTED  ")
+        assert "measure these now" not in text
         await pilot.press("m")
-        await shows(pilot, "a device is needed", "▸SUSPECTS")
+        await shows(pilot, "MEASURE NEXT")
 
 
 async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: FitReport) -> None:
@@ -120,7 +120,7 @@ async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: F
         text = await shows(pilot, "▸ disturbed (#")
         number = text.split("▸ disturbed (#")[1].split(")")[0]
         await pilot.press("enter")
-        await shows(pilot, "m asks for it")
+        await shows(pilot, "measure that pose again (m)")
         await pilot.press("n")
         await shows(pilot, f"hold {number} is accused")
         await pilot.press("m")

@@ -149,7 +149,7 @@ def test_near_the_vertical_a_text_replaces_the_heading(
     stream = in_hold(turned, aligned, 0)
     now = heading_of(aligned, replace(stream, accelerometer=(9.9, 0.1, 0.2)))
     assert math.isnan(now.after)
-    assert "x stands upright: no heading" in page(course_rows(now, aligned, 76))
+    assert "no heading: x is upright" in page(course_rows(now, aligned, 76))
 
 
 @pytest.mark.parametrize(("heading", "row", "column"), [(0, 1, 19), (90, 5, 26), (270, 5, 11)])
@@ -227,7 +227,7 @@ async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
         await pilot.press("question_mark")
         await shows(pilot, "help: result")
         await pilot.press("end")
-        await shows(pilot, "says what it takes to show north")
+        await shows(pilot, "says what the heading needs")
         await pilot.press("escape")
         await pilot.press("h")
         await shows(pilot, "no heading without a calibrated magnetometer", "circles")
@@ -245,7 +245,7 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "magnetometer |m|")
         await pilot.press("h")
-        await shows(pilot, "how the magnetometer lies in the device", "3 still positions")
+        await shows(pilot, "not aligned with the device yet", "3 still positions")
 
 
 @pytest.mark.parametrize("size", [USUAL, LARGE])

@@ -133,7 +133,7 @@ async def test_data_that_determine_no_fit_are_explained_and_more_can_be_measured
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
         text = await shows(
-            pilot, "▲ 4 holds do not carry a fit", "Go back to measure more", "b back", "s leave it"
+            pilot, "▲ 4 holds do not carry a fit", "Go back to measure more", "b back", "s end"
         )
         assert "find missing" not in text, "there is nothing to look into"
         assert "v: a few" not in text
@@ -177,7 +177,7 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
     assert "0.194 mg" in sensor
-    assert any("left over on each new pose  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
+    assert any("residuals of the new poses  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
 @pytest.mark.parametrize("width", [60, 76, 150])

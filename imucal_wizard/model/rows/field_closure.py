@@ -17,7 +17,13 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
-from imucal_wizard.model.rows.source import Parameters, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    Influence,
+    Parameters,
+    RowLabels,
+    Rows,
+    RowSource,
+)
 from imucal_wizard.model.terms import Term, Terms
 
 MIN_SINE_SQUARE = 1e-6
@@ -83,6 +89,19 @@ class FieldClosure(RowSource):
     unit = "rad"
     judged, moving, noise_is_measured = False, True, False
     group_word = "rotation"
+    part, prefix = "rotations about the vertical, against the field", "heading-"
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        return self.by_gravity.influences()
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``."""
+        return self.by_gravity.measured(row)
+
+    def samples_of(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """See ``RowSource``."""
+        return self.by_gravity.samples_of(row)
 
     def under(self, up: FloatArray) -> "FieldClosure":
         """See ``RowSource``; the field's direction stays that of the alignment."""

@@ -4,10 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES, DIRECTIONS, nearest_pose
+from imucal_wizard.core.quantities import true_minus, unit_sign
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    Influence,
+    Parameters,
+    RowLabels,
+    Rows,
+    RowSource,
+)
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
 SHORTEST = 1e-12
@@ -75,9 +84,31 @@ class FieldMagnitude(RowSource):
     magnitude: float
     labels: RowLabels
     unit: str = "uT"
-    kind = "field"
+    kind, part = "field", "magnitude of the field"
     # a direction that comes again comes from another place of the room
     repeats_are_noise = False
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        c, field = self.circumstances, self.mean(self.circumstances.magnetic)
+        unit = unit_sign(c.field_unit.name)
+        return (
+            *(Influence(f"field-{a}", f"field along {a}, {unit}", field[:, k])
+              for k, a in enumerate(AXES)),
+            Influence("time", "time, min", self.labels.time / 60.0),
+            Influence("temperature", "temperature, °C", self.mean(c.temperature)),
+            Influence("current", f"current, {c.current_unit}", self.mean(c.current)),
+        )  # fmt: skip
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``."""
+        return self.mean(self.reading)[row], ""
+
+    def place(self, row: int) -> str:
+        """See ``RowSource``."""
+        field = self.mean(self.circumstances.magnetic)[row]
+        name = nearest_pose(field, DIRECTIONS, 180.0) or "–"
+        return f"field along {true_minus(name)}, min {self.labels.time[row] / 60.0:.1f}"
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> FieldRows:
         """See ``RowSource``."""

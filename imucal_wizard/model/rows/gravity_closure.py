@@ -21,6 +21,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples, attitudes
 from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import (
     carried_back,
     cross,
@@ -35,6 +36,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
+    Influence,
     Parameters,
     RowLabels,
     Rows,
@@ -243,6 +245,45 @@ class GravityClosure(RowSource):
     kind, moving = "rotation", True
     unit = "rad"
     group_word = "rotation"
+    part, left = "rotations", "the angle by which each rotation does not close"
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        first = self.samples.offsets[:-1]
+        rate = np.degrees(self.motion.rate)
+        fastest = np.maximum.reduceat(np.linalg.norm(rate, axis=1), first)
+        mean = np.add.reduceat(rate, first) / np.diff(self.samples.offsets)[:, None]
+        found = (
+            Influence("rate", "fastest rate, °/s", np.asarray(fastest, float)),
+            *(
+                Influence(f"rate-{axis}", f"mean rate about {axis}, °/s", mean[:, k])
+                for k, axis in enumerate(AXES)
+            ),
+            Influence("time", "time, min", self.motion.time[first] / 60.0),
+            Influence("temperature", "temperature, °C", self.motion.temperature[first]),
+            *(
+                Influence(f"up-{a}", f"{a} part of up before the rotation, g", self.before[:, k])
+                for k, a in enumerate(AXES)
+            ),
+        )
+        number = Influence("number", "number of the rotation", np.asarray(self.labels.index + 1.0))
+        rows = len(self.labels) // len(first)
+        each = [Influence(one.name, one.label, np.repeat(one.values, rows)) for one in found]
+        return (*each[:4], number, *each[4:])
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``: the fastest rate, °/s."""
+        rates = self.motion.rate[self._samples(row)]
+        return np.degrees(rates[np.argmax(np.linalg.norm(rates, axis=1))]), "deg/s"
+
+    def samples_of(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """See ``RowSource``."""
+        rows = self._samples(row)
+        return self.samples.time[rows], self.samples.reading[rows]
+
+    def _samples(self, row: int) -> slice:
+        place = row // (len(self.labels) // len(self.before))
+        return slice(*self.samples.offsets[place : place + 2])
 
     def __post_init__(self) -> None:
         # two directions across gravity and one another, the same at every calibration

@@ -9,7 +9,16 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
-from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels, Rows, RowSource
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    Influence,
+    Parameters,
+    RowLabels,
+    Rows,
+    RowSource,
+    hold_influences,
+    hold_place,
+)
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
 MAX_PASSES = 30
@@ -121,8 +130,20 @@ class GravityMagnitude(RowSource):
     circumstances: Circumstances
     gravity: float
     labels: RowLabels
-    kind = "hold"
+    kind, part, at_rest = "hold", "holds", True
     unit = "m/s^2"
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        return hold_influences(self.circumstances, self.labels.index)
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``."""
+        return self.reading[row], ""
+
+    def place(self, row: int) -> str:
+        """See ``RowSource``."""
+        return hold_place(int(self.labels.index[row]), self.circumstances.force[row])
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> MagnitudeRows:
         """See ``RowSource``."""

@@ -11,10 +11,13 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
+    Influence,
     Parameters,
     RowLabels,
     Rows,
     RowSource,
+    hold_influences,
+    hold_place,
     rounding_names,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of
@@ -82,7 +85,8 @@ class RateAtRest(RowSource):
     rounding: FloatArray
     kind = "still"
     unit = "rad/s"
-    judged = False
+    judged, at_rest, by_axis = False, True, True
+    part, prefix = "at rest", "rest-"
 
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the rounding
@@ -93,6 +97,21 @@ class RateAtRest(RowSource):
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
+
+    def influences(self) -> tuple[Influence, ...]:
+        """See ``RowSource``."""
+        return tuple(
+            Influence(one.name, one.label, np.repeat(one.values, 3))
+            for one in hold_influences(self.circumstances, self.labels.index[::3])
+        )
+
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """See ``RowSource``."""
+        return self.reading[row // 3], ""
+
+    def place(self, row: int) -> str:
+        """See ``RowSource``."""
+        return hold_place(int(self.labels.index[row]), self.circumstances.force[row // 3])
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> RestRows:
         """See ``RowSource``."""

@@ -7,13 +7,17 @@ parameters that are neither: the dip of the place, errors of the reference.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
+from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms
 
 ENTRIES = 12
@@ -113,13 +117,29 @@ class Rows(ABC):
         return np.zeros((len(self.residual), 0))
 
 
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Something that residuals may depend on.
+
+    Attributes:
+        name: ``force-x``.
+        label: with its unit.
+        values: per row, NaN where it is not known, shape (n,).
+    """
+
+    name: str
+    label: str
+    values: FloatArray
+
+
 class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading`` or ``field``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
+        at_rest: means of readings in a hold.
         moving: measured while the device rotated, and compared with a reference at both ends.
         noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
             nobody has measured, and only their scatter tells how well they are known.
@@ -127,6 +147,10 @@ class RowSource(ABC):
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one group differ by noise alone.
         labels: what each row is.
+        part: what people call these data.
+        prefix: with what the names of its pictures begin.
+        left: what its residual is called.
+        by_axis: rows of one item are axes, each drawn by itself; else components of one length.
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
     """
@@ -134,13 +158,31 @@ class RowSource(ABC):
     kind: str
     unit: str
     judged: bool = True
+    at_rest: bool = False
     moving: bool = False
     noise_is_measured: bool = True
     group_word: str = "direction"
     repeats_are_noise: bool = True
     labels: RowLabels
+    part: str
+    prefix: str = ""
+    left: str = "what is left"
+    by_axis: bool = False
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
+
+    @abstractmethod
+    def influences(self) -> tuple[Influence, ...]:
+        """What the residuals may depend on, one value for each row."""
+
+    @abstractmethod
+    def measured(self, row: int) -> tuple[FloatArray, str]:
+        """What was read, shape (3,), and its unit; "" for that of the readings."""
+
+    def samples_of(self, row: int) -> tuple[FloatArray, FloatArray] | None:
+        """Times and readings of which a row was made, where they are kept."""
+        del row
+        return None
 
     @abstractmethod
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> Rows:
@@ -161,9 +203,55 @@ class RowSource(ABC):
         del up  # for rows that rest on gravity
         return self
 
+    def item(self, row: int) -> int:
+        """Number of the hold, rotation or group of samples that a row is of, from 0."""
+        return int(self.labels.index[row])
+
     def place(self, row: int) -> str:
-        """What a row is, in words."""
-        return f"{self.kind} {self.labels.index[row] + 1}"
+        """What a row is, in words: ``hold 7, +x up``, ``rotation 3``, ``field along +x−y``."""
+        return f"rotation {self.labels.index[row] + 1}"
+
+    def axes(self) -> Iterator[tuple[int, str, str]]:
+        """Axis, name and prefix of each part that is drawn by itself; axis −1 for all rows."""
+        if not self.by_axis:
+            yield -1, self.part, self.prefix
+            return
+        for place, axis in enumerate(AXES):
+            yield place, f"{self.part}, {axis} axis", f"{self.prefix}{axis}-"
+
+
+def hold_influences(c: Circumstances, number: IntArray) -> tuple[Influence, ...]:
+    """What the readings of holds may depend on.
+
+    Args:
+        c: of the holds, one row for each.
+        number: of each hold, from 0, shape (n,).
+    """
+    force, before = c.force / STANDARD_GRAVITY, c.previous / STANDARD_GRAVITY
+    names, order = [_pose(one) for one in c.force], list(DIRECTIONS)
+    poses = [np.nan if name is None else order.index(name) + 1.0 for name in names]
+    return (
+        *(Influence(f"force-{a}", f"force along {a}, g", force[:, k]) for k, a in enumerate(AXES)),
+        Influence("pose", "pose: 6 faces, 12 edges, 8 corners", np.array(poses)),
+        Influence("number", "number of the pose", np.asarray(number + 1.0, np.float64)),
+        Influence("time", "time, min", c.time / 60.0),
+        Influence("temperature", "temperature, °C", c.temperature),
+        *(
+            Influence(f"previous-{axis}", f"force along {axis} in the pose before, g", before[:, k])
+            for k, axis in enumerate(AXES)
+        ),
+        Influence("vibration", "vibration, mg rms", np.sqrt(c.vibration) / STANDARD_GRAVITY * 1e3),
+    )
+
+
+def hold_place(number: int, force: FloatArray) -> str:
+    """A hold in words, by its number from 0 and its specific force."""
+    pose = _pose(force)
+    return f"hold {number + 1}, {true_minus(pose) + ' up' if pose else 'between poses'}"
+
+
+def _pose(force: FloatArray) -> str | None:
+    return nearest_pose(force, DIRECTIONS, POSE_TOLERANCE_DEG)
 
 
 def joined(parts: Sequence[FloatArray]) -> FloatArray:

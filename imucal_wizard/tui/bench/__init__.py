@@ -1,1 +1,1 @@
-"""What the bench shows: pure functions from a bench to rows of text, called with or without it."""
+"""The bench's panels and pages: pure functions from a snapshot to rows of text."""

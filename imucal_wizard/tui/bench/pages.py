@@ -1,4 +1,4 @@
-"""The pages above the bench as rows: lesson, next poses, raw trace."""
+"""The pages of the bench as rows: lesson, next poses, raw trace."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
-from imucal_wizard.diagnose.views import ROTATIONS, Point, ResidualView, point_of, rotation_series
+from imucal_wizard.diagnose.views import Point, ResidualView, point_of
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
 from imucal_wizard.model.lesson import lesson, picture
@@ -21,25 +21,25 @@ from imucal_wizard.tui.panels.traces import trace
 from imucal_wizard.tui.text import Line, Span, clock, line, wrapped
 
 LESSON_PLOT_ROWS = 11
-"""Rows of the picture."""
+"""Rows of the plot in a lesson."""
 _BASE = {
-    "bias": "What the sensor reads when it should read nothing. It shifts every reading by the "
-    "same amount. Turn the device over: half of the sum of both readings is the bias.",
-    "scale": "How much the sensor reads per unit of what it measures. Turn the device over: half "
-    "of the difference of both readings is one g in the sensor's own unit.",
-    "non-orthogonality": "The three axes are not exactly at right angles, so each feels a little "
-    "of what belongs to the others. Poses between the faces (edges) show it.",
-    "soft-iron": "Iron and nickel near the chip gather the field and bend it, more along one line "
-    "than across it: the sphere of the readings becomes an ellipsoid. Scale, and axes that are not "
-    "at right angles, look the same and are among it. A circle on each of the six faces shows it.",
-    "disturbed": "One hold that is simply wrong: somebody touched the table, or the device had not "
-    "come to rest. No effect of the sensor fits it and all the others. Never delete it because it "
-    "is inconvenient: measure that pose again, and you will know.",
+    "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
+    "the device over: half of the sum of both readings is the bias.",
+    "scale": "The reading per unit of the input. Turn the device over: half of the difference of "
+    "both readings is one g in the sensor's own unit.",
+    "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
+    "small part of the force along the others. Poses between the faces (edges) show it.",
+    "soft-iron": "Iron and nickel near the chip concentrate the field, more along one line than "
+    "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
+    "the same effect and are included. A circle on each of the six faces shows it.",
+    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
+    "effect of the sensor explains this hold and all the others. Do not delete it; measure the "
+    "pose again.",
 }
 
 
 def rows_for(snapshot: BenchSnapshot, term: str, width: int) -> list[Line]:
-    """The lesson of an effect, of a part of the base, or of a disturbed hold."""
+    """The lesson about an effect, a term of the base, or a disturbed hold."""
     known = {effect.name: effect for effect in snapshot.catalogue}
     if term in known:
         return lesson_rows(known[term], snapshot.sensor, width)
@@ -47,7 +47,7 @@ def rows_for(snapshot: BenchSnapshot, term: str, width: int) -> list[Line]:
 
 
 def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
-    """All there is to tell about an effect."""
+    """The lesson about an effect."""
     told = lesson(effect, sensor)
     rows = [*_heading(effect.title), *wrapped(told.what, width), line("")]
     rows += _part("equation", told.equation, width)
@@ -65,16 +65,16 @@ def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
 
 
 def plain_rows(term: str, width: int) -> list[Line]:
-    """The same for a part of the base or a disturbed hold."""
-    return [*_heading(term), *wrapped(_BASE.get(term, "Nothing is told of it."), width)]
+    """The same for a term of the base or a disturbed hold."""
+    return [*_heading(term), *wrapped(_BASE.get(term, "There is no lesson about it."), width)]
 
 
 def signature_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
-    """The picture of what it leaves in the residuals of an ordinary session."""
+    """The plot of the residuals that the effect causes in an ordinary session."""
     drawn = picture(effect, sensor)
     places = np.arange(len(drawn.x))
     view = ResidualView("", "", "", drawn.x_label, "", drawn.x, drawn.y, places, "")
-    head = line(f"  what the base model leaves of it: {drawn.y_label}", "quiet")
+    head = line(f"  residual of the base model: {drawn.y_label}", "quiet")
     return [head, *picture_rows(view, min(width, 90), LESSON_PLOT_ROWS)]
 
 
@@ -86,20 +86,19 @@ def _part(name: str, text: str, width: int) -> list[Line]:
     return [line(name, "strong"), *wrapped(text, width)]
 
 
-_LIVE: Span = ("m asks for exactly these now, one by one, and comes back here.", "accent")
+_LIVE: Span = ("m measures these now, one by one, and returns here.", "accent")
 _RECORDING = (
-    "This is a recording: to measure these, open the wizard on the device; m there asks for "
-    "exactly these, one by one."
+    "This is a recording. To measure these, open the bench from the wizard, with the device: "
+    "there m measures them one by one."
 )
 _NOTHING = (
-    "More data show smaller effects: directions that were not held yet, and the first poses once "
-    "more (a drift shows only there)."
+    "More data show smaller effects: hold new directions, and repeat the first poses (they show a "
+    "drift)."
 )
 _NEVER = (
-    "No few poses at 1 g tell them apart: the difference shows in stronger forces, or in many more "
-    "holds."
+    "A few poses at 1 g cannot tell them apart: that takes stronger forces, or many more holds."
 )
-_NEVER_TURNING = "No turn by hand tells them apart: the difference shows only on a rate table."
+_NEVER_TURNING = "Rotations by hand cannot tell them apart: that takes a rate table."
 
 
 def next_rows(
@@ -108,10 +107,10 @@ def next_rows(
     """The whole verdict, then what to measure next.
 
     Args:
-        snapshot: what was looked up.
-        width: columns there are.
-        chosen: the suspect chosen.
-        live: there is a device that can be asked for it.
+        snapshot: of the bench.
+        width: columns available.
+        chosen: the selected suspect.
+        live: the source is a device, which can measure more.
     """
     poses, apart = to_measure(snapshot.diagnosis, None if chosen is None else chosen.suspect)
     repeated = chosen is not None and chosen.term == "disturbed" and bool(poses)
@@ -135,7 +134,7 @@ def next_rows(
 
 
 def gain_rows(apart: Apart, width: int) -> list[Line]:
-    """From which size on these two are told apart, now and with the poses."""
+    """The size from which two effects are told apart, now and with the poses."""
     before = (
         size_with_unit(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
     )
@@ -144,23 +143,23 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
         f"{number(apart.size, 2)}."
     )
     if apart.enough and not apart.poses:
-        return wrapped(f"{now} That decides it already.", width, "strong")
+        return wrapped(f"{now} So they are told apart already.", width, "strong")
     if apart.never or not apart.poses:
         never = _NEVER_TURNING if apart.turning else _NEVER
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
-    worth = "that decides it" if apart.enough else "that does not decide it yet"
+    worth = "that is enough" if apart.enough else "that is not enough yet"
     if apart.before <= apart.size:
-        worth = "they decide it already, and that makes surer"
+        worth = "they are told apart already; this confirms it"
     then = f"With {apart.things}: from {size_with_unit(apart.after, apart.unit)} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
 
 def next_pose_rows(place: int, pose: MeasurementRequest, width: int, *, short: bool) -> list[Line]:
-    """A pose with its number, its name and what it is good for."""
+    """A pose with its number, its name and its purpose."""
     name = f"{true_minus(pose.pose).upper()} UP" if pose.pose else "TILTED"
     if pose.axis:
         name = f"ABOUT {pose.axis.upper()}, {pose.turns}×"
-    # what all of them are for together has been said above them
+    # the purpose of all poses together stands above them
     text = pose_in_words(pose.pose) if pose.pose else direction_in_words(pose.direction)
     text += f", {pose.brief}" if pose.brief and not short else ""
     text = pose.brief if pose.axis else text
@@ -171,12 +170,12 @@ def next_pose_rows(place: int, pose: MeasurementRequest, width: int, *, short: b
 
 
 AROUND = 1.0
-"""Seconds shown before and after, so that one sees how it came to rest."""
+"""Seconds shown before and after, so that the approach to rest is visible."""
 ROWS = 3
 """Rows of each axis."""
 _AXIS_LABEL = 11
 _SPAN_SIGMAS = 4.0
-"""Standard deviations of the readings at rest that an axis spans at least: a jump stays a jump, and
+"""Least span of an axis in standard deviations of the readings at rest: a jump stays visible, and
 the noise of a good hold fills the rows."""
 _SCALES = {"m/s^2": (1.0, "m/s²"), "rad/s": (180.0 / np.pi, "°/s"), "uT": (1.0, "µT")}
 
@@ -188,7 +187,7 @@ class TracePiece:
     Attributes:
         name: of the sensor.
         series: the readings.
-        rest: the part of them that was averaged, or None.
+        rest: the time that was averaged, or None.
     """
 
     name: str
@@ -199,41 +198,47 @@ class TracePiece:
 def raw_trace_rows(
     snapshot: BenchSnapshot, view: ResidualView, place: int, width: int
 ) -> list[Line]:
-    """All readings of the hold or turn at a point of a picture.
+    """All readings of the hold or rotation at a point of a plot.
 
     Args:
-        snapshot: what was looked up.
-        view: the picture.
-        place: of the point in it.
-        width: columns there are.
+        snapshot: of the bench.
+        view: the plot.
+        place: index of the point.
+        width: columns available.
     """
-    point = point_of(snapshot.fit, snapshot.diagnosis.report, view, place)
+    point = point_of(snapshot.diagnosis.report, view, place)
     if not np.isfinite(point.start):
-        return wrapped("The readings are not at hand.", width)
+        return wrapped("The readings are not available.", width)
     head = f"{point.name}, from {clock(point.start)}"
-    left = f"what the model leaves of it: {number(float(view.y[place]), 3)} {view.unit}"
+    left = f"residual: {number(float(view.y[place]), 3)} {view.unit}"
     rows = [line(head, "accent"), line(left if view.model is None else "", "quiet")]
     stretches = _stretches(snapshot, point)
     if not stretches:
-        why = "The readings themselves are not at hand, only their means."
+        why = "Only the means of the readings are available."
         return [*rows, *wrapped(why, width)]
     for stretch in stretches:
         rows += _drawn(stretch, width)
     foot = "the motion between two holds"
     if point.at_rest:
         foot = "└ the part between the two │ was averaged"
-    elif view.part != ROTATIONS:
-        foot = "of these the samples in this direction were averaged"
+    elif view.rows is not None and not view.rows[0].moving:
+        foot = "the samples in this direction were averaged"
     return [*rows, line(f"  {foot}; {point.end - point.start:.1f} s of readings", "quiet")]
 
 
 def _stretches(snapshot: BenchSnapshot, point: Point) -> list[TracePiece]:
-    """The readings of this sensor, then those of the other one where they are at hand."""
+    """The readings of this sensor, then those of the other one, if they are available."""
     readings = snapshot.readings
     rest = (point.start, point.end) if point.at_rest else None
     if readings is None:
-        kept = rotation_series(snapshot.measured, point)
-        return [] if kept is None else [TracePiece(snapshot.sensor, kept, None)]
+        kept = point.samples
+        if kept is None:
+            return []
+        return [
+            TracePiece(
+                snapshot.sensor, Series(kept.time, kept.values, snapshot.fit.bias_unit), None
+            )
+        ]
     names = [snapshot.sensor, *(n for n in (ACCELEROMETER, "gyroscope") if n != snapshot.sensor)]
     found = []
     for name in names:
@@ -246,7 +251,7 @@ def _stretches(snapshot: BenchSnapshot, point: Point) -> list[TracePiece]:
 
 
 def _drawn(stretch: TracePiece, width: int) -> list[Line]:
-    """Three axes, each in rows of its own with its limits."""
+    """Three axes, each in its own rows with its own limits."""
     series = stretch.series
     factor, unit = _SCALES.get(series.unit, (1.0, unit_sign(series.unit)))
     inside = _inside(stretch)
@@ -255,7 +260,7 @@ def _drawn(stretch: TracePiece, width: int) -> list[Line]:
     largest = float(np.abs(series.values).max()) * factor * 1.05
     for k, axis in enumerate("xyz"):
         values = series.values[:, k] * factor
-        # at rest each axis fills its rows; of a turn one sees which axis it was about
+        # at rest each axis has its own span; a common span shows the axis of a rotation
         low, high = -largest, largest
         if stretch.rest is not None:
             low, high = _limits(values, inside, series.unit)
@@ -279,7 +284,7 @@ def _inside(stretch: TracePiece) -> BoolArray:
 
 
 def _limits(values: FloatArray, inside: BoolArray, unit: str) -> tuple[float, float]:
-    """Of what was averaged, with room for what is far out of it to be cut off."""
+    """Limits from the averaged samples; others may be cut off."""
     kept = values[inside] if inside.any() else values
     middle, spread = median(kept), float(kept.std())
     least = _SPAN_SIGMAS * spread or (1.0 if unit == COUNT else 1e-3)

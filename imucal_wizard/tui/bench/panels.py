@@ -1,4 +1,4 @@
-"""The panels of the bench as rows: picture, suspects, model, ladder."""
+"""The panels of the bench as rows: plot, suspects, model, ladder."""
 
 import math
 
@@ -28,7 +28,7 @@ from imucal_wizard.tui.text import Line, Span, by_sign, clock, line, wrapped
 def picture_rows(
     view: ResidualView, width: int, height: int, cursor: int | None = None
 ) -> list[Line]:
-    """The picture of a view; see ``report.plot.scatter``."""
+    """The plot of a view; see ``report.plot.scatter``."""
     rows = scatter(
         view.x, view.y, width, height, x_label=view.x_label, error=view.error, slope=view.slope,
         model=view.model, cursor=cursor,
@@ -37,26 +37,26 @@ def picture_rows(
 
 
 def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:
-    """Hold, pose, time, what is left, the raw mean, in one row."""
-    point = point_of(snapshot.fit, snapshot.diagnosis.report, view, place)
-    left = f"left {number(float(view.y[place]), 3)} {view.unit}"
+    """Hold, pose, time, residual and raw mean in one row."""
+    point = point_of(snapshot.diagnosis.report, view, place)
+    left = f"residual {number(float(view.y[place]), 3)} {view.unit}"
     if view.model is not None:
         pair = float(view.y[place]), float(view.model[place])
         left = f"{number(pair[0], 4)}, model {number(pair[1], 4)} {view.unit}"
     cells = " ".join(number(float(value), 4) for value in point.reading)
     what = "read" if point.at_rest or point.unit != "deg/s" else "fastest"
     where = f"{point.name}, {clock(point.time)}"
-    read = f"{what} {cells} {unit_sign(point.unit)}"
+    read = f"{what} {cells} {unit_sign(point.unit or snapshot.fit.bias_unit)}"
     return (("◆ ", "accent"), (where, "strong"), (f"  {left}  ", ""), (read, "quiet"))
 
 
 BLIND = "no size"
 WIDE_TABLE = 100
-"""Columns from which what looks the same stands in the table."""
+"""Columns from which the table has columns for detectable size and similar effects."""
 
 
 def order(snapshot: BenchSnapshot, *, hidden: bool = False) -> tuple[Entry, ...]:
-    """The entries in the order shown; by name while the answer is hidden."""
+    """The entries as shown; in alphabetical order while the answer is hidden."""
     by_name = (*sorted(snapshot.entries, key=lambda entry: entry.term), Entry(NOTHING))
     return by_name if hidden else snapshot.entries
 
@@ -64,14 +64,14 @@ def order(snapshot: BenchSnapshot, *, hidden: bool = False) -> tuple[Entry, ...]
 def table_rows(
     snapshot: BenchSnapshot, width: int, height: int, chosen: int | None, *, hidden: bool = False
 ) -> list[Line]:
-    """Heading, what is now, as many suspects as there is room for, about the chosen one.
+    """Heading, present errors, the suspects that fit, details of the selected one.
 
     Args:
-        snapshot: what to show.
-        width: columns there are.
-        height: rows there are; at least six.
-        chosen: place of the suspect to mark.
-        hidden: show nothing but the names, so that one guesses first.
+        snapshot: of the bench.
+        width: columns available.
+        height: rows available; at least six.
+        chosen: index of the selected suspect.
+        hidden: show only the names, so that the user guesses first.
     """
     entries = order(snapshot, hidden=hidden)
     about = [] if chosen is None else about_rows(entries[chosen], width, hidden=hidden)
@@ -87,7 +87,7 @@ def table_rows(
 
 
 def head_rows(snapshot: BenchSnapshot, width: int, *, hidden: bool = False) -> list[Line]:
-    """What the columns mean, and the errors now."""
+    """Column titles, and the present errors."""
     if hidden:
         return [line("  what may be missing", "quiet"), line("")]
     fit = snapshot.fit
@@ -131,26 +131,26 @@ def entry_row(
 
 
 def p_text(entry: Entry) -> str:
-    """The p-value, as far as the simulations go."""
+    """The p-value, to the resolution of the simulations."""
     if entry.suspect is None:
         return "base"
     return "<0.003" if entry.suspect.p < 0.003 else f"{entry.suspect.p:.2g}"
 
 
 def about_rows(entry: Entry, width: int, *, hidden: bool = False) -> list[Line]:
-    """What else there is to say of the chosen suspect."""
+    """Details of the selected suspect."""
     if hidden:
-        text = "enter: commit to this one   l: its lesson, with the picture of what it leaves"
+        text = "enter: commit to this one   l: its lesson, with its plot"
         return wrapped(f"  {text}", width, "quiet", indent="  ")
     words = [] if entry.effect is None else [entry.effect.title]
     if entry.suspect is None and entry.effect is None:
-        words.append("a part of the base model that every sensor needs")
+        words.append("a term of the base model that every sensor needs")
     elif entry.term == "disturbed":
-        words.append("one hold that is simply wrong: somebody touched it. Measure it again")
+        words.append("one hold is wrong: somebody touched it. Measure it again")
     if entry.lacking:
         words.append(f"cannot be seen here: {entry.lacking}")
     elif _seen_from(entry) == BLIND:
-        words.append("these data cannot show it, whatever its size")
+        words.append("these data cannot show it at any size")
     elif _seen_from(entry):
         words.append(f"these data show it from {_seen_from(entry)}")
     if _like(entry):
@@ -184,10 +184,10 @@ def _like(entry: Entry) -> tuple[str, ...]:
 
 
 _WORDS = {
-    "bias": ("b", "its reading when there is nothing"),
-    "scale": ("s", "its reading per unit"),
+    "bias": ("b", "reading at zero input"),
+    "scale": ("s", "reading per unit of input"),
     "non-orthogonality": ("T", "axes not at right angles"),
-    "soft-iron": ("W", "bends the sphere to an ellipsoid"),
+    "soft-iron": ("W", "turns the sphere into an ellipsoid"),
 }
 _FIRST = {
     "bias": ("bias",),
@@ -206,14 +206,14 @@ SHOWN_SIZES = 3
 
 @dataclass(frozen=True)
 class Part:
-    """One line of the stack.
+    """One term of the model.
 
     Attributes:
         term: its name.
         there: whether it is in the model.
         symbol: in the equation.
-        words: what it means.
-        sizes: its sizes with standard errors and unit, in words.
+        words: its meaning.
+        sizes: its sizes with standard errors and unit.
     """
 
     term: str
@@ -246,7 +246,7 @@ def _index(snapshot: BenchSnapshot, term: str) -> str:
 
 
 def parts_of_model(snapshot: BenchSnapshot) -> list[Part]:
-    """The base, in or out, then the effects, in the order in which they were added."""
+    """The terms of the base, in the model or not, then the effects in the order of adding."""
     parts = []
     for name in snapshot.whole:
         symbol, words = _WORDS[name]
@@ -264,7 +264,7 @@ def parts_of_model(snapshot: BenchSnapshot) -> list[Part]:
 
 
 def stack_rows(snapshot: BenchSnapshot, width: int, chosen: int | None) -> list[list[Line]]:
-    """The stack of terms, each with name, meaning and sizes."""
+    """The terms, each with name, meaning and sizes."""
     groups: list[list[Line]] = []
     for k, part in enumerate(parts_of_model(snapshot)):
         here = k == chosen
@@ -297,7 +297,7 @@ def effect_sizes(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatAr
 def _base_sizes(snapshot: BenchSnapshot, term: str) -> str:
     own = [p for p in snapshot.fit.parameters if p.name.startswith(_FIRST[term]) and p.carried]
     if not own:
-        return "these data do not carry it"
+        return "these data do not determine it"
     shown = [_in_words(parameter) for parameter in own]
     first = max(range(len(own)), key=lambda k: abs(shown[k][1]))
     if len(own) <= SHOWN_SIZES:
@@ -309,7 +309,7 @@ def _base_sizes(snapshot: BenchSnapshot, term: str) -> str:
 
 
 def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:
-    """Name of the axis, value, standard error and unit, as people read them."""
+    """Name of the axis, value, standard error and unit, in the units that people use."""
     kind, _, axis = parameter.name.rpartition("_")
     value, error, unit = parameter.value, parameter.standard_error, parameter.unit
     factor, shown = readable(unit)
@@ -321,7 +321,7 @@ def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:
 def model_rows(
     snapshot: BenchSnapshot, width: int, height: int, chosen: int | None = None
 ) -> list[Line]:
-    """Equation and stack; the stack is moved up so that the chosen term is seen."""
+    """Equation and terms, scrolled to the selected term."""
     head = equation_rows(snapshot, width)
     groups = stack_rows(snapshot, width, chosen)
     upto = [row for group in groups[: (chosen or 0) + 1] for row in group]
@@ -331,17 +331,17 @@ def model_rows(
 
 _EIGHTHS = " ▏▎▍▌▋▊▉"
 MAX_BAR_RATIO = 12.0
-"""The longest bar is so many times the present error; longer ones are cut, with an arrow."""
+"""The longest bar over the present error; longer bars are cut and end in an arrow."""
 _NAME = 22
 
 
 def ladder_rows(snapshot: BenchSnapshot, width: int, height: int | None = None) -> list[Line]:
-    """One row per model, the newest last but for the floor.
+    """One row per model, then the floor.
 
     Args:
-        snapshot: what to show.
-        width: columns there are.
-        height: rows there are; the oldest models are left out.
+        snapshot: of the bench.
+        width: columns available.
+        height: rows available; the oldest models are left out.
     """
     unit = snapshot.fit.unit
     factor, shown = readable(unit)
@@ -367,7 +367,7 @@ def ladder_rows(snapshot: BenchSnapshot, width: int, height: int | None = None) 
 
 
 def _rung(snapshot: BenchSnapshot, place: int, factor: float, top: float, room: int) -> Line:
-    """One model with both its errors, as numbers and as bars of at most ``room`` columns."""
+    """One model with both errors, as numbers and as bars of at most ``room`` columns."""
     rung, last = snapshot.ladder[place], place == len(snapshot.ladder) - 1
     spans: list[Span] = [
         ("▸ " if last else "  ", "accent"),
@@ -381,11 +381,11 @@ def _rung(snapshot: BenchSnapshot, place: int, factor: float, top: float, room: 
 
 
 def step_name(snapshot: BenchSnapshot, place: int) -> str:
-    """What a rung did: ``+ second-order``, ``− scale``, or the model it began with."""
+    """The change of a rung: ``+ second-order``, ``− scale``, or the first model."""
     rung = snapshot.ladder[place]
     if place == 0:
         full = len(rung.model) == 3
-        return "bias scale angles" if full else " ".join(rung.model) or "nothing"
+        return "bias scale non-orth." if full else " ".join(rung.model) or "nothing"
     if rung.added is not None:
         return f"+ {rung.added}"
     gone = [term for term in snapshot.ladder[place - 1].model if term not in rung.model]
@@ -393,7 +393,7 @@ def step_name(snapshot: BenchSnapshot, place: int) -> str:
 
 
 def blocks(value: float, top: float, width: int) -> str:
-    """A bar of ``value`` where ``top`` fills ``width``; an arrow where it is cut."""
+    """A bar of ``value``, if ``top`` fills ``width``; a cut bar ends in an arrow."""
     if value > 1.001 * top:
         return "█" * (width - 1) + "»"
     eighths = round(8.0 * width * value / top)

@@ -1,4 +1,4 @@
-"""What is chosen on the bench: panel, suspect, term, picture, point. It knows no screen."""
+"""The selection on the bench: panel, suspect, term, plot, point."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ PANELS = ("suspects", "model", "ladder")
 
 
 class Selection:
-    """A snapshot with a place in each of its lists.
+    """A snapshot with a selected item in each of its lists.
 
     Attributes:
-        snapshot: what was looked up; None before the first look.
-        panel: where up and down choose.
-        hidden: lesson mode: nothing is told before a guess.
-        added: the picture is that of the chosen suspect.
-        cursor: place of the point picked, or None.
+        snapshot: of the bench; None before the first one.
+        panel: the panel in which up and down select.
+        hidden: the answer is hidden until a guess.
+        added: the plot is that of the selected suspect.
+        cursor: index of the picked point, or None.
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class Selection:
         self._part = ""
 
     def show(self, snapshot: BenchSnapshot) -> None:
-        """Another model, or another sensor; pictures stay what they are where they can."""
+        """Take another model or sensor; keep the plot if there is such a plot."""
         self.snapshot = snapshot
         self.added, self.cursor, self._suspect = False, None, 0
         self._term = min(self._term, len(self.parts()) - 1)
@@ -39,49 +39,49 @@ class Selection:
             self._part, self._view = snapshot.parts[0], 0
 
     def entries(self) -> tuple[Entry, ...]:
-        """The suspects in the order shown."""
+        """The suspects as shown."""
         return () if self.snapshot is None else order(self.snapshot, hidden=self.hidden)
 
     @property
     def place(self) -> int | None:
-        """Place of the chosen suspect."""
+        """Index of the selected suspect."""
         count = len(self.entries())
         return min(self._suspect, count - 1) if count else None
 
     @property
     def entry(self) -> Entry | None:
-        """The chosen suspect."""
+        """The selected suspect."""
         return None if self.place is None else self.entries()[self.place]
 
     def parts(self) -> list[Part]:
-        """The terms of the model, those left out among them."""
+        """The terms of the model, including those left out."""
         return [] if self.snapshot is None else parts_of_model(self.snapshot)
 
     @property
     def term_place(self) -> int | None:
-        """Place of the chosen term; None while another panel has the arrows."""
+        """Index of the selected term; None if another panel is active."""
         return self._term if self.panel == "model" and self.parts() else None
 
     @property
     def part(self) -> Part | None:
-        """The chosen term; None while another panel has the arrows."""
+        """The selected term; None if another panel is active."""
         return None if self.term_place is None else self.parts()[self.term_place]
 
     def view(self) -> ResidualView | None:
-        """The picture: the chosen suspect's, or what is left against something."""
+        """The plot: the selected suspect's, or residuals against some quantity."""
         if self.snapshot is None:
             return None
         if self.added and self.entry is not None and not self.hidden:
             suspect = self.entry.suspect
-            misfit = self.snapshot.findings.misfit
-            explained = None if suspect is None else suspect_view(misfit, suspect)
+            findings = self.snapshot.findings
+            explained = None if suspect is None else suspect_view(findings, suspect)
             if explained is not None:
                 return explained
         views = [view for view in self.snapshot.views if view.part == self._part]
         return views[self._view % len(views)] if views else None
 
     def choose(self, by: int) -> None:
-        """Another suspect, or another term of the model."""
+        """Select another suspect, or another term of the model."""
         if self.panel == "model":
             self._term = (self._term + by) % max(1, len(self.parts()))
         else:
@@ -89,42 +89,42 @@ class Selection:
             self.cursor = None if self.added else self.cursor
 
     def select(self, term: str) -> None:
-        """Choose the suspect of this name."""
+        """Select the suspect of this name."""
         names = [entry.term for entry in self.entries()]
         if term in names:
             self.panel, self._suspect = PANELS[0], names.index(term)
 
     def point(self, by: int) -> None:
-        """Another point of the picture."""
+        """Pick another point of the plot."""
         view = self.view()
         if view is not None:
             first = 0 if by > 0 else -1
             self.cursor = (first if self.cursor is None else self.cursor + by) % len(view.x)
 
     def pick_farthest(self) -> None:
-        """Pick the point that is farthest from the model."""
+        """Pick the point with the largest residual."""
         view = self.view()
         if view is not None:
             model = 0.0 if view.model is None else view.model
             self.cursor = int(np.argmax(np.abs(view.y - model)))
 
     def turn(self, by: int) -> None:
-        """What is left against something else; from a suspect's picture back to the one before."""
+        """Plot against another quantity; from a suspect's plot back to the one before."""
         self._view += 0 if self.added else by
         self.added, self.cursor = False, None
 
     def explain(self) -> None:
-        """The chosen suspect's picture, and back."""
+        """Switch between the selected suspect's plot and the residuals."""
         self.added, self.cursor = not self.added and not self.hidden, None
 
     def other_part(self) -> None:
-        """Another part of the data: turns, or an axis at rest."""
+        """Show another part of the data: rotations, or an axis at rest."""
         if self.snapshot is not None:
             parts = self.snapshot.parts
             self._part = parts[(parts.index(self._part) + 1) % len(parts)]
             self.added, self.cursor = False, None
 
     def predict(self) -> None:
-        """Hide the answer, or show it again."""
+        """Hide the answer, or show it."""
         self.hidden = not self.hidden
         self.panel, self.added, self._suspect = PANELS[0], False, 0

@@ -1,4 +1,4 @@
-"""All that the bench shows of one sensor, looked up once in a thread and then only read."""
+"""A frozen snapshot of one sensor's bench, made in a thread."""
 
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.core.records import dataclass
@@ -19,15 +19,15 @@ class BenchSnapshot:
 
     Attributes:
         sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
-        measured: what is known of it.
+        measured: the experiment.
         fit: the present fit.
         findings: suspects and opinion.
         diagnosis: the verdict, and what to measure next.
-        ladder: every model so far.
+        ladder: all models so far.
         entries: what may be missing, the likeliest first.
-        views: pictures of what is left.
+        views: plots of the residuals.
         catalogue: all effects of this sensor.
-        readings: of the whole session, where they are at hand.
+        readings: of the whole session, if available.
     """
 
     sensor: str
@@ -48,11 +48,11 @@ class BenchSnapshot:
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The parts of the data there are pictures of."""
+        """The parts of the data with plots."""
         return tuple(dict.fromkeys(view.part for view in self.views))
 
     def refuted(self, place: int) -> bool:
-        """Whether a rung of the ladder added a term, and data held out do not agree."""
+        """Whether a rung added a term that the held-out data do not confirm."""
         rung = self.ladder[place]
         return rung.confirmed is False and rung.rms_held_out is not None
 
@@ -65,7 +65,7 @@ class BenchSnapshot:
 
 
 def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
-    """Look at a bench as it is now."""
+    """The snapshot of a bench as it is now."""
     findings = bench.look()
     diagnosis = diagnosis_of(benches, bench, findings)
     return BenchSnapshot(
@@ -76,7 +76,7 @@ def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
         diagnosis=diagnosis,
         ladder=tuple(bench.ladder),
         entries=entries_of(bench, findings),
-        views=views_of(bench.fit, bench.measured),
+        views=views_of(bench.fit),
         catalogue=tuple(bench.catalogue),
         readings=benches.readings,
     )

@@ -1,1 +1,1 @@
-"""Parts of screens as rows of text: pure functions of what is shown and of the room there is."""
+"""Parts of screens as rows of text: pure functions of the content and of the size."""

@@ -1,4 +1,4 @@
-"""The magnetometer's step in words: how far the circle is, how good it is by now, what to do."""
+"""The magnetometer's step as rows: the present circle, the four figures, what to do."""
 
 from imucal_wizard.core.quantities import number, true_minus
 from imucal_wizard.guide.state import GOOD, FieldStatus, Status
@@ -11,16 +11,16 @@ _FIGURES = {
     "wobble": ("wobble", "off centre"),
     "fit_error": ("fit error", "unexplained"),
 }
-"""Each figure's name as users of MotionCal know it, and what it is."""
-_ENOUGH: Span = (f"{GOOD['gaps']:g} will do", "quiet")
+"""The name of each figure, as in MotionCal, and its meaning."""
+_ENOUGH: Span = (f"  want {GOOD['gaps']:<3g}", "quiet")
 EXPLAINED = 41
-"""Columns from which the figures say what they are."""
+"""Columns from which the meaning of the figures is shown."""
 
 
 def turned_rows(field: FieldStatus, width: int) -> list[Line]:
-    """How far the device has been turned with the wanted face on the table."""
+    """The angle turned with the wanted face on the table."""
     if field.face is None:
-        return [line("any motion counts now:", "accent"), line("turn it about every axis")]
+        return [line("any motion counts now:", "accent"), line("turn it about all axes")]
     down = "" if field.face_down is None else f"  {true_minus(field.face_down)} down"
     return [
         (
@@ -34,7 +34,7 @@ def turned_rows(field: FieldStatus, width: int) -> list[Line]:
 
 
 def quality_rows(field: FieldStatus, width: int) -> list[Line]:
-    """The four figures against what is good, the field's size, and how many samples there are."""
+    """The four figures with their limits, the field's magnitude, the number of samples."""
     rows = [_figure(name, field, width) for name in _FIGURES]
     size = "–" if field.magnitude is None else f"{number(field.magnitude)} µT"
     rows.append((("field     ", "quiet"), (f"{size}", "strong")))
@@ -52,7 +52,7 @@ def _figure(name: str, field: FieldStatus, width: int) -> Line:
 
 
 def _verdict(name: str, value: float | None, field: FieldStatus) -> Span:
-    """Ten columns: what is good, what is wanted. Six circles need no small gaps; a tumble does."""
+    """Good, or the wanted value, in ten columns. Six circles need no small gaps."""
     if value is not None and value < GOOD[name]:
         return "✓ good    ", "good"
     if name == "gaps":
@@ -62,11 +62,10 @@ def _verdict(name: str, value: float | None, field: FieldStatus) -> Span:
 
 
 def field_notice_rows(status: Status, problem: str, width: int, height: int) -> list[Line]:
-    """What matters most in the rows there are.
+    """The most important messages in the rows available.
 
-    A broken stream comes before a disturbed field, that before what keeps a calibration from
-    coming of it; then the way to the next face. Ways out have their place; what happened last, and
-    how to do it, come where there is room.
+    The order is: broken stream, disturbed field, fault of the samples, way to the next face. Offers
+    are always shown; the last event and the details are shown if there is room.
     """
     field = status.field or FieldStatus()
     width -= 2
@@ -87,6 +86,6 @@ def field_notice_rows(status: Status, problem: str, width: int, height: int) -> 
 
 
 def _says(text: str, said: str) -> bool:
-    """Whether an event says once more what is said already, if in other words after the colon."""
+    """Whether an event repeats a message up to its colon."""
     what = said.partition(":")[0]
     return what != "" and what.casefold() in text.casefold()

@@ -1,4 +1,4 @@
-"""What arrives from a source, decoded: values, units, rate, losses, the size of gravity, digits."""
+"""The preview of a source: values, units, rate, losses, magnitude of gravity, decimals."""
 
 import math
 from typing import TYPE_CHECKING
@@ -16,21 +16,22 @@ _WELCOME = (
         "magnetometer. Gravity and the Earth's field are the references."
     ),
     (
-        "Settle, six faces up, 18 poses, some rotations, circles for a magnetometer: about ten "
-        "minutes. It goes on by itself; your hands stay on the device."
+        "The steps are: settle, six faces, 18 poses, rotations, and circles for a magnetometer. "
+        "They take about ten minutes and follow one another by themselves; your hands stay on the "
+        "device."
     ),
-    "No device at hand? Press enter: the virtual IMU needs none.",
-    "What is measured is written down at once. You can leave at any time and go on later.",
+    "No device? Press enter to open the virtual IMU.",
+    "All samples are written to disk at once. You can quit at any time and continue later.",
 )
 
 
 def welcome_rows(width: int) -> list[Line]:
-    """What the program does, while nothing is open."""
+    """The introduction, shown while no source is open."""
     return [row for text in _WELCOME for row in (*wrapped(text, max(30, width)), line(""))]
 
 
 def preview_rows(stream: "StreamStatus", width: int) -> list[Line]:
-    """The stream in words and numbers: values, units, rate, losses, gravity, digits."""
+    """The newest values of the stream, with units, rate, losses, gravity and decimals."""
     width = max(30, width)
     rows = [line(stream.source or "source", "strong"), *_state(stream)]
     if stream.line and not stream.samples:
@@ -38,7 +39,7 @@ def preview_rows(stream: "StreamStatus", width: int) -> list[Line]:
         rows += [line(""), *newest[:_LINE_ROWS]]
     rows.append(line(""))
     rows += _values("acceleration", stream.accelerometer, stream.accelerometer_unit)
-    rows += _values("turn rate", stream.gyroscope, stream.gyroscope_unit)
+    rows += _values("angular rate", stream.gyroscope, stream.gyroscope_unit)
     rows += _values("field", stream.magnetometer, stream.magnetometer_unit)
     if stream.temperature is not None:
         rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
@@ -55,7 +56,7 @@ def _state(stream: "StreamStatus") -> list[Line]:
     if not stream.samples:
         return [line("waiting for the first sample …", "quiet")]
     rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
-    spoken = f"{stream.format}, " if stream.format else ""  # a recording is no stream of bytes
+    spoken = f"{stream.format}, " if stream.format else ""  # a recording has no wire format
     text = f"{spoken}{rate}, {stream.samples} samples, "
     lost = (f"{stream.lost} lost", "warn" if stream.lost else "good")
     rows: list[Line] = [((text, ""), lost)]
@@ -85,10 +86,10 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
         return []
     size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
     if stream.gravity_right is None:
-        return [_pair("gravity", f"{size}; the fit finds the scale")]
+        return [_pair("gravity", f"{size}; the fit determines the scale")]
     if stream.gravity_right:
-        return [_pair("gravity", f"{size}  ✓ right at rest", "good")]
-    advice = "▲ at rest it should be near 9.81 m/s²: is it moving, or is the unit wrong?"
+        return [_pair("gravity", f"{size}  ✓ plausible", "good")]
+    advice = "▲ at rest it should be near 9.81 m/s²: is the device moving, or the unit wrong?"
     return [_pair("gravity", size, "warn"), *wrapped(advice, width, "warn", indent="  ")]
 
 

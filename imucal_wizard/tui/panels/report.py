@@ -1,4 +1,4 @@
-"""A fit in words, tables and plots: what the screens of the result and of the saved file show."""
+"""A fit as text, tables and plots, for the screens of the result and of the saved file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -26,21 +26,21 @@ from imucal_wizard.report.text import field_lines, second_stage_lines
 from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
 
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
-"""What the error of a sensor is of: the magnitude, or the angle between carried and measured up."""
+"""The quantity whose error is shown: a magnitude, or the closure of a rotation."""
 _EACH = {"gyroscope": "rotation", "magnetometer": "direction"}
 _NO_RESULT = "is not calibrated"
-"""Stands in the warning about a sensor that the data do not carry."""
+"""Part of the warning about a sensor that the data do not determine."""
 _PLOT_ROWS = 8
 _SOFT = ("xx", "xy", "xz"), ("", "yy", "yz"), ("", "", "zz")
-"""Entries of the symmetric matrix; the others are the same by symmetry."""
+"""Entries of the symmetric matrix that are shown."""
 
 
 def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
-    """Verdicts, refusals, errors, plots, iron, three gyroscope methods, warnings, holds.
+    """Verdicts, rejected sensors, errors, plots, iron, gyroscope methods, warnings, holds.
 
     Args:
         report: the fit.
-        diagnoses: what the data say of each sensor; empty while that is not known.
+        diagnoses: of each sensor; empty while they are not known.
     """
     notes = report.notes(judged=bool(diagnoses))
     refused = [text for text in dict.fromkeys(notes) if _NO_RESULT in text]
@@ -66,7 +66,7 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
 
 
 def bench_rows(benches: Benches | None, width: int) -> list[Line]:
-    """What the bench has added: a row for each sensor whose model has effects."""
+    """A row for each sensor to whose model the bench has added effects."""
     rows: list[Line] = []
     for name, (model, _) in (benches.models() if benches is not None else {}).items():
         terms, unit = " + ".join(benches.found(name) if benches else ()), model.unit
@@ -106,21 +106,21 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
 
 
 def _validation(fit: SensorFit) -> Text:
-    """The error on each new pose, beside that of the table."""
+    """The residual in each pose of the validation."""
     factor, unit = readable(fit.unit)
     places = decimals(max(abs(error) for error in fit.validation) * factor)
     each = "  ".join(fixed(error * factor, places) for error in fit.validation)
-    return Text(f" left over on each new pose  {each} {unit}", "dim")
+    return Text(f" residuals of the new poses  {each} {unit}", "dim")
 
 
 class _Plot:
-    """A plot as wide as the page."""
+    """A plot of residuals as wide as the page."""
 
     def __init__(self, fit: SensorFit) -> None:
         self._fit = fit
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
-        """Draw the residuals by number, with the band that noise makes."""
+        """Draw the residuals by number, with the band of the noise."""
         fit = self._fit
         factor, _ = readable(fit.unit)
         values = np.asarray(fit.residuals, np.float64).ravel() * factor
@@ -138,7 +138,7 @@ def residual_plot(fit: SensorFit) -> Iterator[RenderableType]:
     _, unit = readable(fit.unit)
     floor = fit.floor_fitted
     noise = "" if floor is None else f", ┈ = noise ±{quantity(floor, fit.unit)}"
-    head = f"what is left of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
+    head = f"residual of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
     yield Text.assemble((f"{fit.sensor}: ", "bold"), (head, "dim"))
     yield _Plot(fit)
 
@@ -173,7 +173,7 @@ def _with_error(value: float | None, error: float | None) -> str:
 
 
 def hold_table(report: FitReport) -> Iterator[RenderableType]:
-    """Every hold with its pose and what is left of it."""
+    """Every hold with its pose and its residual."""
     fit = report.sensors.get("accelerometer")
     if fit is None:
         return
@@ -226,7 +226,7 @@ def magnetic_parts(report: FitReport) -> Iterator[RenderableType]:
 
 
 def _iron(parameter: Parameter | None, name: str) -> str:
-    """A value with its standard error; a dot where the data do not determine it."""
+    """A value with its standard error; a dot if the data do not determine it."""
     if parameter is None:
         return ""
     if not parameter.carried:
@@ -279,7 +279,7 @@ def _table(*columns: str) -> Table:
 
 
 def _marked(sign: str, text: str, style: str) -> Table:
-    """A sentence with its sign; wrapped rows stand below the sentence."""
+    """A sentence after a sign; wrapped rows are aligned with the sentence."""
     table = Table.grid(padding=(0, 1))
     table.add_row(Text(sign, STYLES[style]), Text(clean(text), STYLES[style]))
     return table

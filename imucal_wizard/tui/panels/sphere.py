@@ -1,8 +1,8 @@
-"""The sphere of directions as characters: what is covered, what is a gap, where the field is now.
+"""The sphere of directions as characters: covered areas, gaps, present direction of the field.
 
-Each half is seen from outside along z, in Lambert's projection, which leaves areas in proportion
-(``ρ² = 1 − |z|`` on a disc of radius 1), so that a gap looks as large as it is. The back is seen
-after half a turn about y: its left is +x.
+Each half is seen from outside along z, in Lambert's equal-area projection (``ρ² = 1 − |z|`` on a
+disc of radius 1), so that every gap has its true size. The back half is seen after half a turn
+about y: its left is +x.
 """
 
 from collections.abc import Iterator
@@ -18,15 +18,15 @@ from imucal_wizard.estimate.ellipsoid.coverage import bin_of, centres
 from imucal_wizard.tui.text import Line, Span, line, width_of
 
 FEW = len(PARTLY)
-"""An area with fewer samples is thinly covered."""
+"""Number of samples from which an area is covered."""
 GAP, THIN, FULL = "·", "▒", "█"
 HERE = "◆"
 _STYLES = {GAP: "quiet", THIN: "warn", FULL: "good", HERE: "strong"}
 _NAMES = {1: ("front +z", "+y", "−y", "−x", "+x"), -1: ("back −z", "+y", "−y", "+x", "−x")}
-"""Of each half: its own name; what is at the top, at the bottom, to the left and to the right."""
+"""Title of each half, and its axes at the top, the bottom, the left and the right."""
 _GAP = "  "
 MIN_SPHERE_ROWS = 10
-"""Rows of a half with its names."""
+"""Rows of a half with its labels."""
 _Cells = NDArray[np.intp]
 
 
@@ -35,8 +35,8 @@ class Half:
     """One half of the sphere in a grid of characters.
 
     Attributes:
-        bins: area under the middle of each character, −1 outside, shape (rows, columns).
-        middles: row and column of the middle of each area, those of the other half too, (100, 2).
+        bins: area at the centre of each character, −1 outside, shape (rows, columns).
+        middles: row and column of the centre of each area of both halves, shape (100, 2).
     """
 
     bins: _Cells
@@ -71,12 +71,12 @@ def _middles(side: int, rows: int) -> _Cells:
 
 
 def signs(counts: NDArray[np.intp], shape: Half, here: int | None) -> list[list[str]]:
-    """The characters of a half, row by row; outside there are blanks.
+    """The characters of a half, row by row; blanks outside.
 
     Args:
         counts: samples in each area, shape (100,).
         shape: the grid.
-        here: the area in which the newest sample lies, or None.
+        here: the area of the newest sample, or None.
     """
     each = np.where(counts >= FEW, FULL, np.where(counts > 0, THIN, GAP))
     grid: list[list[str]] = np.where(shape.bins >= 0, each[shape.bins], " ").tolist()
@@ -90,7 +90,7 @@ def signs(counts: NDArray[np.intp], shape: Half, here: int | None) -> list[list[
 
 
 def half_rows(counts: NDArray[np.intp], side: int, rows: int, here: int | None) -> list[Line]:
-    """A half with its name and the names of the axes at its rim: ``rows`` rows of one width."""
+    """A half with its title and the axes at its rim: ``rows`` rows of equal width."""
     name, top, bottom, left, right = _NAMES[side]
     grid = signs(counts, half(side, rows - 2), here)
     wide = len(grid[0]) + len(left) + len(right)
@@ -108,13 +108,13 @@ def _spans(row: list[str]) -> Iterator[Span]:
 
 
 def sphere_rows(counts: NDArray[np.intp], here: int | None, width: int, height: int) -> list[Line]:
-    """Both halves with the names of their axes, and the signs explained below.
+    """Both halves with their axes, and a legend.
 
     Args:
         counts: samples in each of the hundred areas, shape (100,).
         here: the area of the newest sample, or None.
-        width: columns there are.
-        height: rows there are.
+        width: columns available.
+        height: rows available.
     """
     rows = min(height - 1, (width - len(_GAP)) // 4)
     if rows < MIN_SPHERE_ROWS:

@@ -18,14 +18,14 @@ from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.text import Line, Span, bar, clean, compact, width_of, wrapped
 
 _BAR_CELLS = 5
-"""Cells of a short bar; the limit lies at the third."""
+"""Cells of a short bar; the limit is at the third cell."""
 _AT_LIMIT = 3
 _LETTERS = {"a": "a", "g": "ω"}
-"""What a channel's first letter is called."""
+"""The symbol for a channel's first letter."""
 
 
 def reason(still: StillStatus) -> Line:
-    """Is it still; if not, which axis moves, by how much, against which limit."""
+    """Whether the device is still; if not, which axis moves, by how much, and its limit."""
     label: Span = ("STILL?  ", "strong")
     if not still.motions:
         return label, ("listening …", "quiet")
@@ -35,7 +35,7 @@ def reason(still: StillStatus) -> Line:
 
 
 def short_bar(motion: AxisMotion) -> Span:
-    """Five cells; anything past the third is over the limit."""
+    """A bar of five cells; the third cell is the limit."""
     share = motion.value / motion.limit if motion.limit > 0 else 0.0
     if share != share:  # not a number: the channel is dead or garbled
         return "?" * _BAR_CELLS, "bad"
@@ -45,7 +45,7 @@ def short_bar(motion: AxisMotion) -> Span:
 
 
 def still_rows(still: StillStatus, width: int, height: int) -> list[Line]:
-    """A row for each axis where there is room, or a row for each sensor."""
+    """A row for each axis if there is room, else a row for each sensor."""
     if height >= len(still.motions) > 0:
         return [_full(motion, width) for motion in still.motions]
     sensors = [[m for m in still.motions if m.channel[0] == s] for s in ("a", "g")]
@@ -53,7 +53,7 @@ def still_rows(still: StillStatus, width: int, height: int) -> list[Line]:
 
 
 def compact_row(motions: list[AxisMotion]) -> Line:
-    """The axes of one sensor in one row, with the decimals that its limits need."""
+    """The axes of one sensor in one row, with as many decimals as the limits need."""
     name = f"{_LETTERS[motions[0].channel[0]]} {unit_sign(motions[0].unit)}"
     places = decimals(min(motion.limit for motion in motions))
     spans: list[Span] = [(f"{name:<7}", "quiet")]
@@ -108,7 +108,7 @@ _SIGNS: dict[str, tuple[str, str]] = {
 def notice_rows(
     problem: str, offers: Sequence[Offer], event: Event | None, width: int, height: int
 ) -> list[Line]:
-    """What matters most in the rows there are: problem, then ways out, then the newest event."""
+    """The most important messages in the rows available: problem, offers, newest event."""
     rows = wrapped(f" ▲ {problem}", width - 2, "bad", indent="   ") if problem else []
     choices = offer_rows(offers, width - 2)
     room = height - len(rows) - len(choices)
@@ -125,11 +125,11 @@ OFFER_KEYS = {
     "skip": "g",
     "count-faces": "f",
 }
-"""Key of each way out that the procedure may offer."""
+"""The key of each command that the procedure may offer."""
 
 
 def offer_rows(offers: Sequence[Offer], width: int) -> list[Line]:
-    """The ways out with their keys, as many in a row as fit."""
+    """The offers with their keys, as many in a row as fit."""
     rows: list[list[Span]] = []
     for offer in (one for one in offers if one.command in OFFER_KEYS):
         spans: list[Span] = [(f" {OFFER_KEYS[offer.command]} ", "key"), (f" {offer.text}  ", "")]
@@ -156,8 +156,8 @@ def pose_rows(
 ) -> list[Line]:
     """``●`` taken, ``◎`` asked for next, ``·`` missing: faces, edges, tilts, corners.
 
-    The pose that the device is in stands in brackets. Where there is no room for all, what is left
-    to take is shown.
+    The present pose is in brackets. If there is no room for all poses, only the missing ones are
+    shown.
     """
     names = sorted(
         {*done, *missing, *([wanted] if wanted else [])},
@@ -177,7 +177,7 @@ def pose_rows(
 
 
 def _pose_signs(name: str, done: Sequence[str], missing: Sequence[str], wanted: str | None) -> str:
-    """One sign for each time that a pose is asked for."""
+    """One sign for each time that a pose is needed."""
     left = max(0, missing.count(name) - (name == wanted))
     return "●" * done.count(name) + "◎" * (name == wanted) + "·" * left
 
@@ -205,7 +205,7 @@ def _pose_cells(label: str, cells: list[Span], width: int) -> list[Line]:
 def start_rows(
     done: Sequence[str], wanted: str | None, start_values: Sequence[AxisStart]
 ) -> list[Line]:
-    """Both faces of each axis, and once both are known the bias and sensitivity they give."""
+    """Both faces of each axis, and the bias and sensitivity from them."""
     known = {start.axis: start for start in start_values}
     return [_start(axis, done, wanted, known.get(axis)) for axis in "xyz"]
 
@@ -226,7 +226,7 @@ def _start(axis: str, done: Sequence[str], wanted: str | None, start: AxisStart 
 
 
 def rotation_rows(rotation: RotationStatus, width: int) -> list[Line]:
-    """Angle so far, rate against the range, what is done, what is wanted: four rows."""
+    """Angle, rate and range, rotations done, rotations needed: four rows."""
     return [_angle(rotation, width), _rate(rotation), _done(rotation), _wanted(rotation)]
 
 
@@ -294,7 +294,7 @@ def stream_row(
 ) -> tuple[Span, ...]:
     """The stream in one row: rate, lost samples, temperature, noise, problems.
 
-    The source stands where it fits; the temperature gives way to all that it would push out.
+    Temperature and source are left out if they do not fit.
     """
     head: list[Span] = [(" ", "")]
     if not stream.connected:

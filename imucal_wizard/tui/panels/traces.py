@@ -1,4 +1,4 @@
-"""Live traces of all channels in braille: fast, because only rows that changed are sent."""
+"""Live traces of all channels in braille."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ _UP = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 """Bit of each dot of a braille cell, top row first."""
 _LABEL = 4
 _SMALLEST_SPAN: dict[str, float] = {"m/s^2": 2.0, "deg/s": 10.0}
-"""A still device draws a line and not its noise."""
+"""Smallest span of an axis, so that a device at rest shows a line and not its noise."""
 _SMALLEST_SHARE = 0.02
-"""The same for counts, as a share of the largest."""
+"""The same for counts, as a share of the largest reading."""
 
 
 def trace(values: FloatArray, low: float, high: float, columns: int, rows: int) -> list[str]:
@@ -55,13 +55,13 @@ def _per_column(values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]
 
 
 def trace_rows(values: FloatArray, units: tuple[str, str], width: int, height: int) -> list[Line]:
-    """The channels of both sensors, or of the accelerometer alone where there is no gyroscope.
+    """The channels of both sensors, or of the accelerometer alone.
 
     Args:
-        values: samples, shape (n, 6); the rates NaN where there is no gyroscope.
+        values: samples, shape (n, 6); the rates are NaN without a gyroscope.
         units: of the accelerations and of the rates.
-        width: characters there are.
-        height: rows there are for two sensors.
+        width: columns available.
+        height: rows available for two sensors.
     """
     blocks = [_Block("a", values[:, :3], units[0])]
     rates = values[:, 3:6]
@@ -72,7 +72,7 @@ def trace_rows(values: FloatArray, units: tuple[str, str], width: int, height: i
 
 
 class _Block:
-    """The channels of one sensor, in the unit in which people know it."""
+    """The channels of one sensor, in the unit that people use."""
 
     def __init__(self, name: str, values: FloatArray, unit: str) -> None:
         known, factor = known_as(unit)
@@ -82,7 +82,7 @@ class _Block:
         self.scale = f" {number(self._low, 2)}…{number(self._high, 2)} {unit_sign(known)}"
 
     def rows(self, columns: int, rows: int) -> list[Line]:
-        """As braille, each channel so many cells wide and high."""
+        """The channels in braille, each with this size in cells."""
         drawn = [trace(one, self._low, self._high, columns, rows) for one in self._values.T]
         block: list[Line] = []
         for y in range(rows):
@@ -95,7 +95,7 @@ class _Block:
 
 
 def _span(values: FloatArray, unit: str) -> tuple[float, float]:
-    """Round limits that hold all values, with a little air."""
+    """Round limits around all values, with a margin."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return -1.0, 1.0

@@ -1,1 +1,1 @@
-"""One screen per step of the wizard, one class per file."""
+"""The screens: the steps of the wizard, the bench, the dialogs."""

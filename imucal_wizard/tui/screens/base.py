@@ -1,4 +1,4 @@
-"""What the screens have in common: a word for small terminals, and the stream that they follow."""
+"""The base of the live screens: header, footer, message for small terminals."""
 
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, ClassVar
@@ -19,9 +19,9 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.run.snapshot import Snapshot
 
 MIN_SIZE = (80, 24)
-"""Columns and rows the screens are made for."""
+"""Columns and rows that the screens need."""
 WIDE, TALL = 130, 38
-"""Columns and rows from which there is room for more."""
+"""Columns and rows from which the screens show more."""
 HORIZONTAL = [(0, "-too-narrow"), (MIN_SIZE[0], "-normal"), (WIDE, "-wide")]
 VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 """Class of a screen for each size; the style sheet knows them."""
@@ -32,27 +32,27 @@ _OVER = "✓–"
 
 
 class TooSmall(Lines):
-    """What a terminal that is too small shows instead of the screen."""
+    """The message that replaces the screen in a small terminal."""
 
     def on_mount(self) -> None:
-        """Say which size there is, and which is needed."""
+        """Show the present size and the size needed."""
         self.draw(self._words)
 
     def _words(self, width: int, _height: int) -> list[Line]:
         columns, rows = self.app.size
         text = (
             f"This terminal has {columns}×{rows} characters. Make it at least "
-            f"{MIN_SIZE[0]}×{MIN_SIZE[1]}, or the letters smaller. Measuring goes on."
+            f"{MIN_SIZE[0]}×{MIN_SIZE[1]}, or use a smaller font. The program keeps running."
         )
         return wrapped(text, width - 4, "strong")
 
 
 class Failed(Message):
-    """A screen cannot go on.
+    """A screen cannot continue.
 
     Attributes:
         error: why.
-        always: leave even if somebody sits before the screen, who could choose something else.
+        always: end the app even if an operator could choose another source.
     """
 
     def __init__(self, error: ImucalError, *, always: bool = False) -> None:
@@ -62,10 +62,10 @@ class Failed(Message):
 
 
 class StepOver(Message):
-    """The procedure has gone to another step.
+    """The procedure has entered another step.
 
     Attributes:
-        step: as the procedure names it.
+        step: the new step.
     """
 
     def __init__(self, step: str) -> None:
@@ -74,10 +74,10 @@ class StepOver(Message):
 
 
 class LiveScreen(Screen[None]):
-    """Header with the steps, body, footer with the keys; follows the stream 20 times a second.
+    """A screen with header, body and footer that shows each new snapshot.
 
     Args:
-        state: of the wizard.
+        state: the wizard's state.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -85,11 +85,11 @@ class LiveScreen(Screen[None]):
         Binding("m", "app.mute", "sound", tooltip="switches the sounds off or on"),
         Binding(
             "q", "app.quit", "quit",
-            tooltip="leaves; everything is written down and the session can be resumed",
+            tooltip="quits; everything is on disk, and the session can be resumed",
         ),
     ]  # fmt: skip
     step: str = StepKind.SOURCE
-    """The step of the procedure this screen is about."""
+    """The step of the procedure that this screen shows."""
 
     def __init__(self, state: WizardState) -> None:
         super().__init__()
@@ -97,29 +97,29 @@ class LiveScreen(Screen[None]):
         self._ended = False
 
     def compose(self) -> ComposeResult:
-        """Header, body, footer, and a word for terminals that are too small."""
+        """Header, body, footer, and the message for small terminals."""
         yield Lines(id="header")
         yield from self.body()
         yield KeyFooter()
         yield TooSmall()
 
     def body(self) -> ComposeResult:
-        """What is between header and footer."""
+        """The widgets between header and footer."""
         yield from ()
 
     def on_mount(self) -> None:
-        """Show what is known so far."""
+        """Show the newest snapshot."""
         if self.state.snapshot is not None:
             self.take(self.state.snapshot)
         else:
             self._head(0.0, (), (StepKind.FIELD,), 18)
 
     def lines(self, name: str) -> Lines:
-        """A part of this screen by its id."""
+        """A widget of this screen by its id."""
         return self.query_one(f"#{name}", Lines)
 
     def take(self, snapshot: "Snapshot") -> None:
-        """Show a snapshot; end when the procedure has gone to another step."""
+        """Show a snapshot; end if the procedure has entered another step."""
         status = snapshot.status
         if status.step != self.step:
             self.end(status.step)
@@ -139,26 +139,26 @@ class LiveScreen(Screen[None]):
         self.lines("header").draw(lambda width, _: [header_row(steps, time, width)], (*steps, time))
 
     def end(self, step: str) -> None:
-        """Ask once for the screen of another step."""
+        """Request the screen of another step, once."""
         if not self._ended:
             self._ended = True
             self.leave(step)
 
     def leave(self, step: str) -> None:
-        """Make room for the screen of another step."""
+        """Request the screen of another step."""
         self.post_message(StepOver(step))
 
 
 def step_spans(
     step: str, skipped: Collection[str], absent: Collection[str], poses: int
 ) -> list[Span]:
-    """The steps: ``✓`` done, ``▸`` and capitals now, ``–`` skipped, plain still to come.
+    """The steps: ``✓`` done, ``▸`` and capitals present, ``–`` skipped, no sign to come.
 
     Args:
-        step: the present one, as the procedure names it.
-        skipped: steps that were left out.
-        absent: steps that there are not for this stream or in this procedure.
-        poses: how many poses the step of the poses asks for.
+        step: the present step.
+        skipped: steps that were skipped.
+        absent: steps that this stream or procedure does not have.
+        poses: number of poses that the pose step needs.
     """
     named = {**TITLES, StepKind.POSES: f"{poses} poses"}
     aside = (
@@ -182,8 +182,8 @@ def step_spans(
 def header_row(steps: Sequence[Span], time: str, width: int) -> Line:
     """The steps and the time in one row.
 
-    Where not all fit, the first ones that are over are no more than their sign, and those to come
-    stand closer.
+    If not all fit, the first steps are shortened: those done to their sign, the others by their
+    leading space.
     """
     spans, room = list(steps), width - len(time) - 2
     for i, (text, style) in enumerate(spans):

@@ -1,4 +1,4 @@
-"""The bench: compare model and measurement, see where it fails, add what is missing."""
+"""The bench: compare model and measurement, find what the model lacks, add it."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -16,7 +16,6 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.measurement.requests import MeasurementRequest
-from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -38,44 +37,39 @@ from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
 
 SAID = 3
-"""Rows for the verdict; the rest of it stands on the page of the next poses."""
+"""Rows for the verdict; the page of the next poses shows all of it."""
 Act = Callable[[Bench], object]
-"""Something done to a bench in a thread."""
+"""A change of a bench, made in a thread."""
 _PREDICT = (
-    "Predict first: look at what is left (tab turns the plot), choose what you think is missing "
+    "Predict first: look at the residuals (tab changes the plot), choose what you think is missing "
     "(↑↓), commit with enter. p shows the answer at once."
 )
-_ROSE = "▲ The held-out error did not fall: only the fitted one did. u takes it back."
-_NO_DEVICE = (
-    "This is a recording: to measure more, a device is needed (the wizard on a port, or on the "
-    "virtual IMU). n lists the poses."
-)
-_CIRCLES = (
-    "Circles are turned in the magnetometer's own step: leave the bench and repeat that step."
-)
+_ROSE = "▲ Only the fitted error fell, not the held-out error. u takes the term back."
+_CIRCLES = "For more circles, leave the bench and repeat the step Field."
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 
 class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
     """Head, verdict, plot, three panels of which a small terminal shows one.
 
-    Its result is what is to be measured now, or nothing. What takes long is done in a thread, one
-    thing at a time; what goes wrong is said, and the model stays as it was.
+    Its result is the list of requested measurements, or None. Slow work runs in a thread, one task
+    at a time; if a task fails, its error is shown and the model stays as it was.
 
     Args:
         make: makes the benches; called in a thread.
-        sensor: whose bench to look at first; "" for the first there is.
-        live: there is a device that can be asked for more poses.
-        predict: tell nothing before a guess.
+        sensor: the sensor to show first; "" for the first one.
+        live: the source is a device, which can measure more.
+        predict: hide the answer until a guess.
     """
 
     CSS_PATH = "bench.tcss"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "app.explain('bench')", "help", tooltip="explains the bench"),
+        Binding("escape,b", "dismiss", "back", tooltip="leaves the bench"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
         Binding(
             "enter", "enter(False)", "add it", key_display="enter",
-            tooltip="adds the suspect; puts back a part of the base that was left out",
+            tooltip="adds the suspect; puts back a term of the base that was left out",
         ),
         Binding(
             "enter", "enter(True)", "commit to it", key_display="enter",
@@ -83,7 +77,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         ),
         Binding(
             "l", "lesson", "lesson",
-            tooltip="lesson: what happens in the sensor, what it looks like, what it costs",
+            tooltip="lesson: what happens in the sensor, how it looks, what it costs",
         ),
         Binding(
             "p", "predict(True)", "predict first",
@@ -92,44 +86,43 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         Binding("p", "predict(False)", "show the answer", tooltip="shows the answer at once"),
         Binding(
             "n", "next_poses", "next poses",
-            tooltip="the verdict in full; the poses to measure next, and what they bring",
+            tooltip="the whole verdict, and the poses to measure next",
         ),
         Binding("u", "undo", "undo", tooltip="takes back the last change of the model"),
         Binding(
             "tab", "turn(1)", "look at …", priority=True,
-            tooltip="plots against something else: force, number, time, temperature, pose before",
+            tooltip="plots against another quantity: force, number, time, temperature, pose before",
         ),
         Binding("shift+tab", "turn(-1)", "look at …", show=False, priority=True),
         Binding(
             "v", "added", "explained",
-            tooltip="what the chosen suspect would explain: points on the line speak for it",
+            tooltip="plots what the selected suspect explains; points on the line support it",
         ),
         Binding(
             "left", "point(-1)", "point", key_display="←→",
-            tooltip="picks a point: which pose it is, what was read there",
+            tooltip="picks a point, and shows its pose and reading",
         ),
         Binding("right", "point(1)", "point", show=False, key_display="←→"),
         Binding(
             "t", "trace", "trace",
-            tooltip="the raw trace of the point picked: every reading of that hold or rotation",
+            tooltip="the raw trace of the picked point: every reading of its hold or rotation",
         ),
         Binding(
             "m", "measure", "measure",
-            tooltip="measures exactly these now; the bench opens again on all the data",
+            tooltip="measures the next poses now; then the bench opens again with all data",
         ),
         Binding(
             "r,delete", "remove", "remove",
-            tooltip="removes the chosen term of the model, otherwise the newest one",
+            tooltip="removes the selected term of the model, otherwise the newest one",
         ),
         Binding(
             "a", "part", "other data",
-            tooltip="another part of the data: each axis beside the model; the rotations",
+            tooltip="plots another part of the data: single axes, or the rotations",
         ),
         Binding("e", "formula", "formula", tooltip="type an effect of your own as a formula"),
-        Binding("escape,b", "dismiss", "back", tooltip="leaves the bench"),
         Binding(
             "up", "choose(-1)", "choose", show=False, key_display="↑↓",
-            tooltip="chooses a suspect, or a term while the model is shown",
+            tooltip="selects a suspect, or a term in the panel of the model",
         ),
         Binding("down", "choose(1)", "choose", show=False),
         Binding("1", "panel('suspects')", show=False, tooltip="shows the suspects"),
@@ -158,7 +151,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self._sensors: tuple[str, ...] = ()
 
     def compose(self) -> ComposeResult:
-        """Head, verdict, panels, keys, and a word for terminals that are too small."""
+        """Head, verdict, panels, footer, and the message for small terminals."""
         yield Lines(id="bench-head")
         yield Lines(id="bench-says")
         with Container(id="bench-body"):
@@ -172,26 +165,28 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         yield TooSmall()
 
     def on_mount(self) -> None:
-        """Open the benches, unless the screen is left before it was ever shown."""
+        """Open the benches, unless the screen was closed before it was shown."""
         if being_left(self):
             return
-        self._lines("compare").border_title = "what the model leaves"
+        self._lines("compare").border_title = "residuals"
         for k, name in enumerate(PANELS):
             self._lines(name).border_title = f"{k + 1} {name}"
         self.redraw()
         self._open()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """While a guess is asked for, nothing that would tell the answer."""
+        """Disable keys that would show a hidden answer."""
         hidden = self.selection.hidden
         if action == "enter":
             return parameters[0] is hidden
         if action == "predict":
             return parameters[0] is not hidden
+        if action == "measure" and not self._live:
+            return False
         telling = ("next_poses", "undo", "added", "measure", "remove", "formula")
         return not (hidden and action in telling)
 
-    # what is shown
+    # Display
 
     def redraw(self) -> None:
         """Show everything."""
@@ -226,7 +221,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         place = (
             None if self.selection.cursor is None else min(self.selection.cursor, len(view.x) - 1)
         )
-        last: Line = line("  ←→ picks a point: which one it is; t: its raw trace", "quiet")
+        last: Line = line("  ←→ picks a point; t shows its raw trace", "quiet")
         if place is not None:
             last = point_row(snapshot, view, place)
         title = f"{view.title}, {view.unit}" if view.slope is None else view.title
@@ -242,13 +237,13 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             spans += [(f" {k + 1} ", "key"), (f"{name} ", "accent" if here else "quiet")]
         place = self._sensors.index(self.sensor) if self.sensor in self._sensors else 0
         others = [*self._sensors[place + 1 :], *self._sensors[:place]]
-        if others:  # the one that comes next, and that it is not the only other one
+        if others:  # the next sensor, and whether there are more
             more = ", …" if len(others) > 1 else ""
             spans += [("  g ", "key"), (others[0] + more, "quiet")]
         return tuple(spans)
 
     def _said(self, width: int, _height: int) -> list[Line]:
-        """What is being done, what went wrong, the verdict: the most pressing first."""
+        """Present task, message and verdict, in this order."""
         width, snapshot, (note, style) = width - 2, self.selection.snapshot, self.note
         rows: list[Line] = []
         if self.busy:
@@ -271,15 +266,15 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         return self.query_one(f"#{name}", Lines)
 
     def _tell(self, note: str) -> None:
-        """Say what cannot be done."""
+        """Show a message."""
         self.note = (note, "warn")
         self.redraw()
 
-    # what is done in threads
+    # Work in threads
 
     @work
     async def _open(self) -> None:
-        """Make the benches and look at the first."""
+        """Make the benches and show the first."""
         try:
             benches = await in_thread(self._make)
         except ImucalError as error:
@@ -291,16 +286,16 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self._look()
 
     def _look(self) -> None:
-        """Look at the sensor chosen."""
+        """Diagnose the selected sensor."""
         self._do(f"Looking for what the {self.sensor} lacks …", lambda _bench: None)
 
     def _do(self, words: str, act: Act, choose: str = "") -> None:
-        """Change the model in a thread, then look again.
+        """Change the model in a thread, then take a new snapshot.
 
         Args:
-            words: what is being done.
-            act: does it.
-            choose: the suspect to choose then.
+            words: message while it runs.
+            act: the change.
+            choose: the suspect to select afterwards.
         """
         if self._benches is not None and not self.busy:
             self.busy, self.note = words, ("", "")
@@ -327,36 +322,36 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self.busy = ""
         self.redraw()
 
-    # keys
+    # Keys
 
     def action_choose(self, by: int) -> None:
-        """Another suspect, or another term of the model."""
+        """Select another suspect, or another term of the model."""
         self.note = ("", "")
         self.selection.choose(by)
         self.redraw()
 
     def action_point(self, by: int) -> None:
-        """Another point of the picture."""
+        """Pick another point of the plot."""
         self.selection.point(by)
         self.redraw()
 
     def action_turn(self, by: int) -> None:
-        """The residuals against something else."""
+        """Plot the residuals against another quantity."""
         self.selection.turn(by)
         self.redraw()
 
     def action_added(self) -> None:
-        """What the chosen suspect would explain, and back."""
+        """Plot what the selected suspect explains, and back."""
         self.selection.explain()
         self.redraw()
 
     def action_part(self) -> None:
-        """Another part of the data."""
+        """Plot another part of the data."""
         self.selection.other_part()
         self.redraw()
 
     def action_panel(self, name: str) -> None:
-        """Show this panel; the arrows choose in it."""
+        """Show this panel; the arrows select in it."""
         self.selection.panel = name
         self.redraw()
 
@@ -366,7 +361,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self.redraw()
 
     def action_enter(self, _guess: bool) -> None:
-        """Add the suspect, or put a part of the base back; in lesson mode guess first."""
+        """Add the suspect, or put a term of the base back; guess first if the answer is hidden."""
         part, entry, snapshot = self.selection.part, self.selection.entry, self.selection.snapshot
         if part is not None:
             if not part.there:
@@ -377,7 +372,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self._add_entry(entry)
 
     def _guessed(self, term: str | None) -> None:
-        """The guess is made and judged; ``term`` is what is to be added now."""
+        """Show the answer after a guess, and add the term."""
         if term is not None:
             self.selection.predict()
             self.redraw()
@@ -388,14 +383,15 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         if entry.addable:
             self._add(entry.term)
             return
-        why = entry.lacking or "there is nothing to add: measure that pose again (m asks for it)"
+        key = " (m)" if self._live else ""
+        why = entry.lacking or f"there is nothing to add: measure that pose again{key}"
         self._tell(f"{entry.term}: {why}")
 
     def _add(self, term: str) -> None:
         self._do(f"Adding {term} and fitting again …", lambda bench: bench.add(term))
 
     def action_remove(self) -> None:
-        """Take the chosen term out of the model; the last one when none is chosen."""
+        """Remove the selected term; the last one if none is selected."""
         there = [part.term for part in self.selection.parts() if part.there]
         chosen = self.selection.part
         term = chosen.term if chosen is not None else there[-1] if there else ""
@@ -405,12 +401,12 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self._do(f"Fitting again without {term} …", lambda bench: bench.remove(term))
 
     def action_undo(self) -> None:
-        """Back to the model before."""
+        """Return to the model before."""
         if self.selection.snapshot is not None and len(self.selection.snapshot.ladder) > 1:
             self._do("Back to the model before …", Bench.undo)
 
     def action_sensor(self) -> None:
-        """The next sensor."""
+        """Show the next sensor."""
         if self.busy or not self._sensors:
             return
         if len(self._sensors) < 2:
@@ -421,7 +417,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self._look()
 
     def action_lesson(self) -> None:
-        """The lesson of the chosen suspect or term."""
+        """Show the lesson of the selected suspect or term."""
         snapshot, chosen = self.selection.snapshot, self.selection.part or self.selection.entry
         if snapshot is not None and chosen is not None:
             term = chosen.term
@@ -431,7 +427,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self.app.push_screen(page)
 
     def action_trace(self) -> None:
-        """Every reading of the point picked; of the one that stands out most when none is."""
+        """Show every reading of the picked point, or of the one with the largest residual."""
         snapshot, view = self.selection.snapshot, self.selection.view()
         if snapshot is None or view is None or not len(view.x):
             return
@@ -445,7 +441,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self.app.push_screen(page)
 
     def action_formula(self) -> None:
-        """An effect of one's own."""
+        """Ask for an effect as a formula."""
         if self.selection.snapshot is not None:
             taken = {effect.name for effect in self.selection.snapshot.catalogue}
             self.app.push_screen(FormulaScreen(self.sensor, taken), self._typed)
@@ -455,27 +451,25 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self._do("Testing your formula …", lambda bench: bench.offer(effect), effect.name)
 
     def action_next_poses(self) -> None:
-        """The whole verdict, and what to measure next."""
+        """Show the whole verdict, and what to measure next."""
         snapshot, chosen, live = self.selection.snapshot, self.selection.entry, self._live
-        if (
-            self.busy or snapshot is None
-        ):  # it is about the model before, and it brings the one after
+        if self.busy or snapshot is None:  # the snapshot is of the model before
             return
         page = PageScreen(
             "what the data say",
             lambda width, _: next_rows(snapshot, width, chosen=chosen, live=live),
             "n",
-            measure=True,
+            measure=live,
         )
         self.app.push_screen(page, lambda now: self.action_measure() if now else None)
 
     def action_measure(self) -> None:
-        """Lead through exactly the poses that are listed, then come back."""
+        """Leave the bench to measure the next poses."""
         snapshot = self.selection.snapshot
         if snapshot is None or self.busy:
             return
-        if not self._live or self.sensor == MAGNETOMETER:
-            self._tell(_CIRCLES if self._live else _NO_DEVICE)
+        if not snapshot.measured.at_rest:
+            self._tell(_CIRCLES)
             return
         suspect = None if self.selection.entry is None else self.selection.entry.suspect
         self.dismiss(to_measure(snapshot.diagnosis, suspect)[0])

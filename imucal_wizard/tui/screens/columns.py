@@ -1,4 +1,4 @@
-"""Which column is what, in which unit: for streams that do not say it."""
+"""Questions about columns and units, for streams that do not name them."""
 
 from collections.abc import Callable
 from typing import ClassVar
@@ -39,10 +39,10 @@ _LARGE = 1000.0
 
 
 class ColumnsScreen(ModalScreen[StreamSetup | None]):
-    """Questions about columns and units; the result is the setup to read the stream with.
+    """Asks for columns and units; the result is the setup of the stream.
 
     Args:
-        newest: gives the newest state of the stream.
+        newest: returns the newest state of the stream.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -57,7 +57,7 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         self._stream = newest()
 
     def compose(self) -> ComposeResult:
-        """The newest line, the questions, what is still wrong."""
+        """The newest line, the questions, the error."""
         with VerticalScroll(classes="box page-box") as box:
             box.border_title = "which column is what?"
             yield Lines(id="raw")
@@ -66,7 +66,7 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         yield KeyFooter()
 
     def on_mount(self) -> None:
-        """Ask, beginning with what is not known."""
+        """Ask, beginning with the first unknown answer."""
         self._show(self._stream.line)
         choices = questions(self._stream)
         unknown = [i for i, choice in enumerate(choices) if choice.answer not in choice.options]
@@ -77,9 +77,9 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         self.set_interval(_LOOK, self._look)
 
     def _look(self) -> None:
-        """Show what arrives: turning the device tells which column is which.
+        """Show the newest values, so that turning the device shows which column is which.
 
-        Go away when the stream has said by itself what was asked: its header has come.
+        Close when the stream's header has answered the questions.
         """
         stream = self._newest()
         if self._stream.needs and self.is_current and stream.samples and not stream.needs:

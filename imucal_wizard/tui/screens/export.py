@@ -1,4 +1,4 @@
-"""The choice of a program that the saved calibration is written for."""
+"""Export of the saved calibration for another program."""
 
 import asyncio
 from collections.abc import Sequence
@@ -23,10 +23,10 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 
 class ExportScreen(ModalScreen[None]):
-    """Writes the file beside the calibration, and says what it proves and what is lost.
+    """Writes the file beside the calibration; shows its error and what it cannot hold.
 
     Args:
-        state: of the wizard, with a saved calibration.
+        state: the wizard's state, with a saved calibration.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -41,7 +41,7 @@ class ExportScreen(ModalScreen[None]):
         self._targets: Sequence[ExportTarget] = state.services.targets()
 
     def compose(self) -> ComposeResult:
-        """The programs, and below them what was written."""
+        """The targets, and below them the outcome."""
         with Vertical(classes="box") as box:
             box.border_title = "export for …   ↑↓ and enter"
             options = [Content(one.title).stylize("bold") for one in self._targets]
@@ -67,7 +67,7 @@ class ExportScreen(ModalScreen[None]):
 
 
 def told(done: Exported) -> list[tuple[str, str]]:
-    """Where it was written, its error beside that of the calibration, what is lost."""
+    """The file, its error beside that of the calibration, what it cannot hold."""
     rows = [(f"✓ {done.path}", "good"), (done.formula, "quiet")]
     if done.rms_exported is not None and done.rms_calibration is not None:
         own = quantity(done.rms_calibration, done.unit)

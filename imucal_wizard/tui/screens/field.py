@@ -20,11 +20,11 @@ from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
 
 DISTURBED = "DISTURBED"
-"""What is read from two metres while the field is not the place's own."""
+"""The headline while the field is disturbed."""
 PRESSED_CIRCLE_DEG = 372.0
-"""The virtual hand turns the device once round, and a little more."""
+"""Angle of a circle by the virtual hand: a full turn and a margin."""
 _ROUND_SECONDS = 6.0
-"""One turn of the drawing that shows what to do."""
+"""Duration of a full turn in the drawing."""
 
 
 class FieldScreen(StepScreen):
@@ -42,7 +42,7 @@ class FieldScreen(StepScreen):
     step = StepKind.FIELD
 
     def body(self) -> ComposeResult:
-        """Words to the left, the sphere to the right, the device below the words if it is tall."""
+        """Text on the left, the sphere on the right; in a tall terminal drawings of the device."""
         yield BigText(id="instruction")
         with Horizontal(id="middle"):
             with Vertical(id="field-words"):
@@ -74,20 +74,20 @@ class FieldScreen(StepScreen):
         self.lines("field-notice").draw(
             lambda width, height: field_notice_rows(status, stream.problem, width, height)
         )
-        if self.query_one("#field-drawings").size.height:  # only a tall terminal has room for it
+        if self.query_one("#field-drawings").size.height:  # in a tall terminal
             now = attitude_of(snapshot)
             draw_device(self.lines("now"), now)
             wanted = circling(field, now or IDENTITY, status.elapsed)
             draw_device(self.lines("wanted"), wanted)
 
     def headline(self, status: Status) -> tuple[str, str]:
-        """The instruction, unless what is measured at this moment does not count."""
+        """The instruction, or that the field is disturbed."""
         if status.field is not None and status.field.disturbed:
             return DISTURBED, "warn"
         return super().headline(status)
 
     def action_hand_do(self) -> None:
-        """Lay the face that is asked for on the table, or turn the device once round on it."""
+        """Lay the wanted face on the table, or turn the device once round on it."""
         hand, snapshot = self.state.hand, self.state.snapshot
         if hand is None or snapshot is None or snapshot.status.field is None:
             return

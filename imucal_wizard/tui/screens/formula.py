@@ -17,16 +17,16 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 
 class FormulaScreen(ModalScreen[FormulaEffect | None]):
-    """Reads a formula; its result is the effect.
+    """Asks for a formula; the result is the effect.
 
     Args:
-        sensor: whose effect.
-        taken: names that effects have already.
+        sensor: the sensor with the effect.
+        taken: names of the existing effects.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            "enter", "submit", "let it be a suspect", key_display="enter", priority=True,
+            "enter", "submit", "test it", key_display="enter", priority=True,
             tooltip="tests the formula as a suspect",
         ),
         Binding("escape", "dismiss(None)", "back", tooltip="goes back to the bench"),
@@ -38,7 +38,7 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         self._taken = taken
 
     def compose(self) -> ComposeResult:
-        """A field and what may stand in it."""
+        """An input field, and the variables of a formula."""
         with Vertical(classes="box guess") as box:
             box.border_title = "an effect of your own"
             yield Input(placeholder="k*a**3   or   x: k1*ay*az; y: k2*T")
@@ -46,11 +46,11 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         yield KeyFooter()
 
     def on_mount(self) -> None:
-        """Say what may stand in it."""
+        """Show the variables."""
         self._tell("")
 
     def action_submit(self) -> None:
-        """Read it; say what is wrong with it."""
+        """Read the formula, or show its error."""
         number, name = 1, "formula"
         while name in self._taken:
             number, name = number + 1, f"formula-{number + 1}"
@@ -65,8 +65,8 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         unit = UNITS[self._sensor][0]
         rows: list[Line] = wrapped(f"▲ {problem}", 70, "warn", indent="  ") if problem else []
         rows += wrapped(
-            f"The error of an axis, in {unit}; other names are coefficients to be found. Without "
-            "an axis in front it acts on each axis with coefficients of its own.", 70, "quiet",
+            f"The error of an axis in {unit}. Other names are coefficients to be fitted. Without "
+            "an axis in front, each axis has its own coefficients.", 70, "quiet",
         )  # fmt: skip
         rows += [
             ((f"  {name:<4}", "key"), (told, "")) for name, told in VARIABLES.items() if name[1:] in

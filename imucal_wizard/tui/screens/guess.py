@@ -1,4 +1,4 @@
-"""Predict, then look: the guess is committed to before the answer is shown."""
+"""A prediction, which is committed to before the answer is shown."""
 
 from typing import ClassVar
 
@@ -19,6 +19,7 @@ from imucal_wizard.teach.prediction import (
 )
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 from imucal_wizard.tui.text import Line, line, wrapped
+from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.questions import Question, QuestionList
 
@@ -30,20 +31,23 @@ _WHY = {
 _STYLES = {Agreement.RIGHT: "good", Agreement.ALIKE: "accent", Agreement.WRONG: "warn"}
 
 
-class GuessScreen(ModalScreen[str | None]):
-    """Asks for axis, sign and what will happen; then judges.
+_HELD_OUT = "held-out error"
 
-    Its result is the term to add, ``""`` to add nothing, None when no guess was made.
+
+class GuessScreen(ModalScreen[str | None]):
+    """Asks for the axis, the sign and the effect on the held-out error; then compares.
+
+    Its result is the term to add, ``""`` to add nothing, None without a guess.
 
     Args:
-        snapshot: what is on the bench.
-        entry: the suspect guessed.
+        snapshot: of the bench.
+        entry: the guessed suspect.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "leave", "back", tooltip="goes back, adds nothing"),
         Binding("enter", "add(True)", "add my guess", key_display="enter"),
-        Binding("d", "add(False)", "add what the data say"),
+        Binding("d", "add(False)", "add the likeliest suspect"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
     ]
 
@@ -54,19 +58,19 @@ class GuessScreen(ModalScreen[str | None]):
         self._guess: Prediction | None = None
 
     def compose(self) -> ComposeResult:
-        """The questions, then the answers in the same place."""
+        """The questions, and later the answers in their place."""
         with Vertical(classes="box guess") as box:
             box.border_title = f"predict: {self._entry.term}"
             yield Lines(id="asked")
             yield QuestionList(id="guess")
             yield Lines(id="told")
+        yield KeyFooter()
 
     def on_mount(self) -> None:
-        """Ask."""
-        words = "Commit before you look. ↑↓ question, ←→ answer, enter commits, esc goes back."
+        """Ask the questions."""
+        words = "Commit before you see the evidence."
         self.query_one("#asked", Lines).show([*wrapped(words, 70, "quiet"), line("")])
-        when = "on poses not seen, when it is added"
-        questions = [Question("will the error", (FALLS, STAYS), FALLS, when)]
+        questions = [Question(_HELD_OUT, (FALLS, STAYS), FALLS, "when it is added")]
         if self._entry.term == NOTHING:
             questions = [Question("sure?", ("yes", "no"), "yes")]
         if self._entry.effect is not None:
@@ -78,40 +82,43 @@ class GuessScreen(ModalScreen[str | None]):
         choices.focus()
 
     def on_question_list_done(self) -> None:
-        """The guess is made: show what the data say."""
+        """Show the evidence after the guess."""
         answers = {c.label: c.answer for c in self.query_one("#guess", QuestionList).choices}
         self._guess = Prediction(
             self._entry.term,
             answers.get("largest on", ANY),
             answers.get("its sign", ANY),
-            answers.get("will the error", FALLS),
+            answers.get(_HELD_OUT, FALLS),
         )
         self.query_one("#guess", QuestionList).display = False
         rows = reveal_rows(self._snapshot, self._guess, 70)
-        best = likeliest(self._snapshot.diagnosis, self._snapshot.entries)
-        keys = [("enter", f"adds {self._entry.term}")] if self._entry.addable else []
-        if best.term != self._entry.term and best.addable:
-            keys.append(("d", f"adds what the data say, {best.term}"))
-        rows += [
-            ((f"{key:<6}", "key"), (told, "")) for key, told in (*keys, ("esc", "adds nothing"))
-        ]
         self.query_one("#asked", Lines).show([line("Your guess, and what the data say:", "strong")])
         self.query_one("#told", Lines).show([line(""), *rows])
         self.set_focus(None)
+        self.refresh_bindings()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Enable adding after the guess, for a term that can be added."""
+        if action != "add":
+            return True
+        best = likeliest(self._snapshot.diagnosis, self._snapshot.entries)
+        entry = self._entry if parameters[0] else best
+        other = bool(parameters[0]) or best.term != self._entry.term
+        return self._guess is not None and entry.addable and other
 
     def action_add(self, mine: bool) -> None:
-        """Add the guess, or what the data say."""
+        """Add the guess, or the likeliest suspect."""
         entry = self._entry if mine else likeliest(self._snapshot.diagnosis, self._snapshot.entries)
         if self._guess is not None and entry.addable:
             self.dismiss(entry.term)
 
     def action_leave(self) -> None:
-        """Without adding anything."""
+        """Close without adding a term."""
         self.dismiss(None if self._guess is None else "")
 
 
 def parameters_of(snapshot: BenchSnapshot, entry: Entry) -> tuple[str, ...]:
-    """The parameters one may choose from."""
+    """The parameters to choose from."""
     if entry.effect is None:
         return (ANY,)
     return (*(one.name for one in entry.effect.parameters(snapshot.sensor)), ANY)

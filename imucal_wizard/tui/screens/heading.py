@@ -1,4 +1,4 @@
-"""The heading, live: before and after calibration side by side."""
+"""The live heading before and after calibration, side by side."""
 
 import math
 from typing import ClassVar
@@ -22,19 +22,19 @@ from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Build, Lines
 
 _TAKES = (
-    "It takes the circles of the step Field, and the device held still in its poses while the "
-    "magnetometer records, so that the two sensors can be aligned by the dip of the field."
+    "It needs the circles of the step Field, and still positions while the magnetometer records, "
+    "so that the dip of the field aligns both sensors."
 )
 
 
 class HeadingScreen(LiveScreen):
-    """Above the result; it follows the device as it is turned.
+    """Lies above the result; it follows the device.
 
     Args:
-        state: of the wizard.
+        state: the wizard's state.
         report: the fit.
-        compass: made of it.
-        step: the step of the machine below.
+        compass: of this fit.
+        step: the step of the screen below.
     """
 
     CSS_PATH = "heading.tcss"
@@ -55,7 +55,7 @@ class HeadingScreen(LiveScreen):
         self._course: LiveHeading | None = None
 
     def body(self) -> ComposeResult:
-        """Two cards with numbers to be read from afar, and what they are worth."""
+        """Two compass cards with large numbers, and their accuracy."""
         with Horizontal(id="headings"):
             for name in ("before", "after"):
                 with Vertical(classes="heading") as half:
@@ -92,21 +92,21 @@ class HeadingScreen(LiveScreen):
         )  # fmt: skip
 
     def leave(self, step: str) -> None:  # noqa: ARG002 (the screen below goes to that step)
-        """Uncover the screen of the step."""
+        """Close this screen; the one below shows the step."""
         self.dismiss()
 
     def action_close(self) -> None:
-        """Back to what is below."""
+        """Return to the screen below."""
         self.end(self.step)
 
 
 def _card(heading: float | None) -> Build:
-    """A compass card for any size."""
+    """Rows of a compass card for any size."""
     return lambda width, height: [line(row) for row in rose(heading, width, height)]
 
 
 def _stale(snapshot: Snapshot, width: int) -> list[Line]:
-    """Why the readings are no news any more; or nothing."""
+    """Why the readings are no longer live; empty if they are."""
     if snapshot.finished:
         return [line("The recording has ended: this is its last reading.", "quiet")]
     problem = snapshot.stream.problem
@@ -114,12 +114,12 @@ def _stale(snapshot: Snapshot, width: int) -> list[Line]:
 
 
 def large(degrees: float) -> str:
-    """A heading to be read from two metres."""
+    """The text of a heading in large letters."""
     return f"{degrees % 360.0:.1f}°" if math.isfinite(degrees) else "–"
 
 
 def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[Line]:
-    """What the calibration does here, whether field and dip are those of the calibration."""
+    """The heading with its error; whether field and dip are those of the calibration."""
     if now is None:
         return [line("no reading of the magnetometer yet", "quiet")]
     rows = [_after(now), _change(now), _field(now, report), _dip(now)]
@@ -133,20 +133,20 @@ def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[
 
 
 def no_heading_rows(report: FitReport, width: int) -> list[Line]:
-    """Why there is no heading, and what it takes."""
+    """Why there is no heading, and what it needs."""
     if report.magnetic is None:
         rows = wrapped("There is no heading without a calibrated magnetometer.", width, "warn")
     else:
-        rows = wrapped("Nothing says yet how the magnetometer lies in the device.", width, "warn")
+        rows = wrapped("The magnetometer is not aligned with the device yet.", width, "warn")
     for text in (text for text in report.warnings if "magnetometer" in text):
         rows += wrapped(f"▲ {text}", width, "", indent="  ")
     return [*rows, line(""), *wrapped(_TAKES, width)]
 
 
 def _after(now: LiveHeading) -> Line:
-    """The heading with what the calibration does not know of it, and what one reading adds."""
+    """The heading with the calibration's uncertainty, and the noise of one reading."""
     if not math.isfinite(now.after):
-        return (("▲ x stands upright: no heading. Lay it flatter", "warn"),)
+        return (("▲ no heading: x is upright. Lay it flatter", "warn"),)
     known = f"{now.after:.1f} ± {now.error:.2f}°"
     adds = "" if now.noise is None else f"; noise of one reading ± {now.noise:.1f}°"
     return (("after ", "quiet"), (known, "good"), (f" by the calibration{adds}", "quiet"))

@@ -1,4 +1,4 @@
-"""Help for the screen in front: a text for people, and the keys that work there."""
+"""Help for a screen: a text, and the keys that work there."""
 
 from importlib.resources import files
 from typing import ClassVar
@@ -13,14 +13,14 @@ from textual.widgets import Markdown, Static
 
 
 def chapter(name: str) -> str:
-    """A chapter of the help text, in Markdown; "" where there is none of this name."""
+    """A chapter of the help text, in Markdown; "" if there is no such chapter."""
     text = files("imucal_wizard.tui").joinpath("help.md").read_text(encoding="utf-8")
     chapters = dict(part.split("\n", 1) for part in text.split("\n# ")[1:])
     return chapters.get(name, "").strip()
 
 
 def key_table(screen: Screen[object]) -> Table:
-    """The keys that work on a screen now, each with the sentence of its binding."""
+    """The active keys of a screen, each with the text of its binding."""
     shown: dict[str, tuple[list[str], str]] = {}
     for _, binding, enabled, _ in screen.active_bindings.values():
         says = binding.tooltip or (binding.description if binding.show else "")
@@ -36,11 +36,11 @@ def key_table(screen: Screen[object]) -> Table:
 
 
 class HelpScreen(ModalScreen[None]):
-    """What a screen is for and what its keys do.
+    """The purpose of a screen, and its keys.
 
     Args:
         about: chapter of the help text.
-        below: the screen whose keys are told.
+        below: the screen whose keys are shown.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -55,7 +55,7 @@ class HelpScreen(ModalScreen[None]):
         self._below = below
 
     def compose(self) -> ComposeResult:
-        """One scrolling text."""
+        """A text that scrolls."""
         with VerticalScroll(classes="box") as box:
             box.border_title = f"help: {self._about}"
             box.border_subtitle = "esc closes, ↑↓ scroll"

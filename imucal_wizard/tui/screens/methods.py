@@ -1,4 +1,4 @@
-"""All methods on one recording, side by side: both papers' and our own."""
+"""All methods side by side on the present measurements."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -19,11 +19,11 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 
 class MethodsScreen(LiveScreen):
-    """Above the result; the fits run in a thread.
+    """Lies above the result; the fits run in a thread.
 
     Args:
-        state: of the wizard.
-        step: the step of the procedure below.
+        state: the wizard's state.
+        step: the step of the screen below.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -46,7 +46,7 @@ class MethodsScreen(LiveScreen):
             yield Lines(id="methods")
 
     def on_mount(self) -> None:
-        """Fit at once."""
+        """Start the fits."""
         super().on_mount()
         self.query_one(VerticalScroll).focus()
         self.lines("methods").draw(self._rows)
@@ -54,7 +54,7 @@ class MethodsScreen(LiveScreen):
 
     @work(exclusive=True)
     async def compare(self) -> None:
-        """Every method, in a thread."""
+        """Fit by every method in a thread."""
         try:
             self._methods = await in_thread(self.state.compare)
         except ImucalError as error:
@@ -69,16 +69,16 @@ class MethodsScreen(LiveScreen):
         return [line(text, _style(text)) for text in method_table(self._methods, width).split("\n")]
 
     def leave(self, step: str) -> None:  # noqa: ARG002 (the screen below goes to that step)
-        """Uncover the screen of the step."""
+        """Close this screen; the one below shows the step."""
         self.dismiss()
 
     def action_close(self) -> None:
-        """Back to what is below."""
+        """Return to the screen below."""
         self.end(self.step)
 
 
 def _style(text: str) -> str:
-    """A sensor's name, the best of its methods, a method; all else is said more quietly."""
+    """The style of a row: sensor, best method, other method, remark."""
     if text[:6].isupper():
         return "strong"
     if text.startswith(BEST):

@@ -17,16 +17,16 @@ class PageScreen(ModalScreen[bool]):
     """A page that scrolls.
 
     Args:
-        title: what it is about.
-        content: what Rich can show, or what makes the rows for a width.
-        close: one more key that closes it, the one that opened it.
-        about: part of the help that explains it, or "".
-        measure: offers to measure what the page lists; the result is True then.
+        title: of the page.
+        content: a Rich renderable, or a function that makes rows for a width.
+        close: one more key that closes it: the one that opened it.
+        about: chapter of the help, or "".
+        measure: offers to measure what the page lists; the result is then True.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,enter,space", "dismiss", "close", tooltip="closes the page"),
-        Binding("m", "measure", "measure these now", tooltip="leads through what is listed here"),
+        Binding("m", "measure", "measure these now", tooltip="measures what this page lists"),
         Binding("question_mark", "explain", "help", tooltip="explains this page"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
     ]
@@ -48,7 +48,7 @@ class PageScreen(ModalScreen[bool]):
         self._measure = measure
 
     def compose(self) -> ComposeResult:
-        """One scrolling page."""
+        """A page that scrolls."""
         with VerticalScroll(classes="box page-box") as box:
             box.border_title = self._title
             if callable(self._content):
@@ -60,19 +60,19 @@ class PageScreen(ModalScreen[bool]):
         yield KeyFooter()
 
     def on_mount(self) -> None:
-        """The key that opened the page closes it, too."""
+        """Bind the key that opened the page."""
         if self._close:
             self._bindings.bind(self._close, "dismiss", "close", show=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
-        """Only what this page can do."""
+        """Disable the keys that this page does not offer."""
         offered = {"measure": self._measure, "explain": bool(self._about)}
         return offered.get(action, True)
 
     def action_measure(self) -> None:
-        """Measure what is listed."""
+        """Close the page to measure what it lists."""
         self.dismiss(True)
 
     async def action_explain(self) -> None:
-        """Help on what stands here."""
+        """Show help for this page."""
         await self.run_action(f"app.explain('{self._about}')")

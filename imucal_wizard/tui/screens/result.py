@@ -1,4 +1,4 @@
-"""The last steps: the result with what was found and how good it is; the saved calibration."""
+"""The steps result and save."""
 
 import asyncio
 import math
@@ -33,19 +33,19 @@ _DIAGNOSING = "Looking for what the models lack …"
 
 
 class FitScreen(LiveScreen):
-    """A fit on a page that scrolls; the pages and screens above it, each by one key."""
+    """A fit on a page that scrolls, with keys for further pages and screens."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
         Binding(
             "f", "bench", "find missing",
-            tooltip="opens the bench: what the model does not explain, and which effect would",
+            tooltip="opens the bench, which finds what the model lacks",
         ),
         Binding(
             "h", "heading", "north",
-            tooltip="shows north: the heading, live, before and after calibration",
+            tooltip="shows the live heading before and after calibration",
         ),
-        Binding("h", "no_heading", show=False, tooltip="says what it takes to show north"),
+        Binding("h", "no_heading", show=False, tooltip="says what the heading needs"),
         Binding("c", "compare", "compare", tooltip="compares all methods side by side"),
         Binding("t", "table", "table", tooltip="shows every parameter with its standard error"),
         Binding("b", "order('back')", "back", tooltip="goes back one step, to measure more"),
@@ -57,18 +57,18 @@ class FitScreen(LiveScreen):
         """Why there is no fit, or nothing is saved."""
 
     def on_mount(self) -> None:
-        """Show the page; the arrows scroll it."""
+        """Show the page, which the arrows scroll."""
         super().on_mount()
         self.query_one(VerticalScroll).focus()
         self.refresh_page()
 
     def on_screen_resume(self) -> None:
-        """Back from above, perhaps with another model of the bench."""
+        """Refresh after a screen above, such as the bench, was closed."""
         if self.is_mounted and not being_left(self):
             self.refresh_page()
 
     def page(self) -> ComposeResult:
-        """Rows that say how it stands, then the fit."""
+        """Rows with the present state, then the fit."""
         with VerticalScroll(classes="page"):
             yield Lines(id="news")
             yield Static(id="fit")
@@ -84,27 +84,27 @@ class FitScreen(LiveScreen):
 
     @work(exclusive=True, group="diagnose")
     async def diagnose(self) -> None:
-        """Find out what the models lack, in a thread; the errors are shown meanwhile.
+        """Diagnose the models in a thread.
 
-        In an exercise nothing is told: the verdict would name what is to be found.
+        Not in an exercise: the verdict would tell the answer.
         """
         if self.state.settings.predict:
             return
-        with suppress(ImucalError):  # the bench says why, where somebody asks for it
+        with suppress(ImucalError):  # the bench shows the reason
             self.state.diagnosed(await in_thread(self.state.diagnose))
             self.refresh_page()
 
     def news(self, width: int) -> list[Line]:
-        """How it stands."""
+        """The present state."""
         rows = bench_rows(self.state.benches, width)
         if self.state.report is not None and not self.state.diagnoses:
             exercise = self.state.settings.predict
-            words = "What is missing is yours to find." if exercise else _DIAGNOSING
+            words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
             rows.append(line(words, "accent"))
         return rows
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
-        """Without a fit there is nothing to look into, and no north without a magnetometer."""
+        """Disable keys that need a fit or a calibrated magnetometer."""
         report = self.state.report
         if action in ("bench", "compare", "table", "validate", "save"):
             return report is not None
@@ -114,11 +114,11 @@ class FitScreen(LiveScreen):
         return {"heading": found, "no_heading": report is not None and not found}.get(action, True)
 
     def action_order(self, name: str) -> None:
-        """Hand a command to the procedure."""
+        """Pass a command to the procedure."""
         self.state.order(name)
 
     def action_bench(self) -> None:
-        """Open the bench on what was fitted."""
+        """Open the bench."""
         state = self.state
         if state.report is not None:
             predict = state.settings.predict and not state.sensor
@@ -126,7 +126,7 @@ class FitScreen(LiveScreen):
             self.app.push_screen(screen, lambda asked: state.leave_bench(screen.sensor, asked))
 
     def action_table(self) -> None:
-        """Every parameter with its standard error."""
+        """Show every parameter with its standard error."""
         report = self.state.report
         if report is not None:
             title = "parameters ± one standard error (? says what they are)"
@@ -134,7 +134,7 @@ class FitScreen(LiveScreen):
             self.app.push_screen(page)
 
     def action_heading(self) -> None:
-        """The heading by the device as it lies now; or why there is none."""
+        """Show the live heading, or why there is none."""
         report = self.state.report
         compass = None if report is None else compass_of(report)
         if report is None or compass is None:
@@ -143,25 +143,25 @@ class FitScreen(LiveScreen):
             self.app.push_screen(HeadingScreen(self.state, report, compass, self.step))
 
     def action_no_heading(self) -> None:
-        """Why there is no heading, and what it takes."""
+        """Show why there is no heading, and what it needs."""
         report = self.state.report
         if report is not None:
             page = PageScreen("heading", lambda width, _: no_heading_rows(report, width), "h")
             self.app.push_screen(page)
 
     def action_compare(self) -> None:
-        """Both papers' methods and our own on what was measured."""
+        """Show all methods side by side."""
         if self.state.report is not None:
             self.app.push_screen(MethodsScreen(self.state, self.step))
 
 
 class ResultScreen(FitScreen):
-    """Fits in a thread, shows the report; validation follows by a key or by itself."""
+    """Fits in a thread and shows the result; then the validation begins."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "validate", "validate", tooltip="measures a few new orientations"),
         Binding("s", "save", "save", tooltip="saves the calibration at once"),
-        Binding("s", "leave_it", "leave it at that", tooltip="ends without a calibration"),
+        Binding("s", "leave_it", "end", tooltip="ends without a calibration"),
         Binding("u", "order('undo')", "undo", show=False),
     ]
     step = StepKind.RESULT
@@ -171,7 +171,7 @@ class ResultScreen(FitScreen):
         self._deadline: float | None = None
 
     def body(self) -> ComposeResult:
-        """The page, and a row that says what happens next."""
+        """The page, and a row about the next step."""
         yield from self.page()
         yield Lines(id="next")
 
@@ -183,7 +183,7 @@ class ResultScreen(FitScreen):
 
     @work(exclusive=True)
     async def fit(self) -> None:
-        """Fit what was collected, in a thread."""
+        """Fit the measurements in a thread."""
         try:
             self.state.fitted(await in_thread(self.state.fit))
         except ImucalError as error:
@@ -195,7 +195,7 @@ class ResultScreen(FitScreen):
         self.refresh_page()
 
     def _go_on(self) -> None:
-        """Fitted: back to the bench that has asked for more, or on by itself in a while."""
+        """Return to a bench that has requested data, or start the countdown."""
         if self.state.opens_bench():
             self.action_bench()
             return
@@ -203,21 +203,21 @@ class ResultScreen(FitScreen):
         self.set_interval(0.5, self._count_down)
 
     def on_key(self, event: Key) -> None:
-        """Any key stops the countdown."""
+        """Stop the countdown at any key."""
         if event.key not in ("v", "s"):
             self._deadline = None
             self._tell_next()
 
     def action_save(self) -> None:
-        """On to the last step."""
+        """Go to the last step."""
         self.state.order("save")
 
     def action_leave_it(self) -> None:
-        """On to the last step without a fit."""
+        """Go to the last step without a fit."""
         self.state.order("save")
 
     def action_validate(self) -> None:
-        """On to a few new orientations."""
+        """Go to the validation."""
         self.state.order("validate")
 
     def refresh_page(self) -> None:
@@ -226,11 +226,11 @@ class ResultScreen(FitScreen):
         self._tell_next()
 
     def news(self, width: int) -> list[Line]:
-        """Why there is no fit, that one is under way, or what the bench has added."""
+        """Why there is no fit, that the fit is running, or what the bench has added."""
         if self.problem:
             way = "Go back to measure more; nothing is lost."
             if self.state.ended:
-                way = "The recording has ended: make another one, with these rests in it."
+                way = "The recording has ended: record again, with these rests."
             return [
                 *wrapped(f"▲ {self.problem}", width, "bad", indent="  "),
                 line(""),
@@ -257,13 +257,13 @@ class ResultScreen(FitScreen):
             what = "saving" if ended else "validation with a few new poses"
             text = f"{what} begins by itself in {left} s; any key stops that"
         elif self.state.report is not None:
-            text = "v: a few new poses that the fit has not seen   s: save without"
-            text = "s: save; the recording has ended" if ended else text
+            text = "v: validate with a few new poses   s: save without validation"
+            text = "The recording has ended. s: save" if ended else text
         self.lines("next").show([line(f" {text}", "accent")])
 
 
 class SaveScreen(FitScreen):
-    """Fits again with the validation, saves, says where."""
+    """Fits again with the validation and saves."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("s", "save_again", "save the new model", tooltip="saves the model of the bench"),
@@ -277,18 +277,18 @@ class SaveScreen(FitScreen):
         self._models: dict[str, tuple[str, ...]] = {}
 
     def body(self) -> ComposeResult:
-        """A word that is read from afar, the place, and the result once more."""
+        """The outcome in large letters, the place, and the result."""
         yield BigText(id="instruction")
         yield from self.page()
 
     def on_mount(self) -> None:
-        """Save at once."""
+        """Start saving."""
         super().on_mount()
         self.save()
 
     @work(exclusive=True)
     async def save(self) -> None:
-        """Fit once more, so that the validation is in it, and write the file, in a thread."""
+        """Fit again with the validation and write the file, in a thread."""
         state = self.state
         try:
             state.fitted(await in_thread(state.fit))
@@ -310,31 +310,31 @@ class SaveScreen(FitScreen):
 
     @property
     def _changed(self) -> bool:
-        """The bench has another model than the file."""
+        """Whether the bench has another model than the file."""
         return self.state.saved is not None and self.state.found() != self._models
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Only another model is worth another file."""
+        """Enable saving again only for another model."""
         if action == "export":
             return self.state.saved is not None and not self.problem
         return self._changed if action == "save_again" else super().check_action(action, parameters)
 
     def action_export(self) -> None:
-        """Write the calibration for another program."""
+        """Show the export targets."""
         self.app.push_screen(ExportScreen(self.state))
 
     def action_save_again(self) -> None:
-        """Write a file with the model of the bench."""
+        """Write a new file with the model of the bench."""
         self.save()
 
     def news(self, width: int) -> list[Line]:
-        """Where it is saved, or why it is not; whether the bench has another model now."""
+        """The place or the error; whether the bench has another model now."""
         rows = [line("Writing the calibration …", "accent")]
         if self.problem:
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
         elif self.state.saved is not None:
             rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
             if self._changed:
-                words = "▲ The bench has another model now than this file: s saves that."
+                words = "▲ The bench has another model than this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")
         return [*rows, *super().news(width), line("")]

@@ -13,11 +13,11 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 
 class SkipScreen(ModalScreen[bool]):
-    """States what skipping costs; the same key again skips.
+    """States the consequence of skipping; the same key again skips.
 
     Args:
         title: name of the step.
-        consequence: what it means for the result.
+        consequence: for the result.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -34,7 +34,7 @@ class SkipScreen(ModalScreen[bool]):
         self._consequence = consequence
 
     def compose(self) -> ComposeResult:
-        """The consequence, and that it can be undone."""
+        """The consequence."""
         with Vertical(classes="box small") as box:
             box.border_title = f"skip {self._title}?"
             words = Lines()
@@ -42,7 +42,7 @@ class SkipScreen(ModalScreen[bool]):
                 lambda width, _: [
                     *wrapped(f"▲ {self._consequence}", width, "warn", indent="  "),
                     line(""),
-                    *wrapped("You can go back to it at any time; nothing is lost.", width),
+                    *wrapped("You can return to it at any time; nothing is lost.", width),
                 ]
             )
             yield words

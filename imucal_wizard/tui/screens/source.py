@@ -1,4 +1,4 @@
-"""The first step: where the samples come from, and whether they make sense."""
+"""The first step: choice of the source, and preview of its samples."""
 
 import re
 import time
@@ -32,29 +32,29 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 VIRTUAL = SourceChoice(
     SourceKind.VIRTUAL,
     title="virtual IMU",
-    detail="a sensor made of software: to practise on, no hardware needed",
+    detail="a simulated sensor to practise with; no hardware needed",
 )
 _PORT = re.compile(r"\w+://|/dev/|COM\d+$", re.IGNORECASE)
-"""What is typed like this is a port or a URL; anything else is a file."""
+"""Typed text of this form is a port or a URL; other text is a file."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
 class SourceScreen(LiveScreen):
-    """A list of sources on the left; what arrives from the chosen one on the right."""
+    """A list of sources on the left, the preview of the chosen one on the right."""
 
     class Seen(Message):
-        """It has been drawn."""
+        """The screen has been drawn."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
         Binding(
             "enter", "open", "open", key_display="enter", priority=True,
-            tooltip="opens the chosen source, or what was typed",
+            tooltip="opens the selected source, or the typed one",
         ),
         Binding(
             "tab", "type", "type a file or URL",
-            tooltip="to the field for a file or URL, and back to the list",
+            tooltip="moves to the field for a file or URL, and back",
         ),
         Binding("f5", "look", "look again", tooltip="looks for ports and sessions again"),
         Binding(
@@ -62,7 +62,7 @@ class SourceScreen(LiveScreen):
             tooltip="starts the calibration",
         ),
         Binding(
-            "c", "columns", "columns and units", tooltip="says which column is what, in which unit"
+            "c", "columns", "columns and units", tooltip="sets columns and units"
         ),
         Binding("escape", "other", "other source", tooltip="closes this source"),
     ]  # fmt: skip
@@ -78,7 +78,7 @@ class SourceScreen(LiveScreen):
         self._unknown_since: float | None = None
 
     def body(self) -> ComposeResult:
-        """List and preview; a place to type below."""
+        """List, field for typing, preview."""
         yield Lines(id="question")
         with Horizontal(id="source"):
             with Vertical(id="choices"):
@@ -87,7 +87,7 @@ class SourceScreen(LiveScreen):
             yield Lines(id="preview")
 
     def on_mount(self) -> None:
-        """Show what is known at once; look for ports and sessions when that has been drawn."""
+        """Show the list; look for ports and sessions once it is drawn."""
         super().on_mount()
         self._list()
         self.query_one(OptionList).focus()
@@ -99,7 +99,7 @@ class SourceScreen(LiveScreen):
         self.call_after_refresh(self._be_seen)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
-        """Choosing while nothing is open; then starting, as soon as the stream is understood."""
+        """Enable the keys to choose, or those for an open source."""
         if action in ("open", "type", "look"):
             return self.state.source is None
         if action in ("columns", "other"):
@@ -108,19 +108,19 @@ class SourceScreen(LiveScreen):
 
     @property
     def _ready(self) -> bool:
-        """Samples arrive, and nothing must be asked about them."""
+        """Whether samples arrive with known columns and units."""
         snapshot = self.state.snapshot if self.state.source is not None else None
         return snapshot is not None and bool(snapshot.stream.samples) and not snapshot.stream.needs
 
     def _be_seen(self) -> None:
-        """What takes long begins only now, so that it does not delay the first picture."""
+        """Start slow work after the first paint."""
         self.post_message(self.Seen())
         if self.state.choice is None:
             self.action_look()
 
     @work(exclusive=True, group="look")
     async def action_look(self) -> None:
-        """Look for ports and for sessions to go on with."""
+        """Look for ports and for sessions to resume."""
         services = self.state.services
         found = [VIRTUAL]
         for look in (services.ports, services.earlier):
@@ -132,7 +132,7 @@ class SourceScreen(LiveScreen):
     def _found(look: Callable[[], Sequence[SourceChoice]]) -> list[SourceChoice]:
         try:
             return list(look())
-        except (ImucalError, OSError):  # a list that cannot be made leaves the other sources
+        except (ImucalError, OSError):  # the other sources remain
             return []
 
     def _list(self) -> None:
@@ -142,18 +142,18 @@ class SourceScreen(LiveScreen):
         place.highlighted = min(keep, len(self._choices) - 1)
 
     def action_open(self) -> None:
-        """Open the chosen source, or what was typed."""
+        """Open the selected source, or the typed one."""
         if self.query_one(Input).has_focus:
             typed = self.query_one(Input).value.strip()
             kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
             if typed:
                 self._open(SourceChoice(kind, typed, typed))
         elif self._chosen is None or self._chosen is not self.state.choice:
-            # nobody picks another source by an early enter while the one ordered is being opened
+            # an early enter must not replace the source of the command line while it opens
             self._open(self._choices[self.query_one(OptionList).highlighted or 0])
 
     def action_type(self) -> None:
-        """To the field for a file or URL, and back to the list."""
+        """Move to the field for a file or URL, and back."""
         self.focus_next()
 
     @on(OptionList.OptionSelected)
@@ -191,7 +191,7 @@ class SourceScreen(LiveScreen):
         self.action_look()
 
     def action_columns(self) -> None:
-        """Say which column is what, in which unit."""
+        """Ask for columns and units."""
         source = self.state.source
         if source is None or not source.snapshot().stream.columns:
             return
@@ -204,12 +204,12 @@ class SourceScreen(LiveScreen):
             self.state.source.set_setup(setup)
 
     def action_start(self) -> None:
-        """The stream is what it should be: go on; not before anything has arrived."""
+        """Start the procedure, once samples have arrived."""
         if self._ready:
             self.state.order("start")
 
     def take(self, snapshot: "Snapshot") -> None:
-        """Show what arrives; start by itself where nobody is asked."""
+        """Show the preview; a recording and an unattended run start by themselves."""
         super().take(snapshot)
         stream, ready = snapshot.stream, self._ready
         self.lines("preview").draw(lambda width, _: preview_rows(stream, width))
@@ -225,7 +225,7 @@ class SourceScreen(LiveScreen):
             self.action_start()
 
     def _ask(self, stream: "StreamStatus") -> None:
-        """Say what is wanted now; open the questions by themselves, once, where there are any."""
+        """Show what is needed now; open the questions once if there are any."""
         name = self._chosen.title or self._chosen.target if self._chosen else stream.source
         if stream.needs:
             self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
@@ -236,7 +236,7 @@ class SourceScreen(LiveScreen):
             self._say(f"{name}: waiting for samples …   esc: another source")
 
     def _ask_in_time(self, stream: "StreamStatus") -> None:
-        """Open the questions once it is plain that no header will answer them."""
+        """Open the questions once no header can be expected to answer them."""
         now = time.monotonic()
         self._unknown_since = now if self._unknown_since is None else self._unknown_since
         waited = now - self._unknown_since >= self.state.settings.header_patience
@@ -249,6 +249,6 @@ class SourceScreen(LiveScreen):
 
 
 def _prompt(choice: SourceChoice) -> Content:
-    """Two rows; never read as markup."""
+    """A choice in two rows, never read as markup."""
     title = Content(clean(choice.title or choice.target)).stylize("bold")
     return title + Content("\n  " + clean(choice.detail)) if choice.detail else title

@@ -1,4 +1,4 @@
-"""The measuring steps: each shows instruction, drawing, stillness, progress and traces."""
+"""The measuring steps: instruction, drawing, stillness, progress, traces."""
 
 import math
 from collections.abc import Mapping
@@ -43,7 +43,7 @@ from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
 
 STEP_DEG = 15.0
-"""One press of a key turns the virtual device by this much."""
+"""Rotation of the virtual device at each key."""
 _SWING_DEG = 90.0
 _SWING_SECONDS = 4.0
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -59,34 +59,34 @@ def _turn(key: str, axis: str, sense: int, shown: str, words: str) -> Binding:
 
 
 class StepScreen(LiveScreen):
-    """The same places on every step, so that the eye finds them; keys of step and virtual hand."""
+    """The layout of all measuring steps; keys of the step and of the virtual hand."""
 
     CSS_PATH = "steps.tcss"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
             "u", "order('undo')", "undo last",
-            tooltip="takes back the last hold, rotation or circle; nothing else is lost",
+            tooltip="takes back the last hold, rotation or circle",
         ),
-        Binding("s", "skip", "skip step", tooltip="skips the step; what that costs is said first"),
-        Binding("r", "order('repeat')", "repeat step", tooltip="does the step from its beginning"),
+        Binding("s", "skip", "skip step", tooltip="skips the step, after stating the consequence"),
+        Binding("r", "order('repeat')", "repeat step", tooltip="repeats the step from the start"),
         Binding("b", "order('back')", "back", tooltip="goes back one step"),
         Binding(
             "space", "hand_do", "snap",
-            tooltip="brings the virtual device into the pose asked for, or turns it round there",
+            tooltip="brings the virtual device into the wanted pose",
         ),
         Binding(
             "S", "hand_steel", "steel passes",
-            tooltip="something of steel passes the virtual device: the field is disturbed",
+            tooltip="passes steel by the virtual device, which disturbs the field",
         ),
         Binding(
             "T", "hand_tremble", "tremble",
             tooltip="holds the virtual device in a trembling hand, or lays it down",
         ),
         *(
-            Binding(key, f"offer('{command}')", f"way out: {command}", show=False)
+            Binding(key, f"offer('{command}')", command, show=False)
             for command, key in OFFER_KEYS.items()
         ),
-        Binding("H", "hand_follow(True)", "hand does it", tooltip="the hand does everything"),
+        Binding("H", "hand_follow(True)", "hand does it", tooltip="starts the virtual hand"),
         Binding("H", "hand_follow(False)", "hand stops", tooltip="stops the virtual hand"),
         _turn("left", "z", 1, "←→", "about z"),
         _turn("right", "z", -1, "", ""),
@@ -99,7 +99,7 @@ class StepScreen(LiveScreen):
     wanted_title: ClassVar[str] = "wanted"
 
     def body(self) -> ComposeResult:
-        """Instruction; words beside drawings; notice; what this step alone shows; the stream."""
+        """Instruction, text and drawings, notice, the step's own rows, traces, stream."""
         yield BigText(id="instruction")
         with Horizontal(id="middle"):
             with Vertical(id="words"):
@@ -144,7 +144,7 @@ class StepScreen(LiveScreen):
         draw_device(self.lines("wanted"), wanted, axis)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """The virtual hand's keys work where there is one, a way out's while it is offered."""
+        """Enable the keys of the virtual hand, and those of the offered commands."""
         hand, snapshot = self.state.hand, self.state.snapshot
         if action == "offer":
             offers = snapshot.status.offers if snapshot is not None else ()
@@ -158,15 +158,15 @@ class StepScreen(LiveScreen):
         return True
 
     def action_order(self, name: str) -> None:
-        """Hand a command to the procedure."""
+        """Pass a command to the procedure."""
         self.state.order(name)
 
     def action_offer(self, command: str) -> None:
-        """Take a way out."""
+        """Carry out an offered command."""
         self.state.order(command)
 
     def action_skip(self) -> None:
-        """State what skipping costs; skip when that is accepted."""
+        """State the consequence of skipping; skip after confirmation."""
         step = standard().step(StepKind(self.step))
 
         def answered(skip: bool | None) -> None:
@@ -182,7 +182,7 @@ class StepScreen(LiveScreen):
             self.refresh_bindings()
 
     def action_hand_do(self) -> None:
-        """Bring the virtual device into the pose that is asked for."""
+        """Bring the virtual device into the wanted pose."""
         hand, snapshot = self.state.hand, self.state.snapshot
         if hand is not None and snapshot is not None:
             status = snapshot.status
@@ -208,13 +208,13 @@ class StepScreen(LiveScreen):
             self.refresh_bindings()
 
     def announced(self, snapshot: Snapshot) -> tuple[str, str]:
-        """What is read from two metres, and its style; a lost line before all else."""
+        """The headline and its style; a lost connection comes first."""
         if not snapshot.stream.connected and not snapshot.finished:
             return "NOT CONNECTED", "bad"
         return self.headline(snapshot.status)
 
     def headline(self, status: Status) -> tuple[str, str]:
-        """The instruction; HOLD STILL once the device is where a hold counts."""
+        """The instruction, or HOLD STILL in a pose that counts."""
         still = status.still
         growing = still.still and not still.spent and still.held < still.needed
         if growing and status.counts_here:
@@ -222,7 +222,7 @@ class StepScreen(LiveScreen):
         return status.instruction or "ONE MOMENT", "strong"
 
     def show_stream(self, snapshot: Snapshot) -> None:
-        """The instruction above, the stream below."""
+        """Show the headline and the row of the stream."""
         self.query_one(BigText).say(*self.announced(snapshot))
         stream, status, muted = snapshot.stream, snapshot.status, self.state.sounds.muted
         self.lines("stream").draw(
@@ -235,22 +235,22 @@ class StepScreen(LiveScreen):
         return f"{done:.0f} of {wanted:.0f} done"
 
     def say_rows(self, status: Status, width: int) -> list[Line]:
-        """How much is done, what to do, and how to get there."""
+        """Progress, instruction in words, and the way to the pose."""
         rows = [line(self.progress_words(status), "accent")]
         rows += wrapped(status.detail, width) if status.detail else []
         return rows + (wrapped(status.guidance, width, "strong") if status.guidance else [])
 
     def hold_row(self, status: Status, width: int) -> Line:
-        """How long the device has been still, of how long it should be."""
+        """Duration of the hold, and the duration needed."""
         still = status.still
         return progress_bar(still.held, still.needed, width, "good" if still.still else "")
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (each step has its own)
-        """What this step alone shows."""
+        """The step's own rows."""
         return []
 
     def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
-        """How the device should lie, and the body axis to draw through it."""
+        """The wanted attitude, and the body axis to draw through the device."""
         if status.rotation is not None:
             return swinging(status, now)
         if status.wanted_up is not None:
@@ -263,7 +263,7 @@ class StepScreen(LiveScreen):
 
 
 class SettleScreen(StepScreen):
-    """The device lies still while its noise is measured."""
+    """Measures the noise of the device at rest."""
 
     step = StepKind.SETTLE
 
@@ -273,12 +273,12 @@ class SettleScreen(StepScreen):
         return f"{done:.0f} of {wanted:.0f} s measured"
 
     def hold_row(self, status: Status, width: int) -> Line:
-        """The step's own progress: the hold is the whole step."""
+        """The progress of the step, which is one hold."""
         return progress_bar(*status.progress, width, "good")
 
 
 class PoseScreen(StepScreen):
-    """Poses are held; any pose still missing is accepted, whichever is asked for."""
+    """Takes poses; every missing pose is accepted."""
 
     step = StepKind.POSES
 
@@ -289,7 +289,7 @@ class PoseScreen(StepScreen):
         )
 
     def progress_words(self, status: Status) -> str:
-        """How many poses are done, and whether the one the device is in is among them."""
+        """Number of poses done, and whether the present one is."""
         words = super().progress_words(status)
         if status.recognised and status.recognised in status.done:
             return f"{words}   ✓ this one is done"
@@ -297,13 +297,13 @@ class PoseScreen(StepScreen):
 
 
 class ValidateScreen(PoseScreen):
-    """A few new orientations that the fit has not seen."""
+    """Takes a few new orientations that the fit has not seen."""
 
     step = StepKind.VALIDATE
 
 
 class UpDownScreen(PoseScreen):
-    """The six faces up and down, with the start values as they come."""
+    """Takes the six faces, and shows the start values."""
 
     step = StepKind.UP_DOWN
 
@@ -313,7 +313,7 @@ class UpDownScreen(PoseScreen):
 
 
 class RotationScreen(StepScreen):
-    """Turn about one axis, stop, hold still; both senses, several speeds."""
+    """Takes rotations about one axis after the other."""
 
     step = StepKind.ROTATIONS
     wanted_title: ClassVar[str] = "do this"
@@ -324,19 +324,19 @@ class RotationScreen(StepScreen):
 
 
 class MoreScreen(StepScreen):
-    """What the bench asks for: exactly these poses and rotations, then back to the bench."""
+    """Takes the poses and rotations that the bench requests."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
             "s", "order('skip')", "enough: to the bench",
-            tooltip="goes back to the bench with what there is",
+            tooltip="returns to the bench with the measurements so far",
         ),
-        Binding("r", "order('repeat')", "repeat all", tooltip="measures all of it again"),
+        Binding("r", "order('repeat')", "repeat all", tooltip="measures all of them again"),
     ]  # fmt: skip
     step = StepKind.MORE
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:
-        """The poses asked for, or the rotation under way."""
+        """The requested poses, or the present rotation."""
         if status.rotation is not None:
             return rotation_rows(status.rotation, width)
         return pose_rows(
@@ -344,11 +344,11 @@ class MoreScreen(StepScreen):
         )
 
     def progress_words(self, status: Status) -> str:
-        """How much of what the bench asked for is done."""
+        """How many of the requests are done."""
         return f"for the bench: {super().progress_words(status)}"
 
     def say_rows(self, status: Status, width: int) -> list[Line]:
-        """The way first: some of these poses have no name to go by."""
+        """The way to the pose first, because some of these poses have no name."""
         rows = [line(self.progress_words(status), "accent")]
         rows += wrapped(status.guidance, width, "strong") if status.guidance else []
         rows += wrapped(status.detail, width) if status.detail else []
@@ -356,7 +356,7 @@ class MoreScreen(StepScreen):
 
 
 def drawings(wanted: str) -> ComposeResult:
-    """Places for the device as it lies now, and as it is wanted."""
+    """Widgets for the device's present and wanted attitude."""
     for name, title in (("now", "now"), ("wanted", wanted)):
         place = Lines(id=name, classes="drawing")
         place.border_title = title
@@ -364,7 +364,7 @@ def drawings(wanted: str) -> ComposeResult:
 
 
 def draw_device(place: Lines, attitude: Matrix | None, axis: str = "") -> None:
-    """Draw the device with this body-to-world rotation; None while it is not known."""
+    """Draw the device with this body-to-world rotation; None if not known."""
 
     def rows(width: int, height: int) -> list[Line]:
         if attitude is None:
@@ -375,21 +375,21 @@ def draw_device(place: Lines, attitude: Matrix | None, axis: str = "") -> None:
 
 
 def attitude_of(snapshot: Snapshot) -> Matrix | None:
-    """The device's attitude, from the stream or at least from which way is up."""
+    """The device's attitude from the stream, or else from the up direction."""
     if snapshot.attitude is not None:
         return matrix_of(snapshot.attitude.tolist())
     return None if snapshot.status.up is None else tilted(IDENTITY, snapshot.status.up)
 
 
 def progress_bar(done: float, wanted: float, width: int, style: str) -> Line:
-    """Seconds done of the seconds wanted, with a bar."""
+    """Seconds done and needed, with a bar."""
     words = f" {done:.1f} of {number(wanted, 2)} s"
     share = done / wanted if wanted > 0 else 0.0
     return ("HOLD    ", "strong"), (bar(share, max(10, width - 9 - len(words))), style), (words, "")
 
 
 def swinging(status: Status, now: Matrix) -> tuple[Matrix | None, str]:
-    """The start pose, swinging about the wanted axis to show what is meant; and that axis."""
+    """The start pose, swinging about the wanted axis; and that axis."""
     rotation = status.rotation
     if rotation is None or rotation.start_pose not in DIRECTIONS:
         return None, ""

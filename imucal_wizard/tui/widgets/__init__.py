@@ -1,1 +1,1 @@
-"""The parts screens are made of, one class per file."""
+"""Widgets of the screens."""

@@ -1,4 +1,4 @@
-"""The instruction in block letters, as large as there is room for: read from two metres."""
+"""Text in block letters, as large as fits, to be read from two metres."""
 
 from imucal_wizard.tui.text import Line, clean, line, wrapped
 from imucal_wizard.tui.widgets.lines import Lines
@@ -75,11 +75,11 @@ _SAME = {"-": "−", "–": "−"}
 
 
 _CLOSE = {" ": ("",) * 7}
-"""Words that stand closer together, where they would not fit otherwise."""
+"""A narrow space, for text that would not fit otherwise."""
 
 
 def dots(text: str, *, close: bool = False) -> list[str] | None:
-    """The text as seven rows of ``#`` and space, or None when a character has no glyph."""
+    """The text as seven rows of ``#`` and space, or None if a character has no glyph."""
     known = {**GLYPHS, **_CLOSE} if close else GLYPHS
     glyphs = [known.get(_SAME.get(c, c)) for c in text.upper()]
     if not glyphs or None in glyphs:
@@ -88,7 +88,7 @@ def dots(text: str, *, close: bool = False) -> list[str] | None:
 
 
 def half_blocks(rows: list[str]) -> list[str]:
-    """Two dots in every cell, one above the other: four rows of text for seven of dots."""
+    """Two dots per cell, one above the other: four rows of text for seven rows of dots."""
     padded = [*rows, " " * len(rows[0])] if len(rows) % 2 else rows
     signs = {"##": "█", "# ": "▀", " #": "▄", "  ": " "}
     return [
@@ -98,12 +98,12 @@ def half_blocks(rows: list[str]) -> list[str]:
 
 
 def full_blocks(rows: list[str]) -> list[str]:
-    """Two cells for every dot, so that a dot is about square."""
+    """Two cells per dot, so that a dot is nearly square."""
     return ["".join("██" if dot == "#" else "  " for dot in row) for row in rows]
 
 
 class BigText(Lines):
-    """Words in block letters; spaced capitals where block letters do not fit."""
+    """Text in block letters; spaced capitals if block letters do not fit."""
 
     DEFAULT_CSS = "BigText { height: 4; }"
 
@@ -114,11 +114,11 @@ class BigText(Lines):
 
     @property
     def text(self) -> str:
-        """The words shown now."""
+        """The text shown now."""
         return self._text
 
     def say(self, text: str, style: str = "strong") -> None:
-        """Show other words."""
+        """Show a text."""
         if (text, style) != (self._text, self._style_name):
             self._text, self._style_name = text, style
             self.draw(self._enlarged)

@@ -1,4 +1,4 @@
-"""The keys that work now, over as many rows as they need."""
+"""The footer in up to two rows."""
 
 from textual.app import ComposeResult
 from textual.containers import HorizontalGroup
@@ -10,7 +10,7 @@ _BLANKS = 3
 
 
 class KeyFooter(Footer):
-    """Textual's footer, in rows: at 80 columns one row does not hold the keys of every screen."""
+    """Textual's footer in rows: one row of 80 columns does not hold the keys of every screen."""
 
     DEFAULT_CSS = """
     KeyFooter { layout: vertical; height: auto; max-height: 2; }
@@ -21,7 +21,7 @@ class KeyFooter(Footer):
         super().__init__(show_command_palette=False)
 
     def compose(self) -> ComposeResult:
-        """Fill row after row; what the second one does not hold is left to the help."""
+        """Fill row after row; the help lists the keys that do not fit."""
         row: list[FooterKey] = []
         room = self.app.size.width
         for key in super().compose():
@@ -35,5 +35,5 @@ class KeyFooter(Footer):
         yield HorizontalGroup(*row)
 
     def on_resize(self) -> None:
-        """Other rows for another width."""
+        """Fill the rows for the new width."""
         self.call_after_refresh(self.recompose)

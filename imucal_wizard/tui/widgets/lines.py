@@ -1,4 +1,4 @@
-"""Rows of styled text that go to the terminal only where they have changed."""
+"""Rows of styled text, of which only changed ones are painted."""
 
 from collections.abc import Callable, Hashable, Sequence
 
@@ -10,15 +10,14 @@ from textual.widget import Widget
 from imucal_wizard.tui.text import STYLES, Line, clean, width_of
 
 Build = Callable[[int, int], Sequence[Line]]
-"""Makes rows for a width and a height in characters."""
+"""Makes rows for a width and a height in cells."""
 
 
 class Lines(Widget):
-    """Shows rows, and makes them again whenever its size changes.
+    """Shows rows, and makes them again when its size changes.
 
-    Only the rows that differ from the previous ones are painted again, which keeps a screen that
-    changes 20 times a second cheap. The text is never read as markup, and control characters in it
-    are dropped.
+    Only rows that differ from the previous ones are painted, which makes a screen cheap that
+    changes 20 times a second. Text is never read as markup; control characters are dropped.
     """
 
     ALLOW_SELECT = False
@@ -41,11 +40,11 @@ class Lines(Widget):
         return "\n".join("".join(text for text, _ in row) for row in self._rows)
 
     def draw(self, build: Build, of: Hashable = None) -> None:
-        """Show what ``build`` makes for the present size, and for every later one.
+        """Show the rows that ``build`` makes for the present size, and for later ones.
 
         Args:
             build: makes the rows for a width and a height.
-            of: what is drawn; nothing is done while it is the same, unless it is None.
+            of: identifies the content; if it is not None, equal content is not drawn again.
         """
         if of is not None and of == self._drawn:
             return
@@ -56,7 +55,7 @@ class Lines(Widget):
             self.refresh(layout=True)
 
     def show(self, rows: Sequence[Line]) -> None:
-        """Show these rows whatever the size."""
+        """Show these rows at any size."""
         self._build = self._drawn = None
         self._show(rows)
 
@@ -88,7 +87,7 @@ class Lines(Widget):
         return len(self._rows)
 
     def render_line(self, y: int) -> Strip:
-        """One row as Textual wants it."""
+        """One row for Textual."""
         base = self.rich_style
         width = self.size.width
         if y >= len(self._rows):

@@ -1,4 +1,4 @@
-"""A list of questions, each answered by one of a few words."""
+"""A list of questions, each with a few answers to choose from."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,10 +17,10 @@ class Question:
     """One question.
 
     Attributes:
-        label: what is asked.
-        options: the answers there are.
-        answer: the answer now; one that is not among the options is none.
-        note: what helps to answer.
+        label: the question.
+        options: the possible answers.
+        answer: the present answer; unanswered if it is not among the options.
+        note: a hint.
     """
 
     label: str
@@ -29,7 +29,7 @@ class Question:
     note: str = ""
 
     def turned(self, by: int) -> "Question":
-        """The same question with the next or previous answer."""
+        """The question with the next or previous answer."""
         here = (
             self.options.index(self.answer) if self.answer in self.options else -1 if by > 0 else 0
         )
@@ -37,7 +37,7 @@ class Question:
 
 
 class QuestionList(Lines):
-    """Up and down choose the question, left and right the answer."""
+    """Up and down select the question, left and right the answer."""
 
     can_focus = True
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -49,7 +49,7 @@ class QuestionList(Lines):
     ]
 
     class Done(Message):
-        """All questions are answered as they should be."""
+        """The answers are to be used."""
 
     def __init__(self, *, id: str | None = None) -> None:  # noqa: A002 (Textual's own name for it)
         super().__init__(id=id)
@@ -63,18 +63,18 @@ class QuestionList(Lines):
         self._draw()
 
     def note(self, notes: Sequence[str]) -> None:
-        """Other notes beside the first questions."""
+        """Change the notes of the first questions."""
         noted = [replace(c, note=n) for c, n in zip(self.choices, notes, strict=False)]
         self.choices = noted + self.choices[len(noted) :]
         self._draw()
 
     def action_move(self, by: int) -> None:
-        """To another question."""
+        """Select another question."""
         self._here = (self._here + by) % max(1, len(self.choices))
         self._draw()
 
     def action_turn(self, by: int) -> None:
-        """Another answer."""
+        """Select another answer."""
         self.choices[self._here] = self.choices[self._here].turned(by)
         self._draw()
 

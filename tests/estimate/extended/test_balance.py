@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from imucal_wizard.estimate.variance_components import System, balanced, determined, inverted
 
@@ -58,6 +59,27 @@ def test_a_common_mean_is_weighed_by_the_scatter_of_each_kind() -> None:
         claimed.append(found.covariance[0, 0])
     assert np.std(estimates) == pytest.approx(0.1 / np.sqrt(20.2), rel=0.15)
     assert np.sqrt(np.mean(claimed)) == pytest.approx(np.std(estimates), rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_it_is_the_restricted_likelihoods_maximum_where_rows_differ_in_noise(seed: int) -> None:
+    """Thirty rows, six of them a hundred times as noisy: against SciPy's minimum of −2 log L."""
+    rng = np.random.default_rng(seed)
+    own = np.where(np.arange(30) < 24, 0.1, 1000.0)
+    columns = rng.normal(size=(30, 3))
+    residual = rng.normal(scale=np.sqrt(own + 1.0))
+    zeros = np.zeros(3)
+    system = System(residual, columns, own, np.zeros(30, np.int64), zeros, zeros)
+
+    def deviance(log_excess: float) -> float:
+        variance = own + np.exp(log_excess)
+        normal = columns.T @ (columns / variance[:, None])
+        left = residual - columns @ np.linalg.solve(normal, columns.T @ (residual / variance))
+        size = np.log(variance).sum() + np.linalg.slogdet(normal)[1]
+        return float(size + (left**2 / variance).sum())
+
+    expected = np.exp(minimize_scalar(deviance, bounds=(-8.0, 4.0), method="bounded").x)
+    assert balanced(system).variance[0] - own[0] == pytest.approx(expected, rel=0.01)
 
 
 def test_noise_that_is_known_to_be_larger_than_the_scatter_is_kept() -> None:
