@@ -159,7 +159,7 @@ def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 def _one_object_per_line(data: bytes) -> bytes:
     """The lines of a JSON list of objects; any other text is unchanged."""
-    if not data[:_LOOKED_AT].lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
+    if not data[:_EXAMINED_BYTES].lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
         return data
     try:
         found = json.loads(data)
