@@ -16,21 +16,31 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 
-_PLAINLY = 0.15
+_MAX_GRAVITY_DEVIATION = 0.15
 """Relative deviation of gravity up to which a column is an accelerometer without asking."""
 _COUNTS_PER_G = (256.0, 2048.0, 4096.0, 8192.0, 16384.0)
-_DEGREES = (12.0, 70.0)
-_WARMS = 2.0
+"""Common sensitivities of accelerometers with 16 or fewer bits, counts per g."""
+_CHIP_TEMPERATURES = (12.0, 70.0)
+"""Plausible temperatures of a chip, °C."""
+_MAX_WARMING = 2.0
 """°C; a device warms by less within the first second."""
 _MAX_SIZE_VARIATION = 0.1
 """Relative variation of the magnitude of gravity at rest; a gyroscope's bias varies more."""
-_WHOLE = 100.0
+_MIN_WHOLE_GRAVITY = 100.0
 """Gravity of a smaller magnitude is not printed in whole numbers."""
 _PLAUSIBLE_RATES = (5.0, 20_000.0)
 """Plausible sampling rates, Hz, for times without a unit; the first plausible unit of
 ``_UNITS_TRIED`` is used."""
 _UNITS_TRIED = ("s", "ms", "us", "ns")
-_FIELDS = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
+_FIELD_RANGES = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
+"""Smallest and largest reading of the Earth's field in each unit."""
+_MIN_ARRIVAL_SECONDS = 0.3
+"""Seconds of arrivals needed to compare a time column with the host's clock."""
+_MAX_SPEED_RATIO = 4.0
+"""Ratio of device time to arrival time that bursts of the link can cause."""
+_OFFSET_BINARY = 32768.0
+_MAX_OFFSET_DEVIATION = 12_000.0
+"""Mid-scale of unsigned 16-bit counts, and the deviation from it that gravity can cause."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +70,7 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
     if unit is not None and unit != units.COUNT:
         return UnitGuess(unit, f"Gravity reads {size:.4g}, so accelerations are in {unit}.")
     for counts in _COUNTS_PER_G:
-        if abs(size / counts - 1) < _PLAINLY:
+        if abs(size / counts - 1) < _MAX_GRAVITY_DEVIATION:
             why = f"Gravity reads {size:.0f}: raw counts, nominally {counts:.0f} per g."
             return UnitGuess(units.COUNT, why)
     if unit == units.COUNT:
@@ -81,7 +91,7 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which the Earth's field has the observed magnitude."""
     size = median(np.linalg.norm(values, axis=1))
-    for low, high, unit in _FIELDS:
+    for low, high, unit in _FIELD_RANGES:
         if low <= size <= high:
             return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
     return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
@@ -99,11 +109,12 @@ def guess_time_unit(ticks: FloatArray, arrivals: FloatArray) -> UnitGuess:
     host = float(arrivals[-1] - arrivals[0])
     if device <= 0:
         return UnitGuess("", "The time column does not advance.")
-    if host > 0.3:
+    if host > _MIN_ARRIVAL_SECONDS:
         unit = min(
             units.TIME_UNITS, key=lambda u: abs(math.log(device * units.TIME_UNITS[u] / host))
         )
-        if 0.25 < device * units.TIME_UNITS[unit] / host < 4.0:
+        speed = device * units.TIME_UNITS[unit] / host
+        if 1.0 / _MAX_SPEED_RATIO < speed < _MAX_SPEED_RATIO:
             why = f"The time column advances by {device / host:.4g} per second, so it is in {unit}."
             return UnitGuess(unit, why)
         why = f"The time column advances by {device / host:.4g} per second: no unit fits."
@@ -199,8 +210,8 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
 
 def _is_temperature(column: FloatArray) -> bool:
     """Whether a column can be °C; if not, an unknown column may have shifted all others."""
-    low, high = _DEGREES
-    return low < median(column) < high and float(np.ptp(column)) < _WARMS
+    low, high = _CHIP_TEMPERATURES
+    return low < median(column) < high and float(np.ptp(column)) < _MAX_WARMING
 
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:
@@ -220,19 +231,19 @@ def _order(triples: list[FloatArray]) -> tuple[str, bool]:
 def _is_gravity(three: FloatArray, size: float) -> bool:
     """Whether a triple shows 1 g in m/s², g or mg: steadily, and in more than whole steps of it."""
     steady = float(np.std(np.linalg.norm(three, axis=1))) < _MAX_SIZE_VARIATION * size
-    fine = size > _WHOLE or not are_whole_numbers(three)
-    return steady and fine and unit_of_gravity(size, _PLAINLY) is not None
+    fine = size > _MIN_WHOLE_GRAVITY or not are_whole_numbers(three)
+    return steady and fine and unit_of_gravity(size, _MAX_GRAVITY_DEVIATION) is not None
 
 
 def _is_counted_gravity(three: FloatArray, size: float) -> bool:
     """Whether a triple may be counts of an accelerometer."""
     return are_whole_numbers(three) and any(
-        abs(size / counts - 1) < _PLAINLY for counts in _COUNTS_PER_G
+        abs(size / counts - 1) < _MAX_GRAVITY_DEVIATION for counts in _COUNTS_PER_G
     )
 
 
 def _offset_binary(values: FloatArray) -> bool:
     """Whether the readings are unsigned counts: whole numbers, every axis near 32768."""
     middle = np.array([median(column) for column in values.T])
-    centred = bool(np.all(np.abs(middle - 32768) < 12000))
+    centred = bool(np.all(np.abs(middle - _OFFSET_BINARY) < _MAX_OFFSET_DEVIATION))
     return are_whole_numbers(values) and centred and float(np.min(values)) >= 0

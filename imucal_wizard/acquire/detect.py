@@ -6,18 +6,20 @@ from imucal_wizard.acquire.decode.lines import LineCutter, split_lines
 
 MIN_UNKNOWN_LINES = 60
 """Unknown lines after which the stream is reported as unreadable."""
-_ALIKE = 4
+_SIMILAR_LINES_RANK = 4
 """Rank of the formats that are recognised only by similar lines."""
-_MAX_UNREADABLE = 0.2
+_MAX_LINE_UNREADABLE = 0.2
 """Share of unprintable bytes in a line of text; a few degree signs are allowed."""
 BAUDS = (115200, 921600, 57600, 9600, 230400, 460800, 38400)
 """Baud rates in the order in which they are tried; 1200 is excluded because it resets some
 boards."""
 
-_JUDGED_AT = 256
-_JUDGED = 16 * _JUDGED_AT
+_BLOCK_BYTES = 256
+"""Bytes after which the stream is judged again."""
+_JUDGED_BYTES = 16 * _BLOCK_BYTES
 """Number of the newest bytes that are judged together."""
-_TOO_MANY = 0.15
+_MAX_UNREADABLE_SHARE = 0.15
+"""Share of unreadable bytes above which the stream is not text."""
 _READABLE = bytes([*range(32, 127), 9, 10, 13])
 _MAGIC: tuple[tuple[bytes, str], ...] = (
     (b"\xfa\xff\x36", "Xsens MTData2"),
@@ -26,7 +28,8 @@ _MAGIC: tuple[tuple[bytes, str], ...] = (
     (b"\xff\x5a", "SBG"),
     (b"\xfa\x14", "VectorNav binary"),
 )
-_OFTEN = 6
+_MIN_MAGIC_COUNT = 6
+"""Occurrences of start bytes that identify a protocol; random bytes contain hardly any."""
 
 
 class GarbageDetector:
@@ -42,19 +45,19 @@ class GarbageDetector:
         """Add received bytes."""
         self._text_since_line = 0 if b"\n" in data else self._text_since_line + len(data)
         data = self._block + data
-        whole = len(data) - len(data) % _JUDGED_AT
-        for start in range(0, whole, _JUDGED_AT):
-            self._seen = (self._seen + data[start : start + _JUDGED_AT])[-_JUDGED:]
+        whole = len(data) - len(data) % _BLOCK_BYTES
+        for start in range(0, whole, _BLOCK_BYTES):
+            self._seen = (self._seen + data[start : start + _BLOCK_BYTES])[-_JUDGED_BYTES:]
             self._judge()
         self._block = data[whole:]
 
     def _judge(self) -> None:
-        if unreadable_share(self._seen) > _TOO_MANY:
+        if unreadable_share(self._seen) > _MAX_UNREADABLE_SHARE:
             protocol = binary_protocol(self._seen)
             self.problem = (
                 _binary(protocol) if protocol else wrong_speed_text(unreadable_share(self._seen))
             )
-        elif self._text_since_line > _JUDGED:
+        elif self._text_since_line > _JUDGED_BYTES:
             self.problem = (
                 "Text arrives without line ends: print every sample with println or a newline."
             )
@@ -71,7 +74,7 @@ def binary_protocol(data: bytes) -> str:
     """The protocol whose start bytes occur repeatedly; ``""`` if none does."""
     found = [(data.count(magic), name) for magic, name in _MAGIC]
     count, name = max(found)
-    return name if count >= _OFTEN else ""
+    return name if count >= _MIN_MAGIC_COUNT else ""
 
 
 def wrong_speed_text(share: float, baud: int | None = None) -> str:
@@ -133,11 +136,11 @@ class Detector:
         lines = []
         for raw in filter(None, split_lines(self._cutter.feed(data))):
             self._lines += 1
-            if unreadable_share(raw) <= _MAX_UNREADABLE:
+            if unreadable_share(raw) <= _MAX_LINE_UNREADABLE:
                 text = raw.decode("utf-8", errors="replace").strip()
                 lines.append(TextLine(raw, text, self._first))
             self._first = False
         found = [name for name, one in self._detectors.items() if one.feed(data, lines)]
         if self._garbage.problem:  # similar lines between unreadable bytes are not a format
-            found = [name for name in found if formats()[name].rank < _ALIKE]
+            found = [name for name in found if formats()[name].rank < _SIMILAR_LINES_RANK]
         return found[0] if found else ""

@@ -9,14 +9,23 @@ from imucal_wizard.core import units
 from imucal_wizard.core.readings import Readings, join_readings
 from imucal_wizard.measurement import data_quality
 
-_CHECK_SECONDS = 2.0
-_DEAD_WINDOWS = 5
-_RATE_AFTER = 8.0
-_SILENCE = 0.5
-_MIN_BLANKS = 5
-_LONG = 500
+_CHECKED_SECONDS = 2.0
+"""Length of the checked windows, s: long enough for a rest, short enough for a timely warning."""
+_DEAD_AXIS_WINDOWS = 5
+"""Windows without any change after which an axis is dead."""
+_MIN_RATE_SECONDS = 8.0
+"""Seconds of arrivals after which the rate of arrival is accurate enough for a comparison."""
+_MAX_ARRIVAL_GAP = 0.5
+"""s; after a longer gap in the arrivals, the rate of arrival is measured again."""
+_MIN_DAMAGED = 5
+"""Damaged samples below which there is no warning."""
+_MIN_FIELDLESS_SAMPLES = 500
 """Samples after which a sensor without any number is missing and not just slow."""
-_MIN_COUNTED = 100
+_MAX_DAMAGED_SHARE = 0.01
+"""Share of lost or malformed samples above which there is a warning."""
+_MAX_RATE_RATIO = 1.05
+"""Ratio of the device's rate to that of arrival above which its clock or unit is wrong."""
+_MIN_SHARE_SAMPLES = 100
 """Samples needed before a share can cause a warning."""
 
 
@@ -40,7 +49,7 @@ class StreamHealth:
         self._arrival = 0.0
         self._waiting: list[Readings] = []
         self._count = 0
-        self._windows: deque[Readings] = deque(maxlen=_DEAD_WINDOWS)
+        self._windows: deque[Readings] = deque(maxlen=_DEAD_AXIS_WINDOWS)
         self._notes: dict[str, str] = {}
         self._decimals: tuple[int, ...] = ()
         self._size = 0
@@ -56,11 +65,13 @@ class StreamHealth:
             return
         self._waiting.append(Readings(readings.accelerometer, readings.gyroscope))
         self._count += len(readings)
-        self._size = self._size or max(_MIN_COUNTED, round(_CHECK_SECONDS / self._assembler.period))
+        self._size = self._size or max(
+            _MIN_SHARE_SAMPLES, round(_CHECKED_SECONDS / self._assembler.period)
+        )
         if self._count >= self._size:
             self._cut(self._size)
         if self._compare:
-            if arrival - self._arrival > _SILENCE:  # the device was away while its time continued
+            if arrival - self._arrival > _MAX_ARRIVAL_GAP:  # the device was away
                 self._fit = RateFit()
             self._arrival = arrival
             self._fit.add(self._assembler.samples + self._assembler.lost, arrival)
@@ -70,21 +81,21 @@ class StreamHealth:
         self._clock()
         total = self._assembler.samples
         missing = self._assembler.missing
-        if total >= _LONG and self._assembler.fieldless:
+        if total >= _MIN_FIELDLESS_SAMPLES and self._assembler.fieldless:
             self._note("field", _FIELDLESS)
         if not self._values:
             return
         if (
-            total >= _MIN_COUNTED
+            total >= _MIN_SHARE_SAMPLES
             and malformed
-            and malformed + missing.count >= max(_MIN_BLANKS, 0.01 * total)
+            and malformed + missing.count >= max(_MIN_DAMAGED, _MAX_DAMAGED_SHARE * total)
         ):
             self._note("malformed", _MALFORMED)
-        if missing.count >= _MIN_BLANKS:
+        if missing.count >= _MIN_DAMAGED:
             self._note("nan", missing.note)
         # a split line also damages its neighbour, and both are missing by the device's time
         dropped = self._assembler.dropped - 2 * malformed - missing.count
-        if total >= _MIN_COUNTED and dropped >= max(_MIN_BLANKS, 0.01 * total):
+        if total >= _MIN_SHARE_SAMPLES and dropped >= max(_MIN_DAMAGED, _MAX_DAMAGED_SHARE * total):
             self._note("lost", _LOST)
         self._decimals = decimals
 
@@ -107,7 +118,7 @@ class StreamHealth:
                 text = data_quality.coarse_steps(sensor, series, self._printed_step(sensor))
                 self._note(f"coarse {sensor}", text)
         self._windows.append(window)
-        if len(self._windows) < _DEAD_WINDOWS:
+        if len(self._windows) < _DEAD_AXIS_WINDOWS:
             return
         joined = join_readings(list(self._windows))
         for sensor, series in data_quality.inertial_sensors(joined):
@@ -136,7 +147,7 @@ class StreamHealth:
         ):
             if count:
                 self._note(key, _TIME[key])
-        if self._compare and self._fit.span > _RATE_AFTER:
+        if self._compare and self._fit.span > _MIN_RATE_SECONDS:
             text = _wrong_clock(1.0 / self._assembler.period, self._fit.rate)
             if text:
                 self._note("clock", text)
@@ -181,7 +192,7 @@ def _wrong_clock(device: float, host: float) -> str:
     ratio = device / host if host else 1.0
     units = (("ms", 1e-3), ("us", 1e-6))
     unit = next((name for name, size in units if abs(ratio / size - 1) < 0.2), "")
-    if ratio < 1.05 and not unit:
+    if ratio < _MAX_RATE_RATIO and not unit:
         return ""
     advice = (
         f"the time column is probably in {unit}: set its unit"

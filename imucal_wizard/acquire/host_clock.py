@@ -9,7 +9,8 @@ from imucal_wizard.core.statistics import median
 WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is accurate enough to start."""
 _WARM_UP_POINTS = 10
-_STALL = 0.25
+"""Arrivals before the rate is accurate enough to start."""
+_STALL_SECONDS = 0.25
 """s; a longer silence may hide lost samples."""
 _SETTLE_SECONDS = 0.05
 """Seconds after a silence until the bytes buffered by the system have been read."""
@@ -153,7 +154,7 @@ class HostClock:
     def _notice_silence(self, arrival: float) -> None:
         last, self._last_arrival = self._last_arrival, arrival
         usual = 4.0 * self.period
-        if self._warm and last is not None and arrival - last > max(_STALL, usual):
+        if self._warm and last is not None and arrival - last > max(_STALL_SECONDS, usual):
             self._stalled = self._stalled if self._stalled is not None else arrival
 
     def _settle(self, arrival: float) -> bool:
@@ -176,7 +177,7 @@ class HostClock:
         if self._fit.points < _WARM_UP_POINTS or not self._fit.period:
             return 0
         late = arrival - self._fit.expected(float(self._waiting[-1][-1]))
-        return round(late / self.period) if late > 0.5 * _STALL else 0
+        return round(late / self.period) if late > 0.5 * _STALL_SECONDS else 0
 
     def _release(self) -> FloatArray:
         indices = np.concatenate(self._waiting) if self._waiting else np.zeros(0)

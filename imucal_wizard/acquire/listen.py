@@ -12,9 +12,11 @@ from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.core.records import dataclass
 
-_LISTEN = 1.2
-_TRIES = 3
-_USUAL = BAUDS[0]
+_LISTEN_SECONDS = 1.2
+"""Time to listen at one speed, s: a slow device sends a dozen samples."""
+_MAX_SPEEDS = 3
+"""Other speeds that are tried if a port sends garbage."""
+_USUAL_BAUD = BAUDS[0]
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class PortReport:
     """
 
     port: PortInfo
-    baud: int = _USUAL
+    baud: int = _USUAL_BAUD
     format: str = ""
     rate: float = 0.0
     line: str = ""
@@ -40,12 +42,14 @@ class PortReport:
     garbled: bool = False
 
 
-def listen_to_port(port: PortInfo, baud: int = _USUAL, seconds: float = _LISTEN) -> PortReport:
+def listen_to_port(
+    port: PortInfo, baud: int = _USUAL_BAUD, seconds: float = _LISTEN_SECONDS
+) -> PortReport:
     """Listen to one port without sending anything; if it sends garbage, try other speeds."""
     heard = _hear_at(port, baud, seconds)
     if not heard.garbled or not port.vid_pid:
         return heard
-    others = [speed for speed in BAUDS if speed != baud][:_TRIES]
+    others = [speed for speed in BAUDS if speed != baud][:_MAX_SPEEDS]
     found = (_hear_at(port, speed, seconds / 2) for speed in others)
     return next((other for other in found if other.format), heard)
 

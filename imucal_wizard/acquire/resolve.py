@@ -27,9 +27,10 @@ from imucal_wizard.core.statistics import median
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
 _FIRST_SECONDS = 0.5
-_RATES = (0.2, 50_000.0)
+"""Device time that the first rows must span for its period, s."""
+_PLAUSIBLE_SAMPLING = (0.2, 50_000.0)
 """Slowest and fastest plausible sampling, Hz."""
-_MAX_BACKWARD = 0.2
+_MAX_BACKWARD_SHARE = 0.2
 """Share of backward steps in a time column; above it, the column is not a time."""
 _RATE_TOLERANCE = 0.01
 """Relative deviation allowed between a stated rate and that of the time column."""
@@ -313,7 +314,7 @@ def _timed(
         at = f" and stands still at {ticks[0]:.6g}" if len(ticks) else ""
         return dropped, rate, (f"The time column does not run{at}: {instead}.",)
     back = float(np.mean(steps < 0))
-    if back > _MAX_BACKWARD:
+    if back > _MAX_BACKWARD_SHARE:
         message = f"The time column goes back in {back:.0%} of its steps: {instead}."
         return dropped, rate, (message,)
     if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
@@ -353,7 +354,7 @@ def _doubtful(ticks: FloatArray, unit: str) -> str:
         return ""
     steps = np.diff(ticks)
     rate = 1.0 / (median(steps[steps > 0]) * units.unit_factor("time", unit))
-    if _RATES[0] <= rate <= _RATES[1]:
+    if _PLAUSIBLE_SAMPLING[0] <= rate <= _PLAUSIBLE_SAMPLING[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "
 

@@ -13,7 +13,8 @@ from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 
-_PROBE_LINES = 16384
+_MAX_PROBE_ROWS = 16384
+"""Rows kept while questions about the stream are open."""
 MAX_BACKLOG = 1 << 24
 """Bytes kept, 16 MiB: twenty minutes at 115200 baud. If the format is still unknown then, the
 stream is recorded all the same, but reading begins later."""
@@ -168,14 +169,14 @@ class StreamSearch:
         self.decimals = rows.decimals or self.decimals
         if len(rows.values):
             self.latest = rows.values
-            if len(self._arrivals) < _PROBE_LINES:
+            if len(self._arrivals) < _MAX_PROBE_ROWS:
                 self._values.append(rows.values)
                 self._arrivals += [arrival] * len(rows.values)
         count = len(self._arrivals)
         due = len(rows.values) > 0 and count >= self._next
         if due:  # ever less often, so that it stays cheap while the user is being asked
             later = max(count + FIRST_ROWS, count * 5 // 4)
-            self._next = min(later, _PROBE_LINES) if count < _PROBE_LINES else later
+            self._next = min(later, _MAX_PROBE_ROWS) if count < _MAX_PROBE_ROWS else later
         changed = decoder.columns != before and count >= FIRST_ROWS
         return self._resolve(decoder) if due or changed else None
 
@@ -186,6 +187,6 @@ class StreamSearch:
         self._columns, self.needs, self.notes = found.columns, found.needs, found.notes
         if found.needs:
             return None
-        full = full or len(self._arrivals) >= _PROBE_LINES
+        full = full or len(self._arrivals) >= _MAX_PROBE_ROWS
         first = first_rows(found.columns, values, full=full)
         return None if first is None else ResolvedStream(decoder.name, found.columns, first)

@@ -35,7 +35,9 @@ Earth's."""
 MIN_SPIKE_RATIO = 4.0
 """Distance of a spike from the median of five, as a multiple of the 75 % quantile of distances."""
 SPIKE_QUANTILE = 0.75
+"""Quantile of the distances that spikes do not affect."""
 SAMPLES_PER_STRETCH = 50
+"""Consecutive samples in a stretch."""
 MAX_SPIKE_SAMPLES = 1500
 """Approximate number of samples searched for spikes, in stretches of the length above."""
 MIN_STUCK_SHARE = 0.005

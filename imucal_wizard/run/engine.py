@@ -21,6 +21,7 @@ from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.run.snapshot_maker import SnapshotMaker
 
 EVENTS_KEPT = 50
+"""Newest events in a snapshot."""
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
 """Events that do not change the measurements."""
 

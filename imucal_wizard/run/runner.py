@@ -17,7 +17,8 @@ SNAPSHOT_SECONDS = 0.03
 """Seconds between two snapshots at least; they are made only on request."""
 JOIN_SECONDS = 0.1
 """Seconds that ``stop`` waits for the thread."""
-_ANSWER = 0.05
+_ANSWER_SECONDS = 0.05
+"""Seconds between two checks whether the thread still runs."""
 FAULT_TEXT = (
     "reading has stopped because of a fault in this program; no measurement is lost: quit, and "
     "resume the session"
@@ -95,7 +96,7 @@ class Runner(ABC):
         self._orders.put(lambda: answer.set_result(self._collected()))
         while True:
             try:
-                return answer.result(timeout=_ANSWER)
+                return answer.result(timeout=_ANSWER_SECONDS)
             except TimeoutError:
                 if not self._running:
                     return self._engine.collected()

@@ -13,13 +13,14 @@ from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.up_direction import guessed_offset
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 
-_LEANING = 0.3
+_TILT_SECONDS = 0.3
 """Time constant with which the drawn attitude follows gravity while the gyroscope rotates it, s."""
-_LEANING_ALONE = 0.05
+_TILT_SECONDS_ALONE = 0.05
 """The same without a gyroscope in rad/s, s."""
 _RATE_PIECE_SECONDS = 0.01
 """Seconds over which the rate is averaged."""
 _MAX_RATE_PIECES = 200
+"""Pieces of the rate integrated at most after a pause: two seconds."""
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -50,7 +51,7 @@ class AttitudeFilter:
         if measured is not None:
             time = readings.accelerometer.time
             seconds = float(time[-1] - time[0]) + _RATE_PIECE_SECONDS
-            self._lean(measured, seconds / (_LEANING if turned else _LEANING_ALONE))
+            self._lean(measured, seconds / (_TILT_SECONDS if turned else _TILT_SECONDS_ALONE))
 
     def _turn(self, readings: Readings) -> bool:
         """Rotate by the rate; False without a gyroscope in rad/s."""
@@ -95,6 +96,7 @@ TRACE_SECONDS = 10.0
 _POINTS = 500
 """Approximate number of points of a trace: more than the widest terminal can show."""
 _CHANNELS = 6
+"""Axes of accelerometer and gyroscope."""
 
 
 class Ring:
@@ -187,7 +189,7 @@ def _three(row: FloatArray) -> tuple[float, float, float]:
     return float(row[0]), float(row[1]), float(row[2])
 
 
-_GATHERED = 64
+_MAX_UNDRAWN_PIECES = 64
 """Pieces of the stream that wait to be drawn at most."""
 
 
@@ -222,7 +224,7 @@ class SnapshotMaker:
         """Add samples."""
         self._unseen.append(readings)
         self._dirty = True
-        if len(self._unseen) >= _GATHERED:
+        if len(self._unseen) >= _MAX_UNDRAWN_PIECES:
             self._draw(None)
 
     def changed(self) -> None:

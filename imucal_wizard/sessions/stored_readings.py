@@ -22,6 +22,7 @@ MAX_MEAN_DIFFERENCE = 1e-6
 MAX_WRITE_DELAY_SECONDS = 3.0
 """Seconds by which a file that is being written may lag behind."""
 RETRY_SECONDS = 0.2
+"""Seconds between two attempts."""
 
 
 def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | None:

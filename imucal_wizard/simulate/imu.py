@@ -32,6 +32,7 @@ READ_TICK_SECONDS = 0.02
 """Time that a read waits for samples, s of the wall clock; lines arrive in pieces of this
 length."""
 MAX_SAMPLES_PER_READ = 512
+"""Samples of one read at most, so that a read is short at unlimited speed."""
 MAX_CATCH_UP_SECONDS = 0.25
 """Time that the device catches up after a pause, s of the wall clock; after longer pauses it is
 late."""

@@ -34,6 +34,7 @@ def generator(seed: int, what: RandomStream) -> np.random.Generator:
 NOISE_BLOCK = 64
 """Noise is drawn in blocks of this many samples, so that the caller's batches do not change it."""
 CORRELATION_TIME_RATIO = 3.0
+"""Ratio ``ρ`` of successive correlation times."""
 CORRELATION_TIMES: FloatArray = np.array([0.5 * CORRELATION_TIME_RATIO**k for k in range(7)])
 """Correlation times, s: 0.5 to 365."""
 

@@ -19,10 +19,13 @@ from imucal_wizard.simulate.scripts import (
 from imucal_wizard.simulate.sensor import SensorModel
 
 FIRST_REST_SECONDS = 20.0
-TURN_HOLD_SECONDS = 5.0
+"""Duration of the first rest, s."""
+ROTATION_HOLD_SECONDS = 5.0
+"""Duration of the holds between rotations, s."""
 PLACING_SECONDS = 1.2
 """Approximate time to place the device in the next pose, s."""
 LINES_PER_WRITE = 4096
+"""Lines written at once."""
 RECORDING_SHAKE_RMS = 0.1
 """Vibration of the support in every third pose if rectification is hidden, m/s².
 
@@ -44,7 +47,7 @@ def recording_script(
         yield LieStill(hold)
     yield Shake(0.0)
     if rotations:
-        yield from perform_rotations(rotations, TURN_HOLD_SECONDS)
+        yield from perform_rotations(rotations, ROTATION_HOLD_SECONDS)
 
 
 def simulate_recording(
@@ -101,7 +104,7 @@ def simulate_recording(
     )
     imu.hand.perform(script)
     if magnetometer:
-        imu.hand.perform(perform_circles(TURN_HOLD_SECONDS))
+        imu.hand.perform(perform_circles(ROTATION_HOLD_SECONDS))
     comment = f"{FIRST_COMMENT} at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
     try:
         with Path(path).open("wb") as file:

@@ -39,6 +39,7 @@ def _tilted() -> tuple[Target, ...]:
 TILTED_POSES = _tilted()
 RECORDING_POSE_SETS = ("6", "8", "18", "26", "26+repeats")
 REPEATED_POSES = 12
+"""Poses of ``26+repeats`` that are repeated."""
 SHAKEN_EVERY = 3
 """Interval of poses with a vibrating support, which shows vibration rectification."""
 
@@ -59,6 +60,7 @@ CIRCLE_SPEED_DEG = 60.0
 """Peak rate of a circle on the table, °/s."""
 START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
 LARGEST_TILT_DEG = 172.0
+"""Largest rotation from the start pose, degrees; half a turn would be ambiguous."""
 
 
 def next_angle(turn: int, tilt: float) -> float:

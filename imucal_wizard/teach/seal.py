@@ -14,6 +14,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.records import dataclass
 
 PBKDF2_ROUNDS = 200_000
+"""Rounds of PBKDF2: a tenth of a second per guess of the key."""
 PADDED_BYTES = 256
 """Bytes of the padded text."""
 

@@ -18,9 +18,10 @@ MIN_LEARNED_LINES = 8
 """Numeric lines that determine the number of columns if no header does."""
 MIN_COLUMNS = 3
 """Lines with fewer numbers cannot contain an accelerometer."""
-_MISFITS_OF_HEADER = 5
+_MAX_HEADER_MISFITS = 5
 """Consecutive lines of another width, before any sample, that disprove a header."""
-_LONGEST_NAME = 40
+_MAX_NAME_LENGTH = 40
+"""Characters of a column name that are shown to the user."""
 _BRACKETS = b"()[]{}"
 _QUOTED = re.compile(rb'\s*"[^"]*"\s*([,;\t|])')
 _COMMA_NUMBER = re.compile(rb"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?")
@@ -51,7 +52,7 @@ class DelimitedDecoder(TextDecoder):
         self._units = header_units or {}
         self._separator = b""
         self._learning: deque[bytes] = deque(maxlen=MIN_LEARNED_LINES)
-        self._misfits: deque[int] = deque(maxlen=_MISFITS_OF_HEADER)
+        self._misfits: deque[int] = deque(maxlen=_MAX_HEADER_MISFITS)
         self._again = False
         self._names: list[str] = []
 
@@ -132,7 +133,7 @@ class DelimitedDecoder(TextDecoder):
 
     def _unknown_names(self, fields: list[bytes]) -> None:
         """Keep unknown names of columns for the questions to the user."""
-        names = [sanitise(field, _LONGEST_NAME) for field in fields]
+        names = [sanitise(field, _MAX_NAME_LENGTH) for field in fields]
         if len(names) >= MIN_COLUMNS and all(names) and not self._fixed:
             self._names = names
 
@@ -169,7 +170,7 @@ class DelimitedDecoder(TextDecoder):
             return
         self._misfits.append(count)
         self._learning.append(line)
-        full = len(self._misfits) == _MISFITS_OF_HEADER and len(set(self._misfits)) == 1
+        full = len(self._misfits) == _MAX_HEADER_MISFITS and len(set(self._misfits)) == 1
         if full and not self._again:
             self.columns = ()
             self._disproved = True

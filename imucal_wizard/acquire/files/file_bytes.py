@@ -17,8 +17,10 @@ from imucal_wizard.acquire.detect import binary_protocol
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.output import sanitise
 
-_LOOKED_AT = 65_536
+_EXAMINED_BYTES = 65_536
+"""Bytes at the beginning of a file that are examined."""
 _MAX_GARBAGE = 0.05
+"""Share of control characters above which a file is not text."""
 _TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
 _GZIP = b"\x1f\x8b"
 MAX_BYTES = 2_000_000_000
@@ -27,13 +29,14 @@ _TOO_LARGE = "larger than 2 GB; cut it into shorter recordings, a calibration ne
 _MIN_WIDE_SHARE = 0.7
 """Share of zeros in every second byte of a text with two bytes per character."""
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-_LOOKED_AT_LINES = 400
+_EXAMINED_LINES = 400
+"""Lines at the beginning of a file whose times are examined."""
 _STAMP = re.compile(
     rb"^(?:\[[^\]\n]{0,40}?\d{1,2}:\d{2}:\d{2}[^\]\n]{0,16}\] ?|\d{1,2}:\d{2}:\d{2}[.,]\d{3} -> ?)",
     re.MULTILINE,
 )
 """Timestamps of serial monitors: ``[10:00:00.123]``, ``10:00:00.123 ->``."""
-_MONITORED = 0.5
+_MIN_STAMPED_SHARE = 0.5
 """Share of lines with a timestamp from which a serial monitor is assumed."""
 _MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
 
@@ -131,7 +134,7 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     if encoding := _utf16(data):
         data = data.decode(encoding, errors="replace").encode()
     data = data.removeprefix(codecs.BOM_UTF8).rstrip(b"\0")
-    start = data[:_LOOKED_AT]
+    start = data[:_EXAMINED_BYTES]
     if len(start.translate(None, _TEXT_BYTES)) > _MAX_GARBAGE * len(start):
         raise NotTextError(_no_text(start))
     data = data.replace(b"\0", b"")
@@ -147,8 +150,8 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     """The lines without the timestamps of a serial monitor, and a warning."""
-    start = data[:_LOOKED_AT]
-    if len(_STAMP.findall(start)) < _MONITORED * (start.count(b"\n") + 1):
+    start = data[:_EXAMINED_BYTES]
+    if len(_STAMP.findall(start)) < _MIN_STAMPED_SHARE * (start.count(b"\n") + 1):
         return data, ()
     message = "the timestamps of the serial monitor in front of the lines were not used"
     return _STAMP.sub(b"", data), (message,)
@@ -173,7 +176,7 @@ def _padded_milliseconds(data: bytes) -> bytes:
     Decimals sometimes begin with a zero, and do not end with one if they are shortened; then ``.6``
     is 0.6 s. Otherwise it is 6 ms.
     """
-    start = b"\n".join(data[:_LOOKED_AT].split(b"\n")[:_LOOKED_AT_LINES])
+    start = b"\n".join(data[:_EXAMINED_BYTES].split(b"\n")[:_EXAMINED_LINES])
     found = [digits for _, digits in _MILLISECONDS.findall(start)]
     sizes = {len(digits) for digits in found}
     begun = any(len(digits) > 1 and digits.startswith(b"0") for digits in found)
@@ -205,7 +208,7 @@ def _utf16(data: bytes) -> str:
     """The encoding of text with two bytes per character, with or without a mark; or ""."""
     if data.startswith(_UTF16):
         return "utf-16"
-    start = data[: _LOOKED_AT & ~1]
+    start = data[: _EXAMINED_BYTES & ~1]
     even, odd = start[::2].count(0), start[1::2].count(0)
     for few, many, encoding in ((even, odd, "utf-16-le"), (odd, even, "utf-16-be")):
         if many > _MIN_WIDE_SHARE * len(start) / 2 and few < _MAX_GARBAGE * len(start) / 2:

@@ -42,6 +42,7 @@ OFFER_SECONDS = 15.0
 LOOSEN_SECONDS = 15.0
 """Time after the offer until the limits of rest are widened automatically, s."""
 LOOSEN_FACTOR = 2.0
+"""Factor by which the limits of rest are widened each time."""
 MAX_LOOSENED = 16.0
 """Limits of rest are widened to at most this many times their value after the settle step."""
 RECENT_SECONDS = 5.0
