@@ -20,7 +20,7 @@ def parser() -> Parser:
     """The options of ``compare``."""
     made = fitting_parser(
         "compare",
-        "Fit a recording by every method there is (Q's, N's and our own) and show them side by "
+        "Fit a recording by every method (Q's, N's and our own) and show them side by "
         "side: error fitted, error held out, what differs.",
     )
     add_field(made)

@@ -23,7 +23,7 @@ def parser() -> Parser:
     """The options of ``fit``."""
     made = fitting_parser(
         "fit",
-        "Find the holds and rotations of a recording, fit the model, show what is left. Files of "
+        "Find the holds and rotations of a recording and fit the model. Files of "
         "one session that hold different sensors are given together.",
     )
     add_methods(made)

@@ -1,5 +1,6 @@
-"""Entry point: finds the command, reports errors in one line. Only that command is imported."""
+"""Entry point: runs a command and reports errors in one line. It imports only that command."""
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -17,15 +18,15 @@ OPTIONS = {
     "gyroscope_unit": "--gyro-unit",
     "magnetometer_unit": "--mag-unit",
 }
-"""The option for a setting that an error may name, where it is not the setting's own name."""
+"""The option for a setting that an error names, if the option has another name."""
 
 
 _SHARED = ("arguments", "main")
-"""The files of this folder that are no command."""
+"""Files of this folder that are not commands."""
 
 
 def command_names() -> list[str]:
-    """Names of the commands, the wizard first: every file of this folder but the shared ones.
+    """Names of the commands, the wizard first: every file of this folder except the shared ones.
 
     A command's file has ``USAGE`` (pairs of what to type and what it does), ``parser`` and ``run``.
     """
@@ -34,7 +35,7 @@ def command_names() -> list[str]:
 
 
 def usage() -> str:
-    """What every command does, a line for each way of calling it."""
+    """The help of the program: a line for each way of calling each command."""
     pairs = [
         pair
         for name in command_names()
@@ -56,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the program; the exit status is 0 done, 1 insufficient data, 2 wrong usage."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if argv is None:
-        # the matrices are small: threads would only wait for one another
+        # threads would slow down operations on small matrices
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         replace_unencodable_output()
         hide_tracebacks()
@@ -72,6 +73,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # the reader of the output has closed it
         sys.stderr.close()
         return 0
+    finally:
+        if argv is None:
+            gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
 
 
 def _dispatch(arguments: list[str]) -> int:
@@ -101,7 +105,7 @@ def _no_command(name: str, names: Sequence[str]) -> str:
 
 
 def _options(error: ImucalError) -> str:
-    """The options that change the settings which an error names, in brackets."""
+    """The options for the settings that an error names, in brackets."""
     parts = (setting.partition(" ") for setting in error.settings)
     options = [
         OPTIONS.get(name, "--" + name.replace("_", "-")) + space + value

@@ -1,4 +1,4 @@
-"""``imucal-wizard virtual``: the virtual IMU on a pseudo-terminal, for another one to read."""
+"""``imucal-wizard virtual``: the virtual IMU on a pseudo-terminal, for ``--port``."""
 
 import argparse
 import signal
@@ -78,7 +78,7 @@ def _stop(_signal: int, _frame: FrameType | None) -> None:
 
 
 def _listen(hand: "VirtualHand", stopping: threading.Event) -> None:
-    """Obey the lines on standard input until one says ``quit``."""
+    """Carry out the lines on standard input until ``quit``."""
     for line in sys.stdin:
         if line.strip() == "quit":
             stopping.set()
@@ -90,10 +90,10 @@ def _listen(hand: "VirtualHand", stopping: threading.Event) -> None:
 
 
 def _obey(hand: "VirtualHand", words: list[str]) -> None:
-    """Do what a line says.
+    """Carry out a line.
 
     Raises:
-        UsageError: it says nothing that the hand can do.
+        UsageError: the line is not understood.
     """
     match words:
         case []:

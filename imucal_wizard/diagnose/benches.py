@@ -92,7 +92,7 @@ class Benches:
             return None
         fit = self.report.sensors[sensor]
         under = None
-        if self._experiment(sensor).needs_reference:
+        if sensor != SENSORS[0] and SENSORS[0] in self.report.sensors:
             under = self.accelerometer.fit
         if self._made.get(sensor, ...) is not under:
             reference = None if under is None else under.reference

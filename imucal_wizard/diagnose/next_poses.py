@@ -224,7 +224,8 @@ def disturbed_parts(
         elif table.moving[row]:
             rotations.append(index)
         else:
-            holds.append(index)
+            source, own = table.source_of(row)
+            holds.append(source.item(own))
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 

@@ -1,4 +1,4 @@
-"""The JSON of ``bench --json``, as those who script the program read it."""
+"""The JSON document of ``bench`` (bench/1)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,7 +16,7 @@ SCHEMA = "imucal-wizard/bench/1"
 
 
 def bench_document(statements: Sequence[Diagnosis], warnings: Sequence[str] = ()) -> dict[str, Any]:
-    """What was found, as the document of the contract; lists and numbers only."""
+    """The diagnoses as a document of lists and numbers."""
     return {
         "schema": SCHEMA,
         "warnings": list(warnings),
@@ -109,7 +109,7 @@ def _noise(one: Rung) -> dict[str, Any]:
 
 
 def _suspects(suspects: Sequence[Suspect]) -> list[dict[str, Any]]:
-    """The effects; a disturbed hold competes with them, and is told as ``disturbed_holds``."""
+    """The effects; a disturbed hold, which competes with them, is in ``disturbed_holds``."""
     return [_suspect(one) for one in suspects if one.candidate is not None]
 
 
@@ -135,7 +135,7 @@ def _suspect(one: Suspect) -> dict[str, Any]:
 
 
 def _not_tested(said: Diagnosis) -> dict[str, str]:
-    """The effects that these data cannot show at all, and why."""
+    """The effects that these data cannot show, and why."""
     bench = said.bench
     if bench is None:
         return {}

@@ -1,4 +1,4 @@
-"""What the bench found, as text for a terminal that is not the app's."""
+"""The findings of the bench as plain text."""
 
 import textwrap
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ DOT_PLOT_COLUMNS = 21
 
 
 def bench_text(statements: Sequence[Diagnosis]) -> str:
-    """Comparison, suspects, ladder and verdict of every sensor."""
+    """Residuals, suspects, ladder and verdict of every sensor."""
     return "\n\n".join("\n".join(_sensor(one)) for one in statements)
 
 
@@ -53,7 +53,7 @@ def _sensor(said: Diagnosis) -> list[str]:
 
 
 def _comparison(said: Diagnosis) -> list[str]:
-    """Measurement against model, a line per hold or rotation."""
+    """Measurement minus model, a line per hold or rotation."""
     bench = said.bench
     if bench is None:
         return []
@@ -113,7 +113,7 @@ def _dot(ratio: float, size: float) -> str:
 
 
 def _suspects(said: Diagnosis, bench: Bench) -> list[str]:
-    """Ranked, with what adding each would do."""
+    """The ranked suspects, each with the error after adding it."""
     unit = bench.fit.unit
     if said.findings is None:
         return []

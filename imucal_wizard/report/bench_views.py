@@ -1,4 +1,4 @@
-"""The pictures of the bench as text and as data."""
+"""The plots of the bench as text and as data."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -10,14 +10,14 @@ from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.report.plot import scatter
 
 VIEW_COLUMNS, VIEW_ROWS = 79, 21
-"""Columns and rows of a picture; a terminal has 80 and 24."""
+"""Columns and rows of a plot, for a terminal of 80×24."""
 SCHEMA = "imucal-wizard/view/1"
 MAX_NEAR_NAMES = 3
 """Names that a mistyped one is answered with."""
 
 
 def view_text(sensor: str, view: ResidualView) -> str:
-    """A picture with its title, and what to look for in it."""
+    """A plot with its title, and what to look for in it."""
     noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)} {view.unit}"
     title = view.title if view.slope is not None else f"{view.title}, {view.unit}"
     drawn = scatter(
@@ -29,7 +29,7 @@ def view_text(sensor: str, view: ResidualView) -> str:
 
 
 def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
-    """The names of all pictures, by sensor."""
+    """The names of all plots, by sensor."""
     rows = []
     for sensor, views in known.items():
         names = " ".join(view.name for view in views)
@@ -66,13 +66,13 @@ def _group(name: str) -> str:
         return "suspect-TERM"
     if first in ("model", "rest"):
         return f"{first}-AXIS-…"
-    if first == "heading":
-        return "heading-…"
+    if first in ("heading", "dip"):
+        return f"{first}-…"
     return f"{first}-AXIS" if rest else first
 
 
 def view_document(chosen: Sequence[tuple[str, ResidualView]]) -> dict[str, Any]:
-    """Pictures as data: lists and numbers only."""
+    """Plots as data: lists and numbers only."""
     return {
         "schema": SCHEMA,
         "views": [{"sensor": sensor, **_data(view)} for sensor, view in chosen],

@@ -33,8 +33,8 @@ class Value(msgspec.Struct, frozen=True):
     Attributes:
         value: in ``unit``.
         unit: unit word.
-        standard_error: one standard deviation, or None where the data leave nothing to judge by.
-        carried: False where the data cannot determine it, so that it has its nominal value.
+        standard_error: one standard deviation, or None if the data give no estimate of it.
+        carried: False if the data cannot determine it, so that it has its nominal value.
         standard_error_repeats: from the repeated poses alone, or None.
     """
 
@@ -50,12 +50,12 @@ class SavedEffect(msgspec.Struct, frozen=True):
 
     Attributes:
         term: its name.
-        sensor: whose.
+        sensor: its sensor.
         equation: as it is written, sizes in ``unit``.
         parameters: names of the sizes.
         sizes: in ``unit``.
         unit: of the first size.
-        variant: setting of what is not linear in it.
+        variant: value of its non-linear parameter.
         reference_temperature: °C at which an effect of the temperature is zero.
         reference_time: s after the session's first sample at which a drift is zero.
     """
@@ -72,7 +72,7 @@ class SavedEffect(msgspec.Struct, frozen=True):
 
 
 class HoldMeans(msgspec.Struct, frozen=True):
-    """One hold that the calibration rests on, so that the file alone can prove what it corrects.
+    """One hold of the calibration, so that an export can be checked from the file alone.
 
     Attributes:
         start: s.
@@ -108,16 +108,16 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_before: error with the nominal conversion only, or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time, or None.
-        floor: what a complete model would leave of ``rms_held_out`` by measured noise, or None.
+        floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: rms between repeats of a pose, or None without repeats.
         not_determined: parameters that the data cannot determine.
-        verdict: of the bench on this model; None where it was not asked for.
-        usable: whether applying it is better than not; None where the bench was not asked.
+        verdict: of the bench on this model; None if it was not asked for.
+        usable: whether applying it is better than not; None without a verdict.
         covariance: of the parameters, or None.
         warnings: what the user must know.
-        effects: of the model; ``corrected`` is then the above less their error.
+        effects: of the model; ``corrected`` is then the formula above minus their error.
     """
 
     model: list[str]
@@ -151,11 +151,11 @@ class Sensor(msgspec.Struct, frozen=True):
 
         Args:
             readings: y, in ``bias_unit``, shape (n, 3).
-            where: circumstances of each reading, for effects that follow more than the reading.
-            own: effects of the user's own that the model has.
+            where: circumstances of each reading, for effects of more than the reading.
+            own: the user's own effects that the model has.
 
         Raises:
-            UsageError: an effect is not known here, or follows what was not given.
+            UsageError: an effect is not known, or depends on circumstances that are not given.
         """
         matrix, bias = np.array(self.matrix), np.array(self.bias)
         if not self.effects:
@@ -172,12 +172,12 @@ class Sensor(msgspec.Struct, frozen=True):
 
 
 def _readings_alone(sensor: str, terms: Sequence[Term], count: int) -> Circumstances:
-    """Circumstances of which nothing is known but the reading itself."""
+    """Circumstances in which only the reading is known."""
     alone = ("input", INPUT_OF[sensor])
     for term in terms:
         if term.effect.against not in alone:
             raise UsageError(
-                f"{term.name} follows the {term.effect.against}: give the circumstances of each "
+                f"{term.name} depends on the {term.effect.against}: give the circumstances of each "
                 "reading too"
             )
     unknown, nothing = np.full(count, np.nan), np.zeros((count, 3))
@@ -195,11 +195,11 @@ class Calibration(msgspec.Struct, frozen=True):
         schema: names this format and its version.
         program: version of the program that wrote it.
         created: date and time, ISO 8601 with offset.
-        source: what was calibrated, in words.
+        source: description of the source.
         gravity: local gravity used.
         temperature: lowest and highest during the measurement, °C, or None.
-        holds: how many still positions it rests on.
-        rotations: how many rotations.
+        holds: number of holds.
+        rotations: number of rotations.
         sensors: the calibration of each sensor.
         warnings: what the user must know.
         hold_means: readings of the holds; empty in files of version 0.1.
@@ -226,7 +226,7 @@ class Calibration(msgspec.Struct, frozen=True):
         return self.sensors[sensor]
 
     def save(self, path: str | Path) -> Path:
-        """Write it whole or not at all.
+        """Write the file; an error leaves no partial file.
 
         Raises:
             UsageError: the place cannot be written.
@@ -239,7 +239,7 @@ class Calibration(msgspec.Struct, frozen=True):
         return np.array([hold.accelerometer for hold in self.hold_means]).reshape(-1, 3)
 
     def circumstances(self) -> Circumstances | None:
-        """Circumstances of the holds as far as the file has them; None without holds."""
+        """Circumstances of the holds, as far as the file has them; None without holds."""
         if not self.hold_means:
             return None
         sensor, holds = self["accelerometer"], self.hold_means
@@ -261,7 +261,7 @@ def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
 
     Args:
         fit: with or without effects.
-        where: the circumstances that it was fitted under, which effects are referred to.
+        where: circumstances of the fit, to whose reference the effects refer.
     """
     effects = []
     for term, sizes in zip(fit.terms, fit.sizes, strict=True):
@@ -317,7 +317,7 @@ def from_report(
 
     Args:
         report: the fit.
-        source: what was calibrated, in words.
+        source: description of the source.
         created: date and time, ISO 8601.
         models: of sensors that the bench has added effects to, with their circumstances.
     """
@@ -354,7 +354,7 @@ def _means(hold: Hold) -> HoldMeans:
 
 
 def says_the_same(path: Path, calibration: Calibration) -> bool:
-    """Whether a file holds this calibration, whenever it was made."""
+    """Whether a file has the same calibration, except for its date."""
     try:
         found = read_calibration(path)
     except RecordingError:
@@ -381,8 +381,8 @@ def read_calibration(path: Path) -> Calibration:
     schema = loose.get("schema") if isinstance(loose, dict) else None
     if schema != SCHEMA:
         raise RecordingError(
-            f"{path} says {schema!r} where {SCHEMA!r} is expected: it is no calibration that this "
-            "version reads"
+            f"{path} has the schema {schema!r} instead of {SCHEMA!r}: it is no calibration for "
+            "this version"
         )
     try:
         return msgspec.json.decode(data, type=Calibration)

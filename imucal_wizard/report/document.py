@@ -20,7 +20,7 @@ COMPARE_SCHEMA = "imucal-wizard/compare/1"
 def fit_document(
     report: FitReport, sensors: Mapping[str, Sensor] | None = None, says: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """A report as the document of the contract; lists and numbers only.
+    """A report as a document of lists and numbers.
 
     The angle of a rotation is null if no gyroscope was fitted.
 

@@ -1,4 +1,4 @@
-"""A fit as plain text for the terminal and the result screen."""
+"""A fit as plain text."""
 
 import textwrap
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
 
 TEXT_COLUMNS = 80
 MIN_DIP_OF_HEMISPHERE = 10.0
-"""Dip, degrees, from which it tells the northern from the southern hemisphere."""
+"""Dip, degrees, above which the hemisphere is certain."""
 MAX_HEADINGS = 6
 """Headings listed in the text; the JSON has all of them."""
 _LACKING = "not determined by these data"
@@ -48,7 +48,7 @@ def summary(report: FitReport, says: Sequence[str] = ()) -> str:
 
 
 def _motions(report: FitReport) -> str:
-    """Number of rotations, and of those about one axis, which the later table lists."""
+    """Number of rotations, and of those about one axis."""
     count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
     about = f" ({single} of them about one axis)" if single else ""
     return f"{count} rotations{about}"
@@ -113,7 +113,7 @@ def _comparison(report: FitReport) -> list[str]:
 
 
 def second_stage_lines(stage: "SecondStage") -> list[str]:
-    """Alignment, clocks, what the gyroscope gains, headings; lines of at most 80 columns."""
+    """Alignment, clocks, gyroscope, headings; lines of at most 80 columns."""
     alignment = stage.alignment
     dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
     used = int(alignment.used.sum())

@@ -67,6 +67,25 @@ def test_a_hidden_effect_is_named_added_and_the_error_held_out_falls(
     assert "second-order" in said["says"]
 
 
+def test_a_guess_is_compared_with_the_evidence(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--guess", "second-order:x:+"]) == 0
+    assert [line[0] for line in capsys.readouterr().out.splitlines()] == ["✓", "✓", "✓"]
+    assert cli.main(["bench", str(recording), "--guess", "third-order:x", "--json", "-"]) == 0
+    first = json.loads(capsys.readouterr().out)["answers"][0]
+    assert (first["agreement"], first["guess"]) == ("wrong", "third-order")
+
+
+@pytest.mark.parametrize("guess", ["second-order:x:5:6", ":x", "no-such-effect", "gyroscope/bias"])
+def test_a_guess_of_another_form_is_wrong_usage(
+    recording: Path, guess: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--guess", guess]) == 2
+    said = capsys.readouterr().err
+    assert "guess" in said or "to judge" in said
+
+
 def test_the_document_has_every_key_of_its_contract(
     recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -55,7 +55,7 @@ def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path:
     bench = benches.accelerometer
     bench.add("bias-temperature")
     saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
-    with pytest.raises(UsageError, match="bias-temperature follows the temperature"):
+    with pytest.raises(UsageError, match="bias-temperature depends on the temperature"):
         saved.apply(means(bench))
     told = saved.apply(means(bench), bench.measured.circumstances)
     np.testing.assert_allclose(

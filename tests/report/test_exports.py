@@ -85,7 +85,7 @@ def test_counts_are_refused_where_the_consumer_has_si(tmp_path: Path) -> None:
 
 
 def test_an_unknown_target_is_told_with_those_that_there_are(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there are json, ros-imu-calib"):
+    with pytest.raises(UsageError, match="there are " + ", ".join(targets())):
         write_export(calibration(), "betamax", tmp_path / "x")
 
 

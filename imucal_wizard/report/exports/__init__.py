@@ -1,8 +1,8 @@
-"""Exports: what other programs read, one file per consumer, found by discovery.
+"""Exports for other programs, one file per target, found by discovery.
 
-A file of this folder defines ``TARGET``, an ``ExportTarget``. ``read`` is written from the
-consumer's own formula and not from ``write``: every export is read back and applied to the holds in
-the calibration, so that a wrong direction shows at once.
+A file of this folder defines ``TARGET``, an ``ExportTarget``. Its ``read`` follows the other
+program's own formula, not ``write``: every export is read back and applied to the holds in the
+calibration, so that an error in ``write`` shows at once.
 """
 
 from collections.abc import Callable
@@ -27,16 +27,16 @@ class ExportTarget:
     """A program that a calibration can be written for.
 
     Attributes:
-        name: as the user writes it.
+        name: for the command line.
         title: what the program is.
-        formula: what it computes.
+        formula: of the program.
         suffix: of its files.
-        cannot_hold: what is lost, in words.
-        holds_effects: whether it corrects effects, too.
-        write: the file's content. It raises ``UsageError`` where the target cannot hold anything of
-            a calibration.
-        read: the file's content as the consumer reads it, to what the consumer computes. It raises
-            ``ValueError`` for a file of another kind.
+        cannot_hold: what its file cannot hold.
+        holds_effects: whether it also corrects effects.
+        write: makes the file's content. It raises ``UsageError`` if the target cannot hold the
+            calibration at all.
+        read: makes the program's correction from the file's content. It raises ``ValueError`` for
+            a file of another kind.
     """
 
     name: str
@@ -51,17 +51,17 @@ class ExportTarget:
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written, and the proof.
+    """A written export and its errors.
 
     Attributes:
-        target: name of the consumer.
+        target: name of the target.
         path: the file.
-        formula: what the consumer computes.
-        cannot_hold: what of this calibration is lost.
+        formula: of the program.
+        cannot_hold: what of this calibration the file does not have.
         rms_before: of ``|reading| − g`` over the holds, or None for counts.
         rms_calibration: of ``|corrected| − g`` over the holds, by the calibration; None where the
             calibration file has no holds.
-        rms_exported: the same by the written file in the consumer's formula.
+        rms_exported: the same by the written file in the program's formula.
         unit: of the errors.
     """
 
@@ -88,7 +88,7 @@ def target_named(name: str) -> ExportTarget:
     """One target.
 
     Raises:
-        UsageError: there is none of this name.
+        UsageError: there is no such target.
     """
     known = targets()
     if name not in known:
@@ -103,13 +103,13 @@ def path_beside(source: Path, target: ExportTarget) -> Path:
 
 
 def not_held(target: ExportTarget, calibration: Calibration) -> tuple[str, ...]:
-    """What of a calibration its export to a target does not have, in words."""
+    """What of a calibration an export does not have, in words."""
     effects = [] if target.holds_effects else calibration["accelerometer"].effects
     return (*target.cannot_hold, *(f"{one.term} of the {one.sensor}" for one in effects))
 
 
 def write_export(calibration: Calibration, name: str, path: Path) -> Exported:
-    """Write a calibration for a target, and prove it by reading the file back.
+    """Write a calibration for a target, and check the file by reading it back.
 
     Raises:
         UsageError: there is no such target; it cannot hold this calibration; the place cannot be
@@ -117,7 +117,7 @@ def write_export(calibration: Calibration, name: str, path: Path) -> Exported:
     """
     target = target_named(name)
     if "accelerometer" not in calibration.sensors:
-        raise UsageError(f"{name} takes an accelerometer's calibration, and this one has none")
+        raise UsageError(f"{name} needs an accelerometer's calibration, and this file has none")
     data = target.write(calibration)
     _spare_others(target, path)
     write_atomically(path, data)
@@ -140,7 +140,7 @@ def write_export(calibration: Calibration, name: str, path: Path) -> Exported:
 
 
 def _spare_others(target: ExportTarget, path: Path) -> None:
-    """Let only an earlier export to the same target be written over.
+    """Refuse to overwrite anything but an earlier export to the same target.
 
     Raises:
         UsageError: there is another file of this name.

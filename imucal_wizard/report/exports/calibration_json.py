@@ -8,7 +8,7 @@ from imucal_wizard.report.exports import Correction, ExportTarget
 
 
 def _read(data: bytes) -> Correction:
-    """What the file's own matrix, bias and effects make of readings.
+    """The correction by the file's matrix, bias and effects.
 
     Raises:
         ValueError: it is no calibration file.
