@@ -124,7 +124,8 @@ class Benches:
 
     def models(self) -> dict[str, tuple[SensorFit, Circumstances]]:
         """Models with effects that the report lacks, with the circumstances of their data."""
-        opened = [bench for sensor in self._made if (bench := self.bench(sensor)) is not None]
+        # a sensor whose bench was opened before is fitted again here, as soon as it is asked for
+        opened = [bench for name in list(self._benches) if (bench := self.bench(name)) is not None]
         return {
             bench.sensor: (bench.fit, bench.measured.circumstances)
             for bench in opened

@@ -411,7 +411,7 @@ class GyroscopeExperiment(Experiment):
         """Variance of the biases by slow noise, as far as the rests without a tremor show it."""
         seconds = np.array([hold.end - hold.start for hold in self.resting])
         noise = self.rest.noise.mean(axis=1) * seconds
-        calm = np.flatnonzero(noise <= TREMOR * np.median(noise))
+        calm = np.flatnonzero(noise <= TREMOR * median(noise))
         return slow_rate([self.resting[i] for i in calm])
 
     @property
