@@ -160,6 +160,11 @@ class Experiment(ABC):
         del found
         return None
 
+    def refined(self, found: "Minimum[Experiment]") -> "Experiment":
+        """The same rows with what a fit with effects has shown of their frame; mostly itself."""
+        del found
+        return self
+
     @abstractmethod
     def beside(self, found: "SensorFit") -> Beside:
         """Measurement beside model."""

@@ -156,7 +156,9 @@ def fit(
         DataError: the fit does not converge.
         UsageError: a term that the base does not have, or an effect of another sensor.
     """
-    return report(minimum(experiment, terms, base))
+    found = minimum(experiment, terms, base)
+    refined = experiment.refined(found)
+    return report(found if refined is experiment else minimum(refined, terms, base))
 
 
 def minimum(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quaternions import rotation_vector
+from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
@@ -174,6 +174,15 @@ class MagnetometerExperiment(Experiment):
         if data is self.data and poses is self._poses:
             return self
         return MagnetometerExperiment(data, self._alignment, poses)
+
+    def refined(self, found: "Minimum[Experiment]") -> "MagnetometerExperiment":
+        """See ``Experiment``: the second stage took for rotation what the effects do to the dip."""
+        if not len(found.terms) or self._poses is None or self._alignment is None:
+            return self
+        # the shared parameters begin with the dip and the rotation (see ``Dip``)
+        turned = rotation_matrix(found.calibration.shared[1:4]) @ self._alignment.rotation
+        alignment = replace(self._alignment, rotation=turned)
+        return MagnetometerExperiment(self.data, alignment, self._poses)
 
     def beside(self, found: "SensorFit") -> Beside:
         """See ``Experiment``."""

@@ -203,7 +203,7 @@ def magnetic_parts(report: FitReport) -> Iterator[RenderableType]:
     """Hard and soft iron with standard errors, the field, and the alignment of the sensors."""
     if report.magnetic is None:
         return
-    fit = report.magnetic.fit
+    fit = report.sensors["magnetometer"]
     known = {parameter.name: parameter for parameter in fit.parameters}
     yield Text.assemble(
         ("magnetometer: ", "bold"),
