@@ -10,6 +10,7 @@ import pytest
 from rich.console import Group
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import value_and_error
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import FitReport
@@ -73,7 +74,9 @@ def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport)
     text = printed(Group(*magnetic_parts(aligned)))
     for parameter in aligned.sensors["magnetometer"].parameters:
         if parameter.name.startswith("soft_iron"):
-            assert f"{parameter.name[-2:]} {parameter.value:.3f}"[:7].replace("-", "−") in text
+            assert parameter.standard_error is not None
+            value, error = value_and_error(parameter.value, parameter.standard_error)
+            assert f"{parameter.name[-2:]} {value} ±{error}" in text
     assert "±" in text
     assert "µT" in text
     assert max(map(len, text.splitlines())) <= 76
@@ -81,15 +84,14 @@ def test_hard_and_soft_iron_stand_with_their_standard_errors(aligned: FitReport)
 
 def test_iron_known_to_six_decimals_leaves_a_blank_between_columns(aligned: FitReport) -> None:
     """In 76 columns, with a minus before every entry."""
-    assert aligned.magnetic is not None
-    fit = aligned.magnetic.fit
+    fit = aligned.sensors["magnetometer"]
     fine = [
         replace(one, value=-abs(one.value), standard_error=2.4e-5)
         for one in fit.parameters
         if one.name.startswith("soft_iron")
     ]
-    found = replace(aligned.magnetic, fit=replace(fit, parameters=tuple(fine)))
-    text = printed(Group(*magnetic_parts(replace(aligned, magnetic=found, second_stage=None))))
+    sensors = {**aligned.sensors, "magnetometer": replace(fit, parameters=tuple(fine))}
+    text = printed(Group(*magnetic_parts(replace(aligned, sensors=sensors, second_stage=None))))
     assert max(map(len, text.splitlines())) <= 76
     (first,) = [row for row in text.splitlines() if row.startswith("soft")]
     assert re.fullmatch(r"soft +xx −\S+ ±\S+ +xy −\S+ ±\S+ +xz −\S+ ±\S+ *", first)
