@@ -145,7 +145,7 @@ def test_a_turn_has_its_rates_even_where_the_readings_are_gone(sagged: Benches) 
 
 def test_without_readings_it_says_so(benches: Benches, bench: Bench) -> None:
     snapshot = bench_snapshot(benches, bench)
-    assert "only their means" in page(raw_trace_rows(snapshot, snapshot.views[0], 0, 76))
+    assert "Only the means" in page(raw_trace_rows(snapshot, snapshot.views[0], 0, 76))
 
 
 def test_nothing_picked_means_the_point_farthest_from_the_model(

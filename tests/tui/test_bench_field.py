@@ -66,7 +66,7 @@ async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the
         await pilot.press("right")
         await shows(pilot, "◆ field along", "read", "µT")
         await pilot.press("t")
-        await shows(pilot, "magnetometer x", "of these the samples in this direction were averaged")
+        await shows(pilot, "magnetometer x", "the samples in this direction were averaged")
 
 
 async def test_model_and_lesson_speak_of_the_field(drawing: Benches) -> None:

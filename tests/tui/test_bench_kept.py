@@ -50,7 +50,7 @@ async def test_a_model_changed_after_saving_is_said_and_saved_by_one_key(bent: F
         await pilot.press("f")
         await add_the_first(pilot)
         await pilot.press("escape")
-        await shows(pilot, "s saves that")
+        await shows(pilot, "s saves it")
         await pilot.press("s")
         await until(pilot, lambda: len(written) == 2)
         await until(pilot, lambda: "another model now" not in seen(pilot))

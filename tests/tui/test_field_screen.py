@@ -109,7 +109,7 @@ async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
 
 async def test_a_disturbance_is_not_said_twice() -> None:
     disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
-    event = Event(EventKind.WARNING, 430.0, "The field is disturbed: what comes now is left out.")
+    event = Event(EventKind.WARNING, 430.0, "The field is disturbed: new samples are left out.")
     shown = replace(status(replace(field(), disturbed=disturbed)), last_event=event)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         text = await shows(pilot, disturbed)
@@ -196,7 +196,7 @@ async def test_gaps_that_six_circles_leave_are_nothing_to_mend() -> None:
 
 async def test_without_circles_any_motion_counts() -> None:
     async with app_with(source_of(replace(field(), face=None))).run_test(size=USUAL) as pilot:
-        await shows(pilot, "any motion counts now", "turn it about every axis")
+        await shows(pilot, "any motion counts now", "turn it about all axes")
 
 
 async def test_the_step_is_skipped_only_after_its_cost_was_read() -> None:
