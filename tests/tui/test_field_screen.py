@@ -59,7 +59,7 @@ async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[
     async with app.run_test(size=size) as pilot:
         text = await shows(
             pilot, "▸FIELD", "turned 214° of 360°", "−z down", "+x ●", "+y ·", "[−z ◎]",
-            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 % want 15", "2.1 % ✓ good",
+            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 %   want 15", "2.1 % ✓ good",
             "4.4 % ▲ want 4", "0.80 % ✓ good", "48.2 µT", "1234 samples, 12 left out",
             "lay the −y face on the table", "the circle on −x is done", "s skip step", "? help",
         )  # fmt: skip
@@ -180,7 +180,7 @@ async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:
         await shows(
             pilot,
             "turned 0° of 360°",
-            "– % want 15",
+            "– %   want 15",
             "– %   want 4.5",
             "field     –",
             "0 samples",
