@@ -108,7 +108,7 @@ def test_no_message_of_the_domain_names_a_key_or_an_option() -> None:
 SENSORS = {"accelerometer", "gyroscope", "magnetometer"}
 
 
-SENSOR_TYPES = r"\w*Experiment|GravityMagnitude|RateAtRest|\w*Closure|FieldMagnitude|\w+Rows"
+SENSOR_TYPES = r"\w*Experiment|GravityMagnitude|RateAtRest|\w*Closure|FieldMagnitude|Dip|\w+Rows"
 """Types of rows and experiments, which have methods for what differs between the sensors."""
 
 

@@ -49,7 +49,7 @@ def _text(path: Path) -> None:
         (_newer, "written by a newer imucal-wizard .session version 99"),
         (_damaged, "is damaged .* sqlite3 .* .recover"),
         (_garbled_names, "is damaged"),
-        (_text, "is no session of this program"),
+        (_text, "is not a session of this program"),
         (lambda _: None, "no such session"),
     ],
 )
@@ -74,7 +74,7 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
     Session.create(tmp_path / "new.imucal", {"created": 2.0, "step": "save"}).close()
     _text(tmp_path / "broken.imucal")
     broken, new, old = list_sessions(tmp_path)
-    assert "is no session" in broken.problem
+    assert "is not a session" in broken.problem
     assert (new.path.name, new.finished) == ("new.imucal", True)
     assert (old.source, old.step, old.seconds, old.holds) == ("IMU", "poses", 15.0, 1)
     assert not old.finished

@@ -1,4 +1,4 @@
-"""A session as the program would have it: its readings, and the rows of the fit."""
+"""A session as the program would have it: readings, still poses, and what gravity is known to."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,13 +7,18 @@ import numpy as np
 
 from benchmarks.hidden_field.sessions import Session
 from benchmarks.hidden_field.strangers import Extra
+from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment, StillPoses
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.magnetometer import FIELD_NOISE, FIELD_RATE, FIELD_STEP
 from imucal_wizard.simulate.noise import SensorNoise
 
+UP_ERROR = 8e-5
+"""Of the direction of gravity in a hold, rad: what a virtual accelerometer leaves."""
 WARMTH_STEP = 1.0 / 16.0
 AMPERE_STEP = 0.01
 
@@ -53,6 +58,7 @@ def record(
     time = session.motion.time
     step = float(rng.uniform(0.3, 0.7) * time[-1]) / 60.0
     noise = _noise(colour, time, rng)
+    up = session.up + UP_ERROR * rng.standard_normal(session.up.shape)
     error = noise
     where = session.circumstances(step)
     for one in hidden:
@@ -65,7 +71,21 @@ def record(
     if series is None:
         raise ValueError("the session has no magnetometer")
     field = float(np.linalg.norm(session.model.world))
-    return MagnetometerExperiment(fit_magnetometer(series, field, readings=readings).data)
+    found = fit_magnetometer(series, field, readings=readings)
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    variance = np.full(len(up), UP_ERROR**2)
+    doubt, labels = np.zeros((len(up), 3, 0)), group_directions(up)
+    gravity = GravityReference(up, labels, variance, doubt, 1.0, STANDARD_GRAVITY)
+    holds = session.holds
+    inside = [series.between(float(start), float(end)).values for start, end in holds]
+    poses = StillPoses(
+        np.arange(len(holds)),
+        holds.mean(axis=1),
+        np.array([values.mean(axis=0) for values in inside]),
+        np.array([len(values) for values in inside], float),
+        gravity,
+    )
+    return MagnetometerExperiment(found.data, None, poses)
 
 
 def _noise(colour: Colour, time: FloatArray, rng: np.random.Generator) -> FloatArray:

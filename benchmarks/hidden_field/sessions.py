@@ -60,6 +60,7 @@ class Session:
         temperature: °C, shape (n,).
         current: A, shape (n,).
         holds: first and last time of each, s, shape (h, 2).
+        up: at each hold, body frame, shape (h, 3).
     """
 
     motion: Motion
@@ -68,6 +69,7 @@ class Session:
     temperature: FloatArray
     current: FloatArray
     holds: FloatArray
+    up: FloatArray
 
     def circumstances(self, step: float) -> TrueCircumstances:
         """What the forward equations need; ``step`` in minutes."""
@@ -104,13 +106,17 @@ def session_of(plan: Plan, seed: int) -> Session:
     names = [one.name for one in fields(Motion)]
     motion = Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
     model = replace(TrueField.drawn(seed), misalignment=np.zeros(3))
+    holds = _holds(motion)
+    middle = np.searchsorted(motion.time, holds.mean(axis=1))
+    up = motion.specific_force[middle]
     return Session(
         motion,
         model.seen(motion),
         model,
         plan.thermal.at(motion.time),
         VirtualLoad(seed).at(motion.time),
-        _holds(motion),
+        holds,
+        up / np.linalg.norm(up, axis=1, keepdims=True),
     )
 
 

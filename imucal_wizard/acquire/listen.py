@@ -68,7 +68,7 @@ def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
     heard = listen_to_ports(find)
     if not heard:
         return (
-            "No serial port is there. Plug a device in, or use the virtual IMU: run "
+            "There is no serial port. Plug a device in, or use the virtual IMU: run "
             "imucal-wizard alone."
         )
     return "\n".join(_lines(one) for one in heard)

@@ -79,7 +79,7 @@ def named_columns(names: str) -> tuple[Column, ...]:
     for c in found:
         if not c.channel and c.name not in ("", "-", "_", "skip"):
             raise UsageError(
-                f"{c.name!r} is no column; use t, ax, ay, az, gx, gy, gz, mx, my, mz, temp, "
+                f"{c.name!r} is not a column; use t, ax, ay, az, gx, gy, gz, mx, my, mz, temp, "
                 f"counter, or - for one to skip"
             )
     return found

@@ -1,5 +1,6 @@
 """Entry point: runs a command and reports errors in one line. It imports only that command."""
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -72,6 +73,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # the reader of the output has closed it
         sys.stderr.close()
         return 0
+    finally:
+        if argv is None:
+            gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
 
 
 def _dispatch(arguments: list[str]) -> int:

@@ -1,8 +1,8 @@
 """Frozen dataclasses whose classes are made in a third of the time.
 
-Python compiles ``__repr__``, ``__setattr__`` and ``__delattr__`` anew for each frozen dataclass: a
-quarter of what importing this program took. Here the first is shared and the others are left out:
-mypy refuses to assign to a field of a frozen dataclass, and so the program need not.
+Python compiles ``__repr__``, ``__setattr__`` and ``__delattr__`` for each frozen dataclass, which
+took a quarter of the program's import time. Here ``__repr__`` is shared and the others are left
+out: mypy refuses assignments to the fields of a frozen dataclass.
 """
 
 import dataclasses

@@ -38,7 +38,7 @@ def median(values: ArrayLike) -> float:
 def sample_quantile(values: ArrayLike, share: float) -> float:
     """Value below which a share of all numbers in an array lies: the bits of ``np.quantile``.
 
-    It stands beside ``median``, and for the same reason.
+    Like ``median``, it avoids the import of NumPy's masked arrays.
     """
     ordered = np.sort(values, axis=None)
     place = share * (len(ordered) - 1)
@@ -50,7 +50,7 @@ def sample_quantile(values: ArrayLike, share: float) -> float:
 
 
 def median_of_rows(values: "FloatArray") -> "FloatArray":
-    """Median along the first axis: the bits of ``np.median``, ten times sooner for small arrays.
+    """Median along the first axis: the bits of ``np.median``, ten times faster for small arrays.
 
     Args:
         values: finite numbers, shape (n, …), n > 0.
@@ -63,6 +63,6 @@ def median_of_rows(values: "FloatArray") -> "FloatArray":
 
 
 def root_mean_square(errors: "FloatArray") -> float:
-    """Of errors of any shape; of vectors, of their lengths when they are the last axis."""
+    """Root mean square of errors; for vectors along the last axis, of their lengths."""
     squares = errors**2 if errors.ndim == 1 else (errors**2).sum(axis=-1)
     return float(np.sqrt(squares.mean()))

@@ -92,7 +92,7 @@ class Benches:
             return None
         fit = self.report.sensors[sensor]
         under = None
-        if self._experiment(sensor).needs_reference:
+        if sensor != SENSORS[0] and SENSORS[0] in self.report.sensors:
             under = self.accelerometer.fit
         if self._made.get(sensor, ...) is not under:
             reference = None if under is None else under.reference
@@ -124,7 +124,8 @@ class Benches:
 
     def models(self) -> dict[str, tuple[SensorFit, Circumstances]]:
         """Models with effects that the report lacks, with the circumstances of their data."""
-        opened = [bench for sensor in self._made if (bench := self.bench(sensor)) is not None]
+        # a sensor whose bench was opened before is fitted again here, as soon as it is asked for
+        opened = [bench for name in list(self._benches) if (bench := self.bench(name)) is not None]
         return {
             bench.sensor: (bench.fit, bench.measured.circumstances)
             for bench in opened

@@ -136,7 +136,8 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    axes = [seen & (misfit.axis == axis) for axis in distinct(misfit.axis[seen])]
+    apart = np.where(misfit.kind == RowKind.DIP, 3, misfit.axis)
+    axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []

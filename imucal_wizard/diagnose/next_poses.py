@@ -154,7 +154,7 @@ def next_requests(
 ) -> tuple[Requests, tuple[Apart, ...]]:
     """What to measure next after a verdict, and the explanations that were compared for it."""
     table = bench.rows
-    if "field" in table.kind:
+    if not bench.measured.at_rest:
         return _next_circles(table, findings, verdict), ()
     if verdict is Verdict.AMBIGUOUS:
         return separate_explanations(bench, findings)
@@ -163,10 +163,8 @@ def next_requests(
     if verdict is Verdict.UNEXPLAINED:
         return corners_and_repeats(table), ()
     if verdict is Verdict.INSUFFICIENT:
-        if "rotation" in table.kind or "still" in table.kind:
-            return rotations_about(
-                "xyz", "the gyroscope's gains need rotations about every axis"
-            ), ()
+        if bench.measured.needs_reference:
+            return first_requests(bench.sensor), ()
         return missing_directions(_ups(table)[1], bench.fit.base), ()
     return (), ()
 
@@ -192,13 +190,13 @@ def to_measure(
         return next_requests(bench, accused, Verdict.DISTURBED)[0], None
     if diagnosis.next_poses:
         return diagnosis.next_poses, diagnosis.apart[-1] if diagnosis.apart else None
-    if "field" in table.kind:
+    if not bench.measured.at_rest:
         return circles("more of them show smaller effects"), None
     like = _newest_and_its_like if bench.fit.terms else _likeliest_and_its_like
     pair = like(bench, findings)
     apart = None
     if pair is not None and not diagnosis.base_left_out:
-        moving = "rotation" in table.kind
+        moving = bool(table.moving.any())
         noise = table.floor[~table.moving]
         requests, apart = _separate(bench, *pair, MAX_POSES_WHEN_SETTLED, noise, rotate=moving)
         if requests:
@@ -224,7 +222,8 @@ def disturbed_parts(
         elif table.moving[row]:
             rotations.append(index)
         else:
-            holds.append(index)
+            source, own = table.source_of(row)
+            holds.append(source.item(own))
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
@@ -268,7 +267,7 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
 
 def more_of_all(table: ResidualTable) -> Requests:
     """Where nothing has to be decided: corners not held yet, the first poses again; rotations."""
-    if "rotation" in table.kind:
+    if table.moving.any():
         return rotations_about("xyz", "more of them show smaller effects")
     ups = _ups(table)[1]
     names = list(dict.fromkeys(name for name in map(pose_name, ups) if name))
@@ -406,7 +405,9 @@ def separate_explanations(
         first, second = (explanation_of(bench, findings, name) for name in names)
         if first is None or second is None:
             continue
-        rotate = "rotation" in table.kind and not _seen_at_rest(bench, first, second)
+        where = bench.measured.circumstances
+        shown = (one.effect.columns(bench.sensor, where, one.variant) for one in (first, second))
+        rotate = bool(table.moving.any()) and not any(np.nan_to_num(one).any() for one in shown)
         requests, apart = _separate(bench, first, second, MAX_POSES, noise, rotate=rotate)
         compared.append(apart)
         if requests:
@@ -437,7 +438,8 @@ def _separate(
         rotate: by rotations; else by poses.
     """
     if rotate:
-        axis = _largest_axis(bench, first)
+        name = first.effect.parameters(bench.sensor)[int(np.abs(first.size).argmax())].name
+        axis = name[:1] if name[:1] in AXES else AXES[0]
         now, offer = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
         why = f"tells {first.effect.name} from {second.effect.name}"
         offers = [Measurable(rotations_about(axis, why), offer)]
@@ -706,19 +708,6 @@ def _words(up: FloatArray) -> str:
     """A direction in words."""
     name = pose_name(up)
     return pose_in_words(name) if name else direction_in_words(up)
-
-
-def _seen_at_rest(bench: Bench, *explanations: Explained) -> bool:
-    """Whether one of these effects shows in readings at rest."""
-    where = bench.measured.circumstances
-    columns = (one.effect.columns(bench.sensor, where, one.variant) for one in explanations)
-    return any(bool(np.nan_to_num(column).any()) for column in columns)
-
-
-def _largest_axis(bench: Bench, one: Explained) -> str:
-    """The axis on which an effect is largest."""
-    name = one.effect.parameters(bench.sensor)[int(np.abs(one.size).argmax())].name
-    return name[:1] if name[:1] in AXES else AXES[0]
 
 
 def _newest_and_its_like(

@@ -2,7 +2,7 @@
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
 hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
-component of a rotation's closure, or a mean magnitude of the magnetometer.
+component of a rotation's closure, a mean magnitude of the magnetometer, or its dip.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ class RowKind(IntEnum):
     STILL = 1
     ROTATION = 2
     FIELD = 3
+    DIP = 4
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,7 +149,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         else "No effect known here explains it, so none is named and none added."
     )
     advice = "Corners and repeats would show whether it is the sensor or the way it was held."
-    if "field" in bench.rows.kind:
+    if not bench.measured.at_rest:
         advice = (
             f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
             "room's field does not."
@@ -205,7 +205,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     floors, told = bench.ladder[-1].floors, [bench.measured.assumption]
     if floors.repeatable is False and diagnosis.verdict in _NOTHING_KNOWN_IS_MISSING:
         repeats, within = (quantity(size, floors.unit) for size in (floors.repeats, floors.within))
-        if "field" in bench.rows.kind:
+        if not bench.measured.at_rest:
             where = f"{repeats} from one time to another, {within} within each"
             told.append(f"The same direction does not repeat: {where}.")
         elif diagnosis.verdict is Verdict.COMPLETE:

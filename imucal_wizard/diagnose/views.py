@@ -268,7 +268,7 @@ def point_of(report: FitReport | None, view: ResidualView, place: int) -> Point:
     """
     assert view.rows is not None, "points of a fit have rows"  # noqa: S101 (narrows the type)
     source, row = view.rows[0], int(view.rows[1][place])
-    item, name = int(source.labels.index[row]), source.place(row)
+    item, name = source.item(row), source.place(row)
     if report is not None and source.at_rest:
         name += ", hand-held" * report.holds[item].hand_held
     if report is not None and source.moving and item < len(report.rotations):

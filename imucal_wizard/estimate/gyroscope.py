@@ -56,6 +56,8 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
+TREMOR = 2.0
+"""Noise of a rest, as a variance, over that of most, from which on the device trembled in it."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
@@ -406,7 +408,11 @@ class GyroscopeExperiment(Experiment):
 
     @cached_property
     def _slow(self) -> FloatArray:
-        return slow_rate(self.resting)
+        """Variance of the biases by slow noise, as far as the rests without a tremor show it."""
+        seconds = np.array([hold.end - hold.start for hold in self.resting])
+        noise = self.rest.noise.mean(axis=1) * seconds
+        calm = np.flatnonzero(noise <= TREMOR * median(noise))
+        return slow_rate([self.resting[i] for i in calm])
 
     @property
     def shift(self) -> FloatArray:

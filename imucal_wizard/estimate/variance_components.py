@@ -108,10 +108,10 @@ def _excess(system: System, found: Balance, left: FloatArray) -> FloatArray:
     """Variance beyond its own noise that the residuals of each kind show, shape (kinds,)."""
     weight = found.variance**-2.0
     spare = np.bincount(system.kinds, weight * found.spare)
-    # of less than one degree of freedom, chance makes anything
-    spare *= np.maximum(1.0 / np.maximum(found.freedom, 1e-12), 1.0)
+    # less than one degree of freedom counts as one
+    one = np.bincount(system.kinds, weight) / np.bincount(system.kinds)
     beyond = np.bincount(system.kinds, weight * (left**2 - found.spare * system.own))
-    return np.asarray(np.maximum(beyond / spare, 0.0))
+    return np.asarray(np.maximum(beyond / np.maximum(spare, one), 0.0))
 
 
 def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:

@@ -16,7 +16,7 @@ from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.guide.measurements import KeptRotation
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
-from imucal_wizard.measurement.data_quality import clipped_axis
+from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
 from imucal_wizard.measurement.rotation_angle import integrated_rate
 
 
@@ -55,7 +55,7 @@ def fault_of(
     if missing:
         return "samples are missing in it: turn again"
     axis = clipped_axis(motion.rate, resting_rate(motion), full_scale, unit)
-    return None if axis is None else f"{axis} was clipped at the end of its range: turn slower"
+    return None if axis is None else CLIPPED_ROTATION.format(axis=axis)
 
 
 def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float | None:

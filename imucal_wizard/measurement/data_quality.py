@@ -294,6 +294,10 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
+CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
+"""The problem of a rotation with a clipped axis, live and in a recording."""
+
+
 def clipped_axis(
     rate: FloatArray, rest: FloatArray, full_scale: float | None, unit: str
 ) -> str | None:

@@ -73,11 +73,9 @@ def requests_from_text(text: str) -> tuple[MeasurementRequest, ...]:
     try:
         asked = tuple(msgspec.json.decode(text, type=list[MeasurementRequest]))
     except msgspec.MsgspecError as error:
-        raise UsageError(f"measure: {error}; it takes what the bench asks for") from error
+        raise UsageError(f"measure: {error}; it needs a request of the bench") from error
     if not 1 <= len(asked) <= MAX_REQUESTS or not all(_possible(one) for one in asked):
-        raise UsageError(
-            "measure: a pose or rotation that is impossible; it takes what the bench asks for"
-        )
+        raise UsageError("measure: an impossible pose or rotation; it needs a request of the bench")
     return asked
 
 

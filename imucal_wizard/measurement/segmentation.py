@@ -20,7 +20,7 @@ from imucal_wizard.core.limits.stillness import (
     VARIANCE_FACTORS,
 )
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
-from imucal_wizard.measurement.data_quality import clipped_axis
+from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
 from imucal_wizard.measurement.holds import (
     Hold,
     Rotation,
@@ -171,4 +171,4 @@ def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     axis = clipped_axis(part.values, rest, None, part.unit)
-    return None if axis is None else f"axis {axis} is clipped at its range: turn more slowly"
+    return None if axis is None else CLIPPED_ROTATION.format(axis=axis)

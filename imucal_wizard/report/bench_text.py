@@ -58,9 +58,9 @@ def _comparison(said: Diagnosis) -> list[str]:
     if bench is None:
         return []
     table, unit = bench.rows, bench.fit.unit
-    if "field" in table.kind:
+    if not bench.measured.at_rest:
         return _worst_rows(table)
-    moving = table.kind == "rotation"
+    moving = table.moving & table.judged
     what, rows = ("rotation", moving) if moving.any() else ("hold", ~moving)
     error, number = table.residual, table.index[rows]
     lines = [f"COMPARE  measurement − model, {what} by {what} (× noise)"]

@@ -66,8 +66,8 @@ def _group(name: str) -> str:
         return "suspect-TERM"
     if first in ("model", "rest"):
         return f"{first}-AXIS-…"
-    if first == "heading":
-        return "heading-…"
+    if first in ("heading", "dip"):
+        return f"{first}-…"
     return f"{first}-AXIS" if rest else first
 
 

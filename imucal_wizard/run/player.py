@@ -107,17 +107,17 @@ class SessionTape:
     """Plays a session with its commands; the engine reaches the state in which it was left.
 
     Args:
-        past: the session, open for reading; closed with the tape.
+        replay: the session, open for reading; closed with the tape.
     """
 
-    def __init__(self, past: SessionReplay) -> None:
-        self._past = past
+    def __init__(self, replay: SessionReplay) -> None:
+        self._replay = replay
         self._begun = False
         self.rewind()
 
     def rewind(self) -> None:
         """Begin again."""
-        self._steps: Iterator[RawPieces | Command] = self._past.steps()
+        self._steps: Iterator[RawPieces | Command] = self._replay.steps()
         self._next: RawPieces | Command | None = next(self._steps, None)
         self._position = 0.0
         self._arrival: float | None = None
@@ -149,7 +149,7 @@ class SessionTape:
         """Close the file."""
         self._steps = iter(())
         self._next = None
-        self._past.session.close()
+        self._replay.session.close()
 
     def _due(self) -> float:
         """Time of the next data or command, s from the beginning, with long pauses shortened."""
@@ -162,7 +162,7 @@ class SessionTape:
         self._position = self._due()
         if not isinstance(what, Command):
             self._arrival = what[-1][1]
-        self._past.replay_step(engine, what)
+        self._replay.replay_step(engine, what)
         self._next = next(self._steps, None)
 
 

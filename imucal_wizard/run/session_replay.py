@@ -159,20 +159,20 @@ class ResumedSession:
 
     Attributes:
         engine: in its initial state; ``prepare`` brings it to the end of the session.
-        past: its data and commands.
+        replay: its data and commands.
         session: the file, open for writing.
         created: start of the session, seconds since 1970.
     """
 
     engine: Engine
-    past: SessionReplay
+    replay: SessionReplay
     session: Session
     created: float
 
     @property
     def about(self) -> dict[str, Any]:
         """All settings of the session."""
-        return self.past.about
+        return self.replay.about
 
     def prepare(
         self,
@@ -193,7 +193,7 @@ class ResumedSession:
         """
         with ExitStack() as on_failure:
             on_failure.callback(self.session.close)
-            self.past.replay(engine, progress)
+            self.replay.replay(engine, progress)
             on_failure.pop_all()
         engine.journal = Journal(self.session)
         last = self.session.last_arrival
@@ -209,17 +209,17 @@ def resume_session(path: Path) -> ResumedSession:
     """
     session = Session.open(path)
     try:
-        past = SessionReplay(session)
-        return ResumedSession(past.engine(), past, session, _created(past))
+        replay = SessionReplay(session)
+        return ResumedSession(replay.engine(), replay, session, _created(replay))
     except SessionError:
         session.close()
         raise
 
 
-def _created(past: SessionReplay) -> float:
+def _created(replay: SessionReplay) -> float:
     try:
-        return float(past.about["created"])
+        return float(replay.about["created"])
     except (KeyError, TypeError, ValueError) as error:
         raise SessionError(
-            f"{past.session.path} lacks its settings ({error}); begin a new session"
+            f"{replay.session.path} lacks its settings ({error}); begin a new session"
         ) from error

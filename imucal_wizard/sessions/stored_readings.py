@@ -52,8 +52,10 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
 def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
     """Whether the first and the last hold belong to these readings."""
     for hold in (*holds[:1], *holds[-1:]):
-        values = readings.accelerometer.between(hold.start, hold.end).values
-        if not len(values):
+        # by the number of samples: the end is a sum that may round past the next sample
+        first = int(np.searchsorted(readings.accelerometer.time, hold.start))
+        values = readings.accelerometer.part(first, first + hold.samples).values
+        if len(values) < hold.samples:
             return False
         off = float(np.abs(values.mean(axis=0) - hold.accelerometer).max())
         if not off <= MAX_MEAN_DIFFERENCE * float(np.abs(hold.accelerometer).max()):

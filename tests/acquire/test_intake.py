@@ -187,7 +187,7 @@ def test_wrong_words_in_a_setup_are_named() -> None:
         Intake(StreamSetup(format="morse"))
     with pytest.raises(UsageError, match="furlong"):
         StreamSetup(accelerometer_unit="furlong")
-    with pytest.raises(UsageError, match="'up' is no column"):
+    with pytest.raises(UsageError, match="'up' is not a column"):
         named_columns("up,ay,az")
     with pytest.raises(UsageError, match="rate"):
         StreamSetup(rate=-1.0)

@@ -57,7 +57,7 @@ def _later(table: FloatArray) -> FloatArray:
 
 def _twice(table: FloatArray) -> FloatArray:
     again = np.repeat(table, 2, axis=0)
-    again[1::2, 0] += 0.005
+    again[1::2, 0] += np.diff(table[:2, 0]) / 2.0
     return again
 
 

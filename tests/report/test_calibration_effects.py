@@ -11,6 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.report.calibration_file import Sensor, from_report, sensor_record
 from tests.diagnose.recordings import MG, fitted, tumbled
 
@@ -48,6 +49,16 @@ def test_what_the_bench_added_is_saved_and_applied(tmp_path: Path) -> None:
     assert after == pytest.approx(bench.fit.rms_fitted, rel=1e-6)
     assert after < 0.2 * before
     assert after < 0.2 * MG
+
+
+def test_what_the_bench_added_is_saved_after_the_data_are_fitted_again(tmp_path: Path) -> None:
+    """As at the wizard's end, with the validation: nobody has looked at the new benches yet."""
+    report, readings = fitted("second-order:5:x")
+    benches = Benches(report, readings)
+    benches.accelerometer.add("second-order")
+    again = Benches(fit_readings(readings), readings, before=benches)
+    saved = load(written(again, tmp_path / "c.json")).sensors["accelerometer"]
+    assert saved.model[-1] == "second-order"
 
 
 def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:

@@ -135,7 +135,7 @@ def test_killed_in_the_middle_of_a_circle_it_goes_on_there(tmp_path: Path) -> No
     assert status.step is StepKind.FIELD
     assert status.field is not None
     assert 1 <= len(status.field.done) < 6
-    kept = resumed.past.session.last_raw
+    kept = resumed.replay.session.last_raw
     assert cut() - 10 <= kept <= cut()
     feed(engine, kept, len(pieces(printed(), SIZE)))
     engine.journal.close()

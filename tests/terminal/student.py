@@ -81,7 +81,7 @@ def _guess(terminal: Terminal) -> None:
     terminal.wait_for("predict: second-order")
     terminal.press("\r")
     terminal.wait_for("✓ you: second-order")
-    terminal.press("d")
+    terminal.press("\r")
 
 
 def _other_than(shown: str) -> Callable[[str], bool]:

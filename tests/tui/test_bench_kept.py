@@ -53,5 +53,5 @@ async def test_a_model_changed_after_saving_is_said_and_saved_by_one_key(bent: F
         await shows(pilot, "s saves it")
         await pilot.press("s")
         await until(pilot, lambda: len(written) == 2)
-        await until(pilot, lambda: "another model now" not in seen(pilot))
+        await until(pilot, lambda: "another model than" not in seen(pilot))
     assert written[1][-1] == "second-order"

@@ -209,7 +209,7 @@ def test_without_a_terminal_the_wizard_says_what_to_use_instead(
     [
         (WizardOptions(baud=0), "--baud 0 is no speed"),
         (WizardOptions(format="nope"), "no format 'nope'"),
-        (WizardOptions(recording=RecordingOptions(("ax", "foo"))), "'foo' is no column"),
+        (WizardOptions(recording=RecordingOptions(("ax", "foo"))), "'foo' is not a column"),
         (WizardOptions(recording=RecordingOptions(gyroscope_unit="foo")), "is not a unit"),
     ],
 )

@@ -91,14 +91,15 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
         return None
     try:
         values = np.loadtxt(
-            io.StringIO(block.decode("ascii")),
+            io.BytesIO(block),
             delimiter=None if separator == b" " else separator.decode("ascii"),
             comments=None,
             ndmin=2,
         )
     except ValueError:
         return None
-    if values.shape[1] != columns or not (np.abs(values) < MAX_NUMBER).all():
+    inside = (values < MAX_NUMBER) & (values > -MAX_NUMBER)
+    if values.shape[1] != columns or not inside.all():
         return None
     return np.asarray(values, np.float64)
 

@@ -91,7 +91,7 @@ def read_bytes(path: Path) -> bytes:
         raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
     except ValueError as error:
         raise RecordingError(f"{str(path)!r} is not a file name: {error}") from None
-    if not data.strip():
+    if not data or data.isspace():
         raise RecordingError(f"{path} is empty; record again")
     if len(data) > MAX_BYTES:
         raise RecordingError(f"{path} is {_TOO_LARGE}")
@@ -139,7 +139,7 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
         raise NotTextError(_no_text(start))
     data = data.replace(b"\0", b"")
     try:
-        data.decode("utf-8")
+        data.isascii() or data.decode("utf-8")
     except UnicodeDecodeError:
         data = data.decode("latin-1").encode()
     data = _one_object_per_line(data)
@@ -159,7 +159,7 @@ def _without_stamps(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
 def _one_object_per_line(data: bytes) -> bytes:
     """The lines of a JSON list of objects; any other text is unchanged."""
-    if not data.lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
+    if not data[:_EXAMINED_BYTES].lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
         return data
     try:
         found = json.loads(data)

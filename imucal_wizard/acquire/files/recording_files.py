@@ -259,7 +259,7 @@ def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
             settings.append(f"{sensor}_unit {next(iter(UNIT_FACTORS[sensor]))}")
         if sensor == "gyroscope" and "gyroscope unit" in needs:
             sentences.append(
-                "nothing says the unit of the gyroscope, and a gyroscope at rest does not show it;"
+                "the unit of the gyroscope is not stated, and a gyroscope at rest does not show it;"
                 f" give one of {', '.join(UNIT_FACTORS[sensor])}, {COUNT}"
             )
     return RecordingError(" ".join(sentences), settings=tuple(settings))
@@ -317,7 +317,7 @@ def _why_nothing(intake: Intake) -> str:
     if intake.problem:
         return intake.problem
     if intake.format:
-        return "its rate cannot be told from so few samples; give the samples per second"
+        return "its rate cannot be determined from so few samples; give the samples per second"
     return "no format known here was found in it; say which it is"
 
 

@@ -75,7 +75,7 @@ def connect(path: Path) -> sqlite3.Connection:
     if not there:
         raise SessionError(f"{path}: there is no such session; check the name")
     if not is_session(path):
-        raise SessionError(f"{path} is no session of this program; give a file ending in {SUFFIX}")
+        raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
         connection = sqlite3.connect(
             path, timeout=_BUSY_SECONDS, isolation_level=None, check_same_thread=False
@@ -106,7 +106,9 @@ def session_error(path: Path, error: Exception) -> SessionError:
             f"{path} is being written by another imucal-wizard; close that one first"
         )
     if isinstance(error, sqlite3.OperationalError) and "full" in str(error):
-        return SessionError(f"{path}: the disk is full; make room, what was measured is safe")
+        return SessionError(
+            f"{path}: the disk is full; free some space, the measurements so far are safe"
+        )
     if isinstance(error, sqlite3.OperationalError) and "readonly" in str(error):
         return SessionError(f"{path} cannot be written; check who owns the file and its folder")
     return SessionError(
@@ -158,7 +160,7 @@ def read_pieces(connection: sqlite3.Connection) -> Iterator[tuple[int, float, by
     ):
         good = isinstance(arrival, float) and math.isfinite(arrival) and isinstance(data, bytes)
         if not good:
-            raise sqlite3.DatabaseError(f"piece {number} of what was received is garbled")
+            raise sqlite3.DatabaseError(f"piece {number} of the received bytes is garbled")
         yield number, arrival, data
 
 

@@ -5,25 +5,30 @@ symmetric P in the accelerometer's, R being the rotation that the second stage f
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import rotation_vector
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.magnetometer.field_data import (
     FIELD_BASE,
+    SMALLEST_NOISE,
     USUAL_FIELD,
     FieldData,
     with_surroundings,
 )
+from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
@@ -41,26 +46,55 @@ SOFT_IRON_SIZE = 0.05
 """Standard deviation of the soft iron's entries on boards; N's figure 7 has 0.06, 0.04 and 0.03."""
 
 
+@dataclass(frozen=True, eq=False)
+class StillPoses:
+    """The field in holds in which it stood still.
+
+    Attributes:
+        hold: which of all holds, shape (h,).
+        time: middle of each, s, shape (h,).
+        reading: mean reading, shape (h, 3).
+        samples: behind each mean, shape (h,).
+        reference: up in all holds, as the accelerometer sees it.
+    """
+
+    hold: IntArray
+    time: FloatArray
+    reading: FloatArray
+    samples: FloatArray
+    reference: "GravityReference"
+
+
 class MagnetometerExperiment(Experiment):
     """Magnitudes by time and direction.
 
     Args:
         data: what was measured.
         alignment: how the sensor lies in the accelerometer's frame; None for its own frame.
+        poses: still poses in that frame, whose dip is one; None without any.
     """
 
     sensor, frame, method = MAGNETOMETER, "own", "orthogonal"
     base_terms, at_rest = FIELD_BASE, False
     covariance_entries: tuple[int, ...] = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 
-    def __init__(self, data: FieldData, alignment: Alignment | None = None) -> None:
+    def __init__(
+        self,
+        data: FieldData,
+        alignment: Alignment | None = None,
+        poses: "StillPoses | None" = None,
+    ) -> None:
         self.data, self.unit, self.gravity = data, data.unit, data.gravity
-        self._alignment, self._rotation = alignment, np.eye(3)
+        self._alignment, self._rotation, self._poses = alignment, np.eye(3), poses
         if alignment is not None:
             self.frame, self._rotation = "accelerometer", alignment.rotation
             self.settled = mounting(alignment)
             self.covariance_entries = ()
-        self.circumstances, self.error_unit = data.circumstances, data.error_unit
+        self.error_unit = data.error_unit
+        samples, self.circumstances = (
+            replace(one, magnetic=one.magnetic @ self._rotation.T)
+            for one in (data.samples, data.circumstances)
+        )
         self.readings = data.readings
         if data.field_unit.name == COUNT:
             self.assumption = (
@@ -77,7 +111,7 @@ class MagnetometerExperiment(Experiment):
             extra=data.pieces.extra,
             offsets=data.pieces.offsets,
             noise=data.noise,
-            circumstances=data.samples,
+            circumstances=samples,
             magnitude=data.field,
             unit=data.error_unit,
             labels=RowLabels(
@@ -90,16 +124,56 @@ class MagnetometerExperiment(Experiment):
                 component=np.zeros(count, np.int64),
             ),
         )
-        self.sources = (self.magnitude,)
+        self.sources = (self.magnitude, *([] if poses is None else [self._dip(poses)]))
+
+    def _dip(self, poses: "StillPoses") -> Dip:
+        data, reference, count = self.data, poses.reference, len(poses.hold)
+        matrix, bias = data.start
+        field = (poses.reading - bias) @ (self._rotation @ matrix).T
+        beside = recorded(poses.time, data.readings)
+        around_poses = around(
+            poses.time, field, beside, data.readings, data.gravity, data.field_unit
+        )
+        still = replace(
+            around_poses,
+            reference_temperature=data.samples.reference_temperature,
+            reference_time=data.samples.reference_time,
+        )
+        up = reference.up[poses.hold]
+        own = data.noise_of_sample / poses.samples + data.field**2 * reference.variance[poses.hold]
+        return Dip(
+            hold=poses.hold,
+            reading=poses.reading,
+            up=up,
+            doubt=reference.doubt[poses.hold],
+            noise=np.maximum(own, (SMALLEST_NOISE * data.field) ** 2),
+            circumstances=still,
+            magnitude=data.field,
+            sine=float(((up * field).sum(axis=1) / np.linalg.norm(field, axis=1)).mean()),
+            unit=data.error_unit,
+            labels=RowLabels(
+                index=len(data) + np.arange(count),
+                axis=np.full(count, -1),
+                group=np.full(count, -1),
+                visit=poses.hold,
+                time=still.time,
+                span=np.repeat(poses.time[:, None], 2, axis=1),
+                component=np.zeros(count, np.int64),
+            ),
+        )
 
     def under(
         self, reference: "GravityReference | None", readings: Readings | None
     ) -> "MagnetometerExperiment":
-        """See ``Experiment``: magnitudes need no reference."""
-        del reference
-        if readings is None or readings is self.readings:
+        """See ``Experiment``: only the dip has up in it."""
+        data, poses = self.data, self._poses
+        if readings is not None and readings is not self.readings:
+            data = with_surroundings(data, readings)
+        if poses is not None and reference is not None and reference is not poses.reference:
+            poses = replace(poses, reference=reference)
+        if data is self.data and poses is self._poses:
             return self
-        return MagnetometerExperiment(with_surroundings(self.data, readings), self._alignment)
+        return MagnetometerExperiment(data, self._alignment, poses)
 
     def beside(self, found: "SensorFit") -> Beside:
         """See ``Experiment``."""
@@ -107,11 +181,10 @@ class MagnetometerExperiment(Experiment):
         y, field = source.mean(source.reading), self.circumstances.magnetic
         if found.base == FIELD_BASE and table is not None:
             corrected = found.correct(y, self.circumstances)
-            along = table.residual / np.linalg.norm(corrected, axis=1)
+            along = table.residual[: len(y)] / np.linalg.norm(corrected, axis=1)
             field = corrected * (1.0 - along[:, None])
             model = y - (corrected - field) @ np.linalg.inv(found.matrix).T
         else:
-            field = field @ self._rotation.T
             model = self.predicted(found, field)
         counts = self.unit == COUNT
         gain, offset = (self.data.gain, found.bias) if counts else (1.0, np.zeros(3))

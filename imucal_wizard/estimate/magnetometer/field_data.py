@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of
@@ -78,6 +78,11 @@ class FieldData:
     def field_unit(self) -> FieldUnit:
         """The unit of corrected readings."""
         return _field_unit(self.error_unit, self.field)
+
+    @property
+    def noise_of_sample(self) -> float:
+        """Variance of one sample's magnitude by noise alone."""
+        return median(self.noise * self.pieces.samples)
 
     @property
     def group_of(self) -> IntArray:

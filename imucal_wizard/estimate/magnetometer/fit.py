@@ -19,7 +19,7 @@ from imucal_wizard.estimate.ellipsoid.surface import (
 )
 from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gauge import symmetric
-from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
+from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment, StillPoses
 from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
     field_data,
@@ -103,9 +103,9 @@ class MagnetometerFit:
         share = float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 0.0
         return share / radius_of(self.start.theta) * self.magnitude
 
-    def aligned(self, alignment: Alignment) -> SensorFit:
-        """The result in the accelerometer's frame."""
-        experiment = MagnetometerExperiment(self.data, alignment)
+    def aligned(self, alignment: Alignment, poses: StillPoses | None = None) -> SensorFit:
+        """The result in the accelerometer's frame, with the dip of still poses as rows."""
+        experiment = MagnetometerExperiment(self.data, alignment, poses)
         if self.fit.method == experiment.method:
             return replace(fit(experiment), warnings=self.fit.warnings)
         return replace(

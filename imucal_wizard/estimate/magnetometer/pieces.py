@@ -145,7 +145,9 @@ def slices(features: FloatArray, weight: FloatArray, most: int) -> IntArray:
         square = float(apart @ apart)
         return square * weights[row] * weights[other] / (weights[row] + weights[other])
 
-    waiting = [(costs(row), row, 0, 0) for row in range(count - 1)]
+    both = weight[:-1] * weight[1:] / (weight[:-1] + weight[1:])
+    first_costs = (np.diff(features, axis=0) ** 2).sum(axis=1) * both
+    waiting = [(cost, row, 0, 0) for row, cost in enumerate(first_costs.tolist())]
     heapq.heapify(waiting)
     left = count
     while left > most and waiting:

@@ -15,6 +15,7 @@ from imucal_wizard.estimate.gravity_and_field import (
     up_of,
     with_gyroscope,
 )
+from imucal_wizard.estimate.magnetometer.experiment import StillPoses
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.alignment import align
@@ -56,12 +57,18 @@ def _second_stage(
     report: FitReport, series: Series, turns: Sequence[Segment], found: MagnetometerFit
 ) -> FitReport:
     calm = undisturbed(series, found)
-    places, readings, _ = field_at(report.holds, calm, found)
+    places, readings, counts = field_at(report.holds, calm, found)
     field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
     modes = _error_modes(report, found)
     alignment = align(up, unit_vectors(field), modes.of_field(found.fit, field), modes.of_up(up))
-    aligned = found.aligned(alignment)
+    reference = report.sensors["accelerometer"].reference
+    poses, used = None, alignment.used
+    if reference is not None:
+        which = np.array(places)[used]
+        middle = [0.5 * (report.holds[i].start + report.holds[i].end) for i in which]
+        poses = StillPoses(which, np.array(middle), readings[used], counts[used], reference)
+    aligned = found.aligned(alignment, poses)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment, modes)
     stage = SecondStage(alignment, modes, _headings(report, compass, places, readings))
     sensors = {**report.sensors, "magnetometer": aligned}

@@ -136,7 +136,7 @@ class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading`` or ``field``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
         at_rest: means of readings in a hold.
@@ -202,6 +202,10 @@ class RowSource(ABC):
         """
         del up  # for rows that rest on gravity
         return self
+
+    def item(self, row: int) -> int:
+        """Number of the hold, rotation or group of samples that a row is of, from 0."""
+        return int(self.labels.index[row])
 
     def place(self, row: int) -> str:
         """What a row is, in words: ``hold 7, +x up``, ``rotation 3``, ``field along +x−y``."""

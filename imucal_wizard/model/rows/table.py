@@ -132,9 +132,14 @@ class ResidualTable:
 
     def place(self, row: int) -> str:
         """What a row is, in words."""
+        source, own = self.source_of(row)
+        return source.place(own)
+
+    def source_of(self, row: int) -> tuple[RowSource, int]:
+        """The kind of a row, and its number there."""
         for source, count in zip(self.sources, self._counts, strict=True):
             if row < count:
-                return source.place(row)
+                return source, row
             row -= count
         raise IndexError(row)
 
