@@ -108,32 +108,24 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
 
 def add_methods(parser: argparse.ArgumentParser) -> None:
     """Options for the methods of accelerometer and gyroscope."""
-    parser.add_argument(
-        "--method",
-        choices=MethodNames("accelerometer"),
-        metavar="NAME",
-        default=DEFAULTS["accelerometer"],
-        help="the accelerometer's method: %(choices)s (default %(default)s)",
-    )
-    parser.add_argument(
-        "--gyro-method",
-        choices=MethodNames("gyroscope"),
-        metavar="NAME",
-        default=DEFAULTS["gyroscope"],
-        help="the gyroscope's method: %(choices)s (default %(default)s)",
-    )
+    _add_method(parser, "--method", "accelerometer")
+    _add_method(parser, "--gyro-method", "gyroscope")
 
 
 def add_magnetometer(parser: argparse.ArgumentParser) -> None:
     """Options for the method and scale of the magnetometer."""
-    parser.add_argument(
-        "--mag-method",
-        choices=MethodNames("magnetometer"),
-        metavar="NAME",
-        default=DEFAULTS["magnetometer"],
-        help="the magnetometer's method: %(choices)s (default %(default)s)",
-    )
+    _add_method(parser, "--mag-method", "magnetometer")
     add_field(parser)
+
+
+def _add_method(parser: argparse.ArgumentParser, option: str, sensor: str) -> None:
+    parser.add_argument(
+        option,
+        choices=MethodNames(sensor),
+        metavar="NAME",
+        default=DEFAULTS[sensor],
+        help=f"the {sensor}'s method: %(choices)s (default %(default)s)",
+    )
 
 
 def add_field(parser: argparse.ArgumentParser) -> None:

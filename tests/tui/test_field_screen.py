@@ -59,7 +59,7 @@ async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[
     async with app.run_test(size=size) as pilot:
         text = await shows(
             pilot, "▸FIELD", "turned 214° of 360°", "−z down", "+x ●", "+y ·", "[−z ◎]",
-            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 % want 15", "2.1 % ✓ good",
+            "front +z", "back −z", "█ covered", "· gap", "◆ now", "23 %   want 15", "2.1 % ✓ good",
             "4.4 % ▲ want 4", "0.80 % ✓ good", "48.2 µT", "1234 samples, 12 left out",
             "lay the −y face on the table", "the circle on −x is done", "s skip step", "? help",
         )  # fmt: skip
@@ -109,7 +109,7 @@ async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
 
 async def test_a_disturbance_is_not_said_twice() -> None:
     disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
-    event = Event(EventKind.WARNING, 430.0, "The field is disturbed: what comes now is left out.")
+    event = Event(EventKind.WARNING, 430.0, "The field is disturbed: new samples are left out.")
     shown = replace(status(replace(field(), disturbed=disturbed)), last_event=event)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         text = await shows(pilot, disturbed)
@@ -180,7 +180,7 @@ async def test_before_the_first_fit_there_are_no_figures_and_no_zero() -> None:
         await shows(
             pilot,
             "turned 0° of 360°",
-            "– % want 15",
+            "– %   want 15",
             "– %   want 4.5",
             "field     –",
             "0 samples",
@@ -196,7 +196,7 @@ async def test_gaps_that_six_circles_leave_are_nothing_to_mend() -> None:
 
 async def test_without_circles_any_motion_counts() -> None:
     async with app_with(source_of(replace(field(), face=None))).run_test(size=USUAL) as pilot:
-        await shows(pilot, "any motion counts now", "turn it about every axis")
+        await shows(pilot, "any motion counts now", "turn it about all axes")
 
 
 async def test_the_step_is_skipped_only_after_its_cost_was_read() -> None:

@@ -136,7 +136,7 @@ async def test_data_that_determine_no_fit_are_explained_and_more_can_be_measured
             pilot, "▲ 4 holds do not carry a fit", "Go back to measure more", "b back", "s end"
         )
         assert "find missing" not in text, "there is nothing to look into"
-        assert "v: a few" not in text
+        assert "v: validate" not in text
         await pilot.press("b")
         await until(pilot, lambda: ("back", "") in source.commands)
 
