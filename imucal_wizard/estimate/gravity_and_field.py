@@ -78,6 +78,12 @@ def undisturbed(series: Series, found: MagnetometerFit) -> Series:
     return Series(series.time[found.undisturbed], series.values[found.undisturbed], series.unit)
 
 
+def inner_span(hold: Hold) -> tuple[float, float]:
+    """The part of a hold that is inside it by the clock of another sensor, too, s."""
+    trim = END_SHARE * (hold.end - hold.start)
+    return hold.start + trim, hold.end - trim
+
+
 def field_at(
     holds: Sequence[Hold], calm: Series, found: MagnetometerFit, clock: float | None = None
 ) -> tuple[list[int], FloatArray, FloatArray]:
@@ -95,9 +101,8 @@ def field_at(
     """
     chosen, means, counts = [], [], []
     for index, hold in enumerate(holds):
-        trim = END_SHARE * (hold.end - hold.start) if clock is None else 0.0
-        offset = clock or 0.0
-        values = calm.between(hold.start + trim + offset, hold.end - trim + offset).values
+        start, end = inner_span(hold) if clock is None else (hold.start + clock, hold.end + clock)
+        values = calm.between(start, end).values
         if len(values) < MIN_SAMPLES or _turns(values, found):
             continue
         chosen.append(index)

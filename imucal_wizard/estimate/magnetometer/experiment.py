@@ -52,14 +52,14 @@ class StillPoses:
 
     Attributes:
         hold: which of all holds, shape (h,).
-        time: middle of each, s, shape (h,).
+        span: beginning and end of the samples behind each mean, s, shape (h, 2).
         reading: mean reading, shape (h, 3).
         samples: behind each mean, shape (h,).
         reference: up in all holds, as the accelerometer sees it.
     """
 
     hold: IntArray
-    time: FloatArray
+    span: FloatArray
     reading: FloatArray
     samples: FloatArray
     reference: "GravityReference"
@@ -130,9 +130,15 @@ class MagnetometerExperiment(Experiment):
         data, reference, count = self.data, poses.reference, len(poses.hold)
         matrix, bias = data.start
         field = (poses.reading - bias) @ (self._rotation @ matrix).T
-        beside = recorded(poses.time, data.readings)
+        # a motor may start within a pose: the mean of the field goes with that of the current
+        beside = np.array(
+            [
+                recorded(np.linspace(start, end, int(samples)), data.readings).mean(axis=0)
+                for (start, end), samples in zip(poses.span, poses.samples, strict=True)
+            ]
+        ).reshape(-1, 2)
         around_poses = around(
-            poses.time, field, beside, data.readings, data.gravity, data.field_unit
+            poses.span.mean(axis=1), field, beside, data.readings, data.gravity, data.field_unit
         )
         still = replace(
             around_poses,
@@ -157,7 +163,7 @@ class MagnetometerExperiment(Experiment):
                 group=np.full(count, -1),
                 visit=poses.hold,
                 time=still.time,
-                span=np.repeat(poses.time[:, None], 2, axis=1),
+                span=poses.span,
                 component=np.zeros(count, np.int64),
             ),
         )

@@ -11,6 +11,7 @@ from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.gravity_and_field import (
     Segment,
     field_at,
+    inner_span,
     undisturbed,
     up_of,
     with_gyroscope,
@@ -66,8 +67,8 @@ def _second_stage(
     poses, used = None, alignment.used
     if reference is not None:
         which = np.array(places)[used]
-        middle = [0.5 * (report.holds[i].start + report.holds[i].end) for i in which]
-        poses = StillPoses(which, np.array(middle), readings[used], counts[used], reference)
+        span = np.array([inner_span(report.holds[i]) for i in which]).reshape(-1, 2)
+        poses = StillPoses(which, span, readings[used], counts[used], reference)
     aligned = found.aligned(alignment, poses)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment, modes)
     stage = SecondStage(alignment, modes, _headings(report, compass, places, readings))

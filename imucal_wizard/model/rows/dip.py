@@ -97,7 +97,7 @@ class Dip(RowSource):
     labels: RowLabels
     unit: str = "uT"
     kind = "dip"
-    judged, at_rest, noise_is_measured, repeats_are_noise = False, True, False, False
+    judged, at_rest, repeats_are_noise = False, True, False
     group_word = "pose"
     part, prefix = "dip at rest", "dip-"
 
