@@ -91,12 +91,6 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
     return bool(known) and all(new < old for old, new in known)
 
 
-def noise_of_ladder(ladder: Sequence[Rung]) -> float:
-    """The least error that measured noise alone would make of one of these models."""
-    known = (rung.floor_fitted if rung.floor is None else rung.floor for rung in ladder)
-    return min((one for one in known if one is not None), default=0.0)
-
-
 @dataclass(frozen=True, eq=False)
 class BenchFindings:
     """What the bench says of the present model.

@@ -8,7 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench, noise_of_ladder
+from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
@@ -340,7 +340,8 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return []
     angle = difference_at_one_g(known[0], known[1])
     names = " or ".join(one.effect.name for one in known)
-    if angle <= np.degrees(noise_of_ladder(bench.ladder[-1:]) / bench.measured.gravity):
+    noise = bench.fit.floor_fitted if bench.fit.floor is None else bench.fit.floor
+    if angle <= np.degrees((noise or 0.0) / bench.measured.gravity):
         return [
             (
                 f"For use at 1 g and below it does not matter whether it is {names}: up differs by "

@@ -13,7 +13,7 @@ from imucal_wizard.core.quantities import (
     with_unit,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
-from imucal_wizard.diagnose.bench import Bench, Entry, Rung, noise_of_ladder
+from imucal_wizard.diagnose.bench import Bench, Entry, Rung
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.suspects import Suspect
@@ -178,17 +178,18 @@ def suspect_size(entry: Entry, room: int = 99) -> str:
 def _ladder(bench: Bench) -> list[str]:
     """The models so far with their errors: fitted, held out, floor."""
     unit = bench.fit.unit
-    errors = [rung.rms_held_out or rung.rms_fitted for rung in bench.ladder]
-    longest = max(*errors, noise_of_ladder(bench.ladder), 1e-300)
-    lines = ["LADDER  fitted, held out"]
-    for rung, error in zip(bench.ladder, errors, strict=True):
+    last, steps = bench.ladder[-1], []
+    for rung in bench.ladder:
         name = " + ".join(rung.model) if rung.added is None else f"+ {rung.added}"
-        bar = _bar(error / longest)
-        cells = f"{quantity(rung.rms_fitted, unit):>9} {quantity(rung.rms_held_out, unit):>9}"
-        lines.append(f"  {name or 'nothing':34}{cells} {bar}")
-    floor = noise_of_ladder(bench.ladder)
-    lines.append(f"  {'noise':34}{'':9} {quantity(floor, unit):>9} {_bar(floor / longest)}")
-    return [*lines, *_wrapped(_floors(bench.ladder[-1]), "  ")]
+        steps.append((name or "nothing", rung.rms_fitted, rung.rms_held_out))
+    if last.floor_fitted is not None:
+        steps.append(("noise", last.floor_fitted, last.floor))
+    longest = max(*(fitted if out is None else out for _, fitted, out in steps), 1e-300)
+    lines = ["LADDER  fitted, held out"]
+    for name, fitted, out in steps:
+        bar = _bar((fitted if out is None else out) / longest)
+        lines.append(f"  {name:34}{quantity(fitted, unit):>9} {quantity(out, unit):>9} {bar}")
+    return [*lines, *_wrapped(_floors(last), "  ")]
 
 
 def _bar(share: float) -> str:

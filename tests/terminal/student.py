@@ -113,7 +113,7 @@ def _errors(text: str) -> tuple[float, float, float]:
     """Held out of the base, held out with the effect, noise; mg, from the ladder's rows."""
     base = re.search(r"bias scale non-orth.\s+[\d.]+ \S*\s+([\d.]+)", text)
     found = re.search(r"\+ second-order\s+[\d.]+ \S*\s+([\d.]+)", text)
-    noise = re.search(r"noise alone\s+([\d.]+)", text)
+    noise = re.search(r"noise alone\s+[\d.]+ \S*\s+([\d.]+)", text)
     assert base is not None, text
     assert found is not None, text
     assert noise is not None, text

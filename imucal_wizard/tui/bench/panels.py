@@ -14,7 +14,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import NOTHING, Entry, noise_of_ladder
+from imucal_wizard.diagnose.bench import NOTHING, Entry
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
@@ -345,9 +345,10 @@ def ladder_rows(snapshot: BenchSnapshot, width: int, height: int | None = None) 
     """
     unit = snapshot.fit.unit
     factor, shown = readable(unit)
-    rungs, floor = snapshot.ladder, noise_of_ladder(snapshot.ladder)
+    rungs, last = snapshot.ladder, snapshot.ladder[-1]
     errors = [e for rung in rungs for e in (rung.rms_fitted, rung.rms_held_out) if e is not None]
-    present = max(rungs[-1].rms_fitted, rungs[-1].rms_held_out or 0.0, floor)
+    noise = last.floor_fitted, last.floor
+    present = max(last.rms_fitted, last.rms_held_out or 0.0, *(one or 0.0 for one in noise))
     top = min(max(errors), MAX_BAR_RATIO * present) or 1.0
     room = max(4, (width - _NAME - 2 - 2 * 9) // 2)
     rows: list[Line] = []
@@ -358,25 +359,43 @@ def ladder_rows(snapshot: BenchSnapshot, width: int, height: int | None = None) 
     if height is not None:
         rows = rows[-max(1, height - 2) :]
     head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
-    foot: Line = (
-        (f"  {'noise alone':<{_NAME}}", "quiet"),
-        (f"{number(floor * factor, 3):>8} ", "quiet"),
-        (f"{blocks(floor, top, room):<{room}}", "quiet"),
-    )
-    return [line(head[:width], "quiet"), *rows, foot]
+    foot: Span = (f"  {'noise alone':<{_NAME}}", "quiet")
+    bars = _bars(noise, ("quiet", "quiet", "quiet"), factor, top, room)
+    return [line(head[:width], "quiet"), *rows, (foot, *bars)]
 
 
 def _rung(snapshot: BenchSnapshot, place: int, factor: float, top: float, room: int) -> Line:
     """One model with both errors, as numbers and as bars of at most ``room`` columns."""
     rung, last = snapshot.ladder[place], place == len(snapshot.ladder) - 1
-    spans: list[Span] = [
+    style = "strong" if last else ""
+    return (
         ("▸ " if last else "  ", "accent"),
-        (f"{step_name(snapshot, place):<{_NAME}.{_NAME}}", "strong" if last else ""),
-    ]
-    for error, style in ((rung.rms_fitted, "quiet"), (rung.rms_held_out, "accent")):
+        (f"{step_name(snapshot, place):<{_NAME}.{_NAME}}", style),
+        *_bars((rung.rms_fitted, rung.rms_held_out), (style, "quiet", "accent"), factor, top, room),
+    )
+
+
+def _bars(
+    errors: tuple[float | None, float | None],
+    styles: tuple[str, str, str],
+    factor: float,
+    top: float,
+    room: int,
+) -> Line:
+    """An error fitted and one held out, each as a number and as a bar.
+
+    Args:
+        errors: both, None where there is none.
+        styles: of the numbers, of the first bar and of the second.
+        factor: shown unit per unit of the errors.
+        top: error whose bar fills the room.
+        room: columns of a bar.
+    """
+    spans: list[Span] = []
+    for error, style in zip(errors, styles[1:], strict=True):
         text = "–" if error is None else number(error * factor, 3)
-        spans.append((f"{text:>8} ", "strong" if last else ""))
-        spans.append((f"{blocks(error or 0.0, top, room):<{room}}", style))
+        bar = "" if error is None else blocks(error, top, room)
+        spans += [(f"{text:>8} ", styles[0]), (f"{bar:<{room}}", style)]
     return tuple(spans)
 
 
