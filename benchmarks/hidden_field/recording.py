@@ -80,10 +80,11 @@ def record(
     inside = [series.between(float(start), float(end)).values for start, end in holds]
     poses = StillPoses(
         np.arange(len(holds)),
-        holds.mean(axis=1),
+        holds,
         np.array([values.mean(axis=0) for values in inside]),
         np.array([len(values) for values in inside], float),
         gravity,
+        doubt,
     )
     return MagnetometerExperiment(found.data, None, poses)
 

@@ -56,6 +56,8 @@ class StillPoses:
         reading: mean reading, shape (h, 3).
         samples: behind each mean, shape (h,).
         reference: up in all holds, as the accelerometer sees it.
+        doubt: change of up with each error mode of the accelerometer, those of the parameters that
+            its holds do not determine among them, shape (h, 3, k).
     """
 
     hold: IntArray
@@ -63,6 +65,7 @@ class StillPoses:
     reading: FloatArray
     samples: FloatArray
     reference: "GravityReference"
+    doubt: FloatArray
 
 
 class MagnetometerExperiment(Experiment):
@@ -151,7 +154,7 @@ class MagnetometerExperiment(Experiment):
             hold=poses.hold,
             reading=poses.reading,
             up=up,
-            doubt=reference.doubt[poses.hold],
+            doubt=poses.doubt,
             noise=np.maximum(own, (SMALLEST_NOISE * data.field) ** 2),
             circumstances=still,
             magnitude=data.field,

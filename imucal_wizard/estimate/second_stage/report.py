@@ -62,13 +62,14 @@ def _second_stage(
     field = (readings - found.fit.bias) @ found.fit.matrix.T
     up = up_of(report.sensors["accelerometer"], [report.holds[i] for i in places])
     modes = _error_modes(report, found)
-    alignment = align(up, unit_vectors(field), modes.of_field(found.fit, field), modes.of_up(up))
+    doubt = modes.of_up(up)
+    alignment = align(up, unit_vectors(field), modes.of_field(found.fit, field), doubt)
     reference = report.sensors["accelerometer"].reference
     poses, used = None, alignment.used
     if reference is not None:
         which = np.array(places)[used]
         span = np.array([inner_span(report.holds[i]) for i in which]).reshape(-1, 2)
-        poses = StillPoses(which, span, readings[used], counts[used], reference)
+        poses = StillPoses(which, span, readings[used], counts[used], reference, doubt[used])
     aligned = found.aligned(alignment, poses)
     compass = Compass(report.sensors["accelerometer"], found.fit, alignment, modes)
     stage = SecondStage(alignment, modes, _headings(report, compass, places, readings))
