@@ -50,7 +50,7 @@ async def in_thread(work: Callable[[], _T]) -> _T:
 def being_left(node: DOMNode) -> bool:
     """Whether a screen is being removed; its widgets are removed before it."""
     removed = isinstance(node, Widget) and node._pruning
-    return removed or not node.is_attached
+    return removed or not node.is_attached or not node.app.is_running
 
 
 def _worker_is_left() -> bool:

@@ -1,11 +1,13 @@
 """Every step says what to do, why it waits and how far it is, at the sizes people have."""
 
+import asyncio
 from dataclasses import replace
 
 import pytest
 
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Offer, Status
+from imucal_wizard.tui.app import screen_for
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
@@ -195,3 +197,14 @@ async def test_a_procedure_without_faces_has_no_place_for_them_in_the_header() -
         text = await shows(pilot, "✓Settle ▸8 POSES", "tilted 30° towards +z", "tilts", "+z~+x ●")
         assert "Up/down" not in text
         assert "Rotations" not in text
+
+
+@pytest.mark.parametrize("turns", [0, 1, 2, 8])
+async def test_the_app_can_end_while_a_screen_opens(turns: int) -> None:
+    """The new screen has only some of its widgets then."""
+    app = app_with(fakes.FakeSource(fakes.poses_status()))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "18 POSES")
+        app.push_screen(screen_for(StepKind.POSES, app.state))
+        for _ in range(turns):
+            await asyncio.sleep(0)

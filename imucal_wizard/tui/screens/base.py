@@ -12,6 +12,7 @@ from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import Line, Span, clock, width_of, wrapped
+from imucal_wizard.tui.threads import being_left
 from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
 
@@ -109,6 +110,8 @@ class LiveScreen(Screen[None]):
 
     def on_mount(self) -> None:
         """Show the newest snapshot."""
+        if being_left(self):  # the app ends while the screen opens: not all widgets are there
+            return
         if self.state.snapshot is not None:
             self.take(self.state.snapshot)
         else:

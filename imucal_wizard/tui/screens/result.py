@@ -59,8 +59,9 @@ class FitScreen(LiveScreen):
     def on_mount(self) -> None:
         """Show the page, which the arrows scroll."""
         super().on_mount()
-        self.query_one(VerticalScroll).focus()
-        self.refresh_page()
+        if not being_left(self):
+            self.query_one(VerticalScroll).focus()
+            self.refresh_page()
 
     def on_screen_resume(self) -> None:
         """Refresh after a screen above, such as the bench, was closed."""

@@ -22,7 +22,7 @@ from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import clean, wrapped
-from imucal_wizard.tui.threads import in_thread
+from imucal_wizard.tui.threads import being_left, in_thread
 from imucal_wizard.tui.widgets.lines import Lines
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -89,6 +89,8 @@ class SourceScreen(LiveScreen):
     def on_mount(self) -> None:
         """Show the list; look for ports and sessions once it is drawn."""
         super().on_mount()
+        if being_left(self):
+            return
         self._list()
         self.query_one(OptionList).focus()
         if self.state.source is None:
