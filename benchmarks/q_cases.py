@@ -11,11 +11,11 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
-from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, Triad
+from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, SensorModel, Triad
 
 RATE = 100.0
 FIRST_REST = 12.0

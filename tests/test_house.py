@@ -1,6 +1,7 @@
 """Rules that hold the code base together and that no linter knows."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -150,3 +151,20 @@ def test_importing_the_package_imports_nothing_heavy(heavy: str) -> None:
     script = f"import sys, imucal_wizard; print({heavy!r} in sys.modules)"
     printed = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
     assert printed.stdout.strip() == b"False"
+
+
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    """Two threads that import a circle at the same time see modules that are only half made."""
+    trees = {
+        f"imucal_wizard.{place.removesuffix('.py').replace('/', '.')}".removesuffix(
+            ".__init__"
+        ): tree
+        for place, tree in modules()
+    }
+    imported: dict[str, set[str]] = {}
+    for name, tree in trees.items():
+        froms = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module]
+        wanted = {f"{node.module}.{one.name}" for node in froms for one in node.names}
+        wanted |= {str(node.module) for node in froms}
+        imported[name] = (wanted & set(trees)) - {name}
+    list(graphlib.TopologicalSorter(imported).static_order())  # raises CycleError

@@ -13,7 +13,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import note
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
-    from imucal_wizard.simulate import VirtualHand
+    from imucal_wizard.simulate.hand import VirtualHand
 
 USAGE = (("virtual", "the virtual IMU on a port, for --port in another terminal"),)
 COMMANDS = """\
@@ -52,7 +52,7 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     # Ctrl+C is the usual way to stop: it ends the command with 0 wherever the main thread is
     signal.signal(signal.SIGINT, _stop)
-    from imucal_wizard.simulate import VirtualImu
+    from imucal_wizard.simulate.imu import VirtualImu
     from imucal_wizard.simulate.terminal import Pty, serve
 
     imu = VirtualImu(

@@ -94,7 +94,7 @@ def _check(options: WizardOptions) -> None:
         for path in options.effects:
             load_effect(path)
     if options.hidden:
-        from imucal_wizard.simulate import parse_hidden
+        from imucal_wizard.simulate.hidden import parse_hidden
 
         for text in options.hidden:
             parse_hidden(text)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.run.procedure_settings import ProcedureSettings
     from imucal_wizard.run.session_replay import ResumedSession
     from imucal_wizard.run.snapshot import Snapshot
-    from imucal_wizard.simulate import VirtualImu
+    from imucal_wizard.simulate.imu import VirtualImu
 
 
 class SampleSource(Protocol):
@@ -301,7 +301,7 @@ def virtual_imu(about: Mapping[str, Any], options: WizardOptions) -> "VirtualImu
         UsageError: a hidden effect or a grade does not exist.
         ValueError: a number is none.
     """
-    from imucal_wizard.simulate import VirtualImu
+    from imucal_wizard.simulate.imu import VirtualImu
 
     field = bool(about.get("magnetometer", False))
     if "mystery" not in about:

@@ -7,9 +7,10 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.simulate import SensorModel, VirtualHand
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from imucal_wizard.simulate.samples import VirtualStream
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.simulate.sensors import Truth, offset_binary, truth
 
 RATE = 100.0

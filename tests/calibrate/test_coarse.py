@@ -11,9 +11,10 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Tremble
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.calibrate.sessions import recorded, session, with_accelerometer
 
 MILLI_G = STANDARD_GRAVITY / 1000.0

@@ -16,7 +16,7 @@ from imucal_wizard.measurement.segmentation import (
     usual_candidates,
 )
 from imucal_wizard.measurement.stillness import ReducedRecording, reduce_recording
-from imucal_wizard.simulate import VirtualHand
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from tests.calibrate.sessions import RATE, session, true, with_accelerometer, with_gyroscope
 

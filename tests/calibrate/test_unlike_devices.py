@@ -11,9 +11,10 @@ from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.gauge import triangular
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.calibrate.sessions import recorded, session, true
 
 DEGREE = np.pi / 180.0

@@ -17,10 +17,11 @@ from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.model.rows.field_closure import FieldClosure
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
-from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import Action, LieStill, Tremble
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from imucal_wizard.simulate.samples import VirtualStream
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.estimate.whole_session import Session
 from tests.simulate.sensors import truth
 

@@ -12,7 +12,7 @@ from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin_session
-from imucal_wizard.simulate import simulate_recording
+from imucal_wizard.simulate.recording import simulate_recording
 
 Orders = Mapping[float, tuple[str, ...]]
 """What is ordered when this share of the recording has arrived; ``goto result`` is one order."""

@@ -16,8 +16,9 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.simulate import SensorModel, VirtualHand
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.samples import VirtualStream
+from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach import make_exercise, reveal
 from imucal_wizard.teach.guess import Guess, Outcome, judge_guess
 

@@ -8,9 +8,9 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import Circumstances, Effect
-from imucal_wizard.simulate import VirtualHand, parse_hidden
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake
-from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS, parse_hidden
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.samples import VirtualSamples, VirtualStream
 from tests.simulate.sensors import ideal

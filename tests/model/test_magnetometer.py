@@ -19,8 +19,8 @@ from imucal_wizard.model.lesson import (
     picture,
     session_poses,
 )
-from imucal_wizard.simulate import parse_hidden
 from imucal_wizard.simulate.forward import TrueCircumstances as Forward
+from imucal_wizard.simulate.hidden import parse_hidden
 
 
 def test_the_terms_of_the_contract_are_there() -> None:

@@ -10,7 +10,7 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.simulate import simulate_recording
+from imucal_wizard.simulate.recording import simulate_recording
 
 
 def settings() -> ProcedureSettings:

@@ -13,7 +13,8 @@ from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
-from imucal_wizard.simulate import VirtualHand, VirtualImu
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.imu import VirtualImu
 from tests.waiting import wait_for
 
 SEED = 3

@@ -23,7 +23,7 @@ from imucal_wizard.run.player import Player, ReadingsTape
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.review import fit_stream, review_session
 from imucal_wizard.run.session_replay import begin_session, resume_session
-from imucal_wizard.simulate import simulate_recording
+from imucal_wizard.simulate.recording import simulate_recording
 from tests.run.performance import pieces, same
 from tests.waiting import wait_for
 

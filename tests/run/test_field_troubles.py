@@ -18,7 +18,7 @@ from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.review import fit_stream
-from imucal_wizard.simulate import simulate_recording
+from imucal_wizard.simulate.recording import simulate_recording
 
 ARRIVING = 9000.0
 """Bytes per second, as fast as the device prints them."""

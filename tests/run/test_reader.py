@@ -14,7 +14,7 @@ from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
-from imucal_wizard.simulate import VirtualImu
+from imucal_wizard.simulate.imu import VirtualImu
 from tests.acquire.ports import Pty, link
 from tests.acquire.streams import contract
 from tests.run.performance import same, settings

@@ -10,7 +10,7 @@ from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.pump import Pump
 from imucal_wizard.run.reader import Reader
-from imucal_wizard.simulate import VirtualImu
+from imucal_wizard.simulate.imu import VirtualImu
 from tests.acquire.ports import server
 from tests.acquire.remote import RemotePort
 from tests.simulate.served import served_on_a_socket

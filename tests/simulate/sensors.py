@@ -6,8 +6,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.simulate import SensorModel
-from imucal_wizard.simulate.sensor import Triad
+from imucal_wizard.simulate.sensor import SensorModel, Triad
 
 
 def ideal() -> SensorModel:

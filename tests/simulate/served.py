@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from imucal_wizard.simulate import VirtualImu
+from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.terminal import Pty, serve
 
 

@@ -11,11 +11,12 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.simulate import SensorModel, VirtualHand, VirtualImu
 from imucal_wizard.simulate.follow import tilt_about
-from imucal_wizard.simulate.hand import REACTION_SECONDS
+from imucal_wizard.simulate.hand import REACTION_SECONDS, VirtualHand
+from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import ANGLES_DEG, LARGEST_TILT_DEG, next_angle
+from imucal_wizard.simulate.sensor import SensorModel
 
 LONGEST = 400.0
 

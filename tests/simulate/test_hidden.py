@@ -6,9 +6,9 @@ import pytest
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate import VirtualHand, parse_hidden
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake
-from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, GYROSCOPE_TERMS, parse_hidden
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G

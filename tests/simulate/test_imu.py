@@ -10,11 +10,11 @@ import pytest
 import serial
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.simulate import SensorModel, VirtualImu
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
-from imucal_wizard.simulate.imu import LinePrinter
+from imucal_wizard.simulate.imu import LinePrinter, VirtualImu
 from imucal_wizard.simulate.samples import VirtualStream
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.simulate.sensors import ideal, offset_binary
 from tests.simulate.served import served
 from tests.waiting import AT_ONCE, received

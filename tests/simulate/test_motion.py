@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate import VirtualHand, attitude
+from imucal_wizard.simulate import attitude
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate, Shake, direction
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.scripts import perform_rotations
 

@@ -7,11 +7,11 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate import SensorModel, VirtualHand
 from imucal_wizard.simulate.actions import PlacePose
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.noise import SensorNoise
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, Triad
+from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, SensorModel, Triad
 from tests.simulate.sensors import ideal, offset_binary, truth
 
 FACES = {"+x": 0, "-x": 0, "+y": 1, "-y": 1, "+z": 2, "-z": 2}

@@ -11,8 +11,9 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.simulate import VirtualHand, VirtualImu
 from imucal_wizard.simulate.follow import FOLLOW_SHAKE_RMS
+from imucal_wizard.simulate.hand import VirtualHand
+from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import FACE_NAMES
 from tests.simulate.sensors import ideal

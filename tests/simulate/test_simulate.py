@@ -8,13 +8,14 @@ import pytest
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate import SensorModel, VirtualHand, simulate_recording
 from imucal_wizard.simulate.actions import direction
+from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.imu import LinePrinter
 from imucal_wizard.simulate.noise import RandomStream, generator
-from imucal_wizard.simulate.recording import recording_script
+from imucal_wizard.simulate.recording import recording_script, simulate_recording
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import RECORDING_POSE_SETS, pose_names
+from imucal_wizard.simulate.sensor import SensorModel
 from tests.simulate.sensors import ideal, truth
 
 

@@ -16,7 +16,7 @@ from imucal_wizard.report.calibration_file import from_report
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
-from imucal_wizard.simulate import VirtualImu
+from imucal_wizard.simulate.imu import VirtualImu
 from tests.run.performance import settings
 from tests.waiting import wait_for
 

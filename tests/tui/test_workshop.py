@@ -14,7 +14,7 @@ from imucal_wizard.api import load
 from imucal_wizard.core.errors import InputError, RecordingError, SessionError, UsageError
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.run.snapshot import Snapshot
-from imucal_wizard.simulate import simulate_recording
+from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings, WizardOptions
 from imucal_wizard.tui.run import first_choice, run_wizard
