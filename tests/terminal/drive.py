@@ -106,7 +106,7 @@ def taken_up_again(binary: str, session: Path) -> None:
         done = int(text.split(" of 18")[0].split()[-1])
         assert done >= 4, f"only {done} poses are left"
         terminal.resize(160, 50)
-        terminal.wait_for("▸18 POSES")
+        terminal.wait_for("imucal-wizard ✓Source")  # only a wide screen names the program
         terminal.resize(60, 20)
         terminal.wait_for("80×24")
         terminal.resize(80, 24)
