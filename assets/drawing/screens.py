@@ -45,7 +45,7 @@ def steps(folder: Path) -> Iterator[tuple[str, Terminal]]:
         yield "rotation", terminal
         terminal.wait_for("▸RESULT", timeout=120.0)
         terminal.wait_for("held out", timeout=120.0)
-        terminal.pump(1.0)
+        terminal.wait_for("model is complete", timeout=120.0)
         yield "result", terminal
 
 
