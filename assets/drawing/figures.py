@@ -6,8 +6,8 @@ from assets.drawing.solid import COLOURS, View, axis_arrows, cube
 from assets.drawing.svg import INK, QUIET, Point, Style, arrow, path, rectangle, text
 from assets.drawing.vectors import across, cross, scaled, standing, total, unit
 from imucal_wizard.core.poses import AXES, NAMED, START_POSES
+from imucal_wizard.guide.operator_view import Matrix, Vector, about, times
 from imucal_wizard.guide.wording import label
-from imucal_wizard.tui.drawing import Matrix, Vector, about, times
 
 _MIDDLE: Style = {"text_anchor": "middle"}
 _BOLD: Style = {"text_anchor": "middle", "font_weight": "bold"}
