@@ -102,15 +102,11 @@ def rotation_figure(axis: str, size: float) -> list[str]:
 
 
 def _senses(rod: Vector, view: View, colour: str) -> list[str]:
-    """A bow round the axis with a head at either end, and which of them is left."""
+    """A bow round the axis with a head at either end."""
     size, centre = view.size, scaled(rod, 2.3)
     up: Vector = (0.0, 0.0, 1.0)
     bow = [view.paper(total(centre, times(about(rod, math.radians(a)), up))) for a in _ARC]
     drawn = [path(bow[1:-1], stroke=colour, stroke_width=0.1 * size)]
-    for before, end, words, x, y in (
-        (bow[-3], bow[-1], "left", -0.1, 0.65),
-        (bow[2], bow[0], "right", 0.95, -0.1),
-    ):
+    for before, end in ((bow[-3], bow[-1]), (bow[2], bow[0])):
         drawn += arrow(before, end, 0.1 * size, colour, 0.45 * size)
-        drawn.append(text((end[0] + x * size, end[1] + y * size), words, 0.52 * size, **_MIDDLE))
     return drawn

@@ -109,9 +109,9 @@ def rotations_about(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis}, left and right, each "
+            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis} both ways, each "
             f"slowly, faster and fast ({rates} °/s): {why}",
-            brief=f"turn it about {axis}, left and right, each at {rates} °/s",
+            brief=f"turn it about {axis} both ways, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
         )

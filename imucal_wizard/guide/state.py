@@ -237,7 +237,7 @@ class Status:
 
     step: StepKind = StepKind.SOURCE
     elapsed: float = 0.0
-    instruction: str = ""
+    instruction: str = "ONE MOMENT"
     detail: str = ""
     reason: str = ""
     act: Act = Act.WAIT

@@ -197,15 +197,15 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
 
 def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
     """Also the longest, the corners of the validation: they are read from two metres."""
-    others: tuple[str, ...] = (
+    others = [
         HOLD_STILL,
         ALL_TAKEN,
         "PUT IT DOWN",
         "HANDS OFF",
         "LIFT IT",
         "ROTATE ABOUT Z",
-    )
-    others += ("TILT IT AS SHOWN", "NOT CONNECTED", "NO DATA", "DATA ENDED", "ONE MOMENT"]
+    ]
+    others += ["TILT IT AS SHOWN", "NOT CONNECTED", "NO DATA", "DATA ENDED", "ONE MOMENT"]
     field = (*map(lay_down, FACES), TURN_ROUND, TUMBLE, DISTURBED, NO_FIELD)
     for words in (*map(turn_up, DIRECTIONS), *others, *field):
         rows = enlarged(words, 78, 4)

@@ -152,10 +152,7 @@ class DirectionsStage:
         done, wanted = self.tally
         context.emit(EventKind.HOLD_TAKEN, f"{found.label} taken, {done:.0f} of {wanted:.0f}.")
         if found.warm and self._cold(kept):
-            text = (
-                f"It is hardly warmer than before ({kept.hold.temperature:.0f} °C): take it back, "
-                "then warm it with a hand, a lamp or a box."
-            )
+            text = f"It was hardly warmer than before ({kept.hold.temperature:.0f} °C)."
             context.emit(EventKind.WARNING, text)
 
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
@@ -357,7 +354,9 @@ class ValidationStage(DirectionsStage):
         status, up = super().view(), self._context.up
         return replace(
             status,
-            detail=f"{status.detail}; any new one will do" if self.wanted else status.detail,
+            detail=f"{status.detail}; any new one will do"
+            if status.act is Act.POSE
+            else status.detail,
             recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),
             done=(),
             missing=(),

@@ -113,7 +113,7 @@ class RotationJudge:
             return self._strayed(share, before, after, axis)
         angle = self._angle(motion, before, after, axis)
         if angle is None:
-            return f"{axis} was upright at the end: keep it level"
+            return f"{axis} was upright at the end"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
             return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
@@ -174,7 +174,7 @@ class RotationJudge:
         swung = self._context.units.gyroscope_known and motion.fastest >= MIN_ATTEMPT_RATE
         if abs(motion.angle) < MIN_ATTEMPT_DEG and not swung:
             return ""
-        return f"only {signed(motion.angle)}: turn at least {self._minimum:.0f}°"
+        return f"only {signed(motion.angle)} of at least {self._minimum:.0f}°"
 
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
         """The reason for a motion about another axis; "" for a mere change of place."""
@@ -184,8 +184,8 @@ class RotationJudge:
             return ""
         other = AXES[int(np.argmax(share))]
         if other == axis:
-            return f"it turned about {axis} and about another axis too: turn about {axis} alone"
-        return f"it turned mostly about {other}: turn about {axis}"
+            return f"it turned about {axis} and about another axis too"
+        return f"it turned mostly about {other}, not about {axis}"
 
 
 class RotationsStage:

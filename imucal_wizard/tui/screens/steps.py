@@ -199,7 +199,7 @@ class StepScreen(LiveScreen):
 
     def announced(self, status: Status) -> tuple[str, str]:
         """The headline and its style."""
-        return status.instruction or "ONE MOMENT", _STYLES.get(status.act, "strong")
+        return status.instruction, _STYLES.get(status.act, "strong")
 
     def show_stream(self, snapshot: Snapshot) -> None:
         """Show the headline and the row of the stream."""
