@@ -85,7 +85,9 @@ def scatter(
     labels[round(high / (high - low) * (rows - 1))] = "0"
     drawn = [_row(labels.get(k, ""), row) for k, row in enumerate(cells)]
     frame = [" " * LABEL_COLUMNS + "└" + "─" * columns] if framed else []
-    return [*drawn, *frame, _foot(x_label, left, right, columns)]
+    counted = bool((x == np.round(x)).all())
+    first, last = (f"{end:.0f}" if counted else number(end) for end in (left, right))
+    return [*drawn, *frame, _foot(x_label, first, last, columns)]
 
 
 def _row(label: str, cells: list[str]) -> str:
@@ -93,9 +95,8 @@ def _row(label: str, cells: list[str]) -> str:
     return f"{label:>{LABEL_COLUMNS - 1}} {axis}{''.join(cells)}"
 
 
-def _foot(x_label: str, left: float, right: float, columns: int) -> str:
+def _foot(x_label: str, first: str, last: str, columns: int) -> str:
     """Ends of the x axis, with what it is between them."""
-    first, last = number(left), number(right)
     room = columns - len(first) - len(last)
     label = x_label if len(x_label) + 2 <= room else x_label[: max(0, room - 3)] + "…"
     return f"{' ' * (LABEL_COLUMNS + 1)}{first}{label:^{max(room, 0)}}{last}"
