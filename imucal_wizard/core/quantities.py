@@ -112,7 +112,7 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     return with_unit(number(value * factor, digits), sign)
 
 
-def between(limits: tuple[float, float] | None, unit: str) -> str:
+def limits_text(limits: tuple[float, float] | None, unit: str) -> str:
     """Two limits of a quantity in its display unit, ``0.121 to 0.188 mg``; "" without any.
 
     Args:

@@ -1,6 +1,7 @@
 """Student's t, Fisher's F and chi square (Abramowitz & Stegun, 26).
 
-They are in closed form or a continued fraction. SciPy has them too, but importing its special functions costs more than a whole fit.
+They are in closed form or a continued fraction. SciPy has them too, but importing its special
+functions costs more than a whole fit.
 """
 
 import math

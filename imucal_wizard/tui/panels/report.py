@@ -9,9 +9,9 @@ from rich.table import Table
 from rich.text import Text
 
 from imucal_wizard.core.quantities import (
-    between,
     decimals,
     fixed,
+    limits_text,
     number,
     quantity,
     readable,
@@ -105,7 +105,7 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     likely = [
         f"{fit.sensor} {limits}"
         for fit in report.sensors.values()
-        if (limits := between(fit.held_out_interval, fit.unit))
+        if (limits := limits_text(fit.held_out_interval, fit.unit))
     ]
     intervals = [Text(f" held out, 90 % interval: {', '.join(likely)}", "dim")] if likely else []
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
