@@ -10,7 +10,8 @@ from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
+from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
@@ -259,9 +260,10 @@ def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     sizes, errors = _sizes(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
+    title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
     return [
         f"The {bench.sensor}'s error follows {follows}.",
-        f"{word}: {term} ({effect.title}), {sizes_text(effect, bench.sensor, sizes, errors)}.",
+        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
         f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
     ]
 
