@@ -54,7 +54,7 @@ def arrived(app: WizardApp, wanted: Snapshot) -> bool:
     return screen.step == wanted.status.step and bool(screen.query(BigText))
 
 
-@pytest.mark.parametrize("size", [USUAL, LARGE])
+@pytest.mark.parametrize("size", [USUAL, pytest.param(LARGE, marks=pytest.mark.study)])
 @pytest.mark.parametrize("flow", ["lost", "silent", "ended"])
 async def test_each_step_without_samples_shows_one_instruction(
     size: tuple[int, int], flow: str
