@@ -15,7 +15,6 @@ import numpy as np
 
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.limits.procedure import (
-    NEAR_RANGE_SHARE,
     ROTATION_RATES,
     SPEED_RATIO,
 )
@@ -33,6 +32,8 @@ from imucal_wizard.model.terms import Term, Terms
 
 ANGLES_DEG = (60.0, 90.0, 120.0, 150.0)
 """Angles asked for. A rotation by hand beyond 170° needs a second grip."""
+MAX_RANGE_SHARE = 0.8
+"""Largest peak rate asked for, as a share of the gyroscope's range: a hand overshoots by a tenth."""
 MAX_TILT_DEG = 170.0
 """Largest rotation from the start pose that is asked for: a cable would wind up beyond."""
 CLOSURE_NOISE = math.radians(0.1)
@@ -82,8 +83,8 @@ def next_rotation(
         tilt: present angle about it from its start pose, degrees.
         range_deg: full scale of the gyroscope, °/s, or None if not known.
     """
-    fastest = math.inf if range_deg is None else NEAR_RANGE_SHARE * range_deg
-    rates = [rate for rate in ROTATION_RATES if rate <= fastest] or [fastest]
+    fastest = math.inf if range_deg is None else MAX_RANGE_SHARE * range_deg
+    rates = sorted({min(rate, fastest) for rate in ROTATION_RATES})
     choices = [
         PlannedRotation(axis, sense * angle, rate, tilt)
         for rate, angle, sense in itertools.product(rates, ANGLES_DEG, (1.0, -1.0))

@@ -45,6 +45,10 @@ class Canvas:
             if 0 <= first + i < self.columns and 0 <= row < self.rows:
                 self._letters[row, first + i] = character
 
+    def written(self, x: float, y: float) -> bool:
+        """Whether one letter at this dot would hide another one."""
+        return (int(y) >> 2, round(x / 2 - 0.5)) in self._letters
+
     def text(self) -> list[str]:
         """The rows; an empty cell is a space."""
         return ["".join(self._cell(y, x) for x in range(self.columns)) for y in range(self.rows)]
@@ -169,7 +173,9 @@ def _arrow(canvas: Canvas, view: _Projection, turn: Turn) -> None:
         canvas.line(x0 + 1.0, y0, x1 + 1.0, y1)
     (x0, y0), (x1, y1) = points[0], points[-1]
     sector = round(math.degrees(math.atan2(y0 - y1, x1 - x0)) / 45.0)
-    canvas.letters(x1, y1, ARROW_HEADS[sector % len(ARROW_HEADS)])
+    # the head hides no name of a face
+    free = (point for point in reversed(points) if not canvas.written(*point))
+    canvas.letters(*next(free, (x1, y1)), ARROW_HEADS[sector % len(ARROW_HEADS)])
 
 
 Place = Callable[[float, float], tuple[float, float]]

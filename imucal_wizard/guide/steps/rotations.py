@@ -371,7 +371,7 @@ class RotationsStage:
                 status,
                 act=Act.POSE,
                 instruction=turn_up(start),
-                detail=f"{axis} must lie level: gravity shows only rotations about a level axis",
+                detail=f"{axis} must lie level, so that gravity shows it",
                 wanted=start,
                 aim=(x, y, z),
                 off_by=math.degrees(angle_between(up, DIRECTIONS[start])),
