@@ -53,7 +53,7 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
-from imucal_wizard.core.statistics import median, sample_quantile
+from imucal_wizard.core.statistics import lengths, median, sample_quantile, true_on_all_axes
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -83,7 +83,7 @@ def inertial_sensors(readings: Readings) -> list[tuple[str, Series]]:
 
 def repeated_samples(readings: Readings) -> str:
     """Warning about samples that repeat the previous one on every axis."""
-    same = [(one[1:] == one[:-1]).all(axis=1) for one in _together(readings)]
+    same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
     share = float(np.mean(np.logical_and.reduce(same)))
     if not MAX_REPEATED_SHARE < share < 1.0:
         return ""
@@ -112,7 +112,7 @@ def _together(readings: Readings) -> list[FloatArray]:
 def dead_axes(sensor: str, series: Series) -> str:
     """Warning about axes that never change while another one does, or that are identical."""
     values = series.values
-    spans = np.ptp(values, axis=0)
+    spans = [np.ptp(column) for column in values.T]
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0]
     if dead and max(len(distinct(values[:, axis])) for axis in range(3)) > MAX_IDLE_VALUES:
         return (
@@ -133,7 +133,7 @@ def zero_rate(readings: Readings) -> str:
     gyroscope = readings.gyroscope
     if gyroscope is None or not len(gyroscope):
         return ""
-    if float(np.mean(np.all(gyroscope.values == 0.0, axis=1))) <= MAX_ZERO_RATE_SHARE:
+    if float(np.mean(true_on_all_axes(gyroscope.values == 0.0))) <= MAX_ZERO_RATE_SHARE:
         return ""
     if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
         return ""
@@ -219,7 +219,7 @@ def wrong_gravity(readings: Readings) -> str:
 
 def _gravity_at_rest(series: Series) -> float | None:
     """Median magnitude in the blocks in which it is steady; None if it never is."""
-    sizes = np.linalg.norm(series.values, axis=1)
+    sizes = lengths(series.values)
     length = max(4, round(GRAVITY_BLOCK_SECONDS * series.rate))
     count = len(sizes) // length
     blocks = sizes[: count * length].reshape(count, length)
@@ -232,7 +232,7 @@ def _feels_gravity(series: Series | None) -> bool:
     """Whether rates steadily have the magnitude of 1 g in a common unit."""
     if series is None or series.unit == COUNT or not len(series):
         return False
-    sizes = np.linalg.norm(series.values, axis=1)
+    sizes = lengths(series.values)
     size = median(sizes)
     near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE_UNITS.values())
     return near and float(np.std(sizes)) < 0.05 * size
@@ -456,7 +456,7 @@ def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     felt = _feels(gyroscope)
     if not felt > MIN_POSITION_RATIO:
         return False
-    sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)
+    sizes = lengths(_rests(gyroscope)[0])
     even = float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
     return even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
 
