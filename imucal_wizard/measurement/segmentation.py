@@ -22,6 +22,7 @@ from imucal_wizard.core.limits.stillness import (
 )
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
 from imucal_wizard.core.statistics import median, root_mean_square
+from imucal_wizard.measurement.blocks import Blocks
 from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
 from imucal_wizard.measurement.holds import (
     Hold,
@@ -45,11 +46,16 @@ def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
     Many limits find the same run, so each is summarised once.
     """
     if run not in stream.holds:
-        blocks = stream.blocks.select(slice(*run))
-        hold = hold_at_rest(blocks, stream.gravity, stream.step_a, stream.step_g)
-        long = hold is not None and hold.end - hold.start >= MIN_HOLD_SECONDS - 1e-9
+        blocks, hold = stream.blocks.select(slice(*run)), None
+        if _long_enough(blocks):
+            hold = hold_at_rest(blocks, stream.gravity, stream.step_a, stream.step_g)
+        long = hold is not None and hold.end - hold.start >= MIN_HOLD_SECONDS - TIME_TOLERANCE
         stream.holds[run] = hold if long else None
     return stream.holds[run]
+
+
+def _long_enough(piece: Blocks) -> bool:
+    return bool(piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9)
 
 
 def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:

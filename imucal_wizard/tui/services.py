@@ -25,16 +25,24 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
 
 MAX_LISTED_SESSIONS = 4
 """Earlier sessions in the list of sources; with more, the ports would be out of sight."""
-_GC_OLD_GENERATION = 2
-"""Collections of the middle generation between two of the oldest; frequent ones are short."""
+_GC_THRESHOLDS = 700, 10, 2
+"""New objects between two collections of the youngest generation, as in Python; collections between
+two of the next one; and, less than in Python, of the oldest. Frequent collections are short."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """The place of a saved calibration, and the text to print when the app has closed."""
+    """A saved calibration.
+
+    Attributes:
+        path: the file.
+        says: the text to print when the app has closed.
+        report: the fit that the file holds; None in tests that save nothing.
+    """
 
     path: Path
     says: tuple[str, ...] = ()
+    report: "FitReport | None" = None
 
 
 class Services(Protocol):
@@ -170,18 +178,12 @@ class WizardServices:
         from imucal_wizard.report.text import summary
 
         now = datetime.now().astimezone()
-        models = {} if benches is None else benches.models()
-        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"), models)
+        report = report if benches is None else benches.fitted()
+        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
         path = self._written(made)
-        found: list[str] = []
-        says: list[str] = []
-        if benches is not None:
-            diagnoses = self.diagnose(benches).values()
-            says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses]
-            found += [
-                f"{one}: with {', '.join(benches.found(one))} from the bench" for one in models
-            ]
-        return Saved(path, (summary(report, says), *found, f"saved: {path}"))
+        diagnoses = {} if benches is None else self.diagnose(benches)
+        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        return Saved(path, (summary(report, says), f"saved: {path}"), report)
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""
@@ -229,7 +231,7 @@ class WizardServices:
         """
         gc.freeze()
         gc.collect()  # from here on the collector counts only what is left
-        gc.set_threshold(*gc.get_threshold()[:2], _GC_OLD_GENERATION)
+        gc.set_threshold(*_GC_THRESHOLDS)
 
     def ports(self) -> list[SourceChoice]:
         """The ports with devices."""
