@@ -14,10 +14,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
+from imucal_wizard.diagnose.lack_of_fit import LackOfFit, lack_of_fit
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 
@@ -148,13 +148,12 @@ MAX_UNKNOWN_PROBABILITY = 0.1
 some rippled characteristics are bent ones within the noise."""
 MAX_NOISE_PROBABILITY = 0.1
 """Probability of noise alone above which nothing is claimed."""
-MAX_NOISE_WITHOUT_REPEATS = 3.0
-"""Noise, in units of that within the holds, that is believed only when poses were repeated."""
+MIN_LEFT_OF_FIELD = 3.0
+"""What all effects together leave of a magnetometer's misfit, rms in units of the noise, below which
+the room is no better explanation."""
 MAX_SHARE_LEFT = 0.3
 """Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
 that they are not linear leave some."""
-MIN_REPEATS = 6
-"""Repeats that show how large the noise is."""
 MIN_LISTED_PROBABILITY = 0.02
 """Explanations below this share of the probability are not listed."""
 MIN_MEMBER_PROBABILITY = 0.95
@@ -168,6 +167,7 @@ class Verdict(StrEnum):
     MISSING = "missing"
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
+    NOT_REPEATABLE = "not-repeatable"
     DISTURBED = "disturbed"
     INSUFFICIENT = "insufficient"
     WAITING = "waiting"
@@ -185,6 +185,8 @@ class Opinion:
         holds: indices of disturbed holds or rotations.
         noise: the noise in units of what was measured within the holds.
         wandering: probability that the bias wanders between holds, which is noise and no drift.
+        lack: whether measured noise makes what is left.
+        shapeless: what is left has no shape: noise alone, however large, explains it.
     """
 
     verdict: Verdict
@@ -194,6 +196,8 @@ class Opinion:
     holds: tuple[int, ...]
     noise: float
     wandering: float
+    lack: LackOfFit
+    shapeless: bool
 
 
 def judge_misfit(
@@ -209,7 +213,9 @@ def judge_misfit(
     shares = shares_of(hypotheses, posterior)
     best = ExplainedVariance(misfit, hypotheses, posterior)
     own = discriminability(misfit, hypotheses.frame)
-    verdict, families = decide_verdict(evidence_of(misfit, shares, best, own))
+    lack = lack_of_fit(misfit, best.coordinates)
+    evidence = evidence_of(shares, best, own, lack)
+    verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
     holds: tuple[int, ...] = ()
@@ -222,7 +228,8 @@ def judge_misfit(
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
     noise, wandering = best.noise, posterior.wandering
-    return Opinion(verdict, families, terms, listed, holds, noise, wandering)
+    shapeless = evidence.shapeless
+    return Opinion(verdict, families, terms, listed, holds, noise, wandering, lack, shapeless)
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
@@ -233,7 +240,7 @@ def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bo
     """
     if not (misfit.kind >= RowKind.FIELD).any():
         return False
-    return best.left_by_all > max(MAX_NOISE_WITHOUT_REPEATS, MAX_SHARE_LEFT * best.left)
+    return best.left_by_all > max(MIN_LEFT_OF_FIELD, MAX_SHARE_LEFT * best.left)
 
 
 @dataclass(frozen=True)
@@ -244,41 +251,38 @@ class Evidence:
         present: probability that each family takes part.
         taken: squares of the noise that each likely family takes away beside the others.
         strongest: the same for the likeliest effects together.
-        noise: in units of that within the holds.
-        repeats: visits to a direction beyond the first: they show how large the noise is.
         discriminability: of another characteristic, that no bent one imitates (see ``rivals``).
+        lack: whether measured noise makes what is left.
     """
 
     present: dict[str, float]
     taken: dict[str, float]
     strongest: float
-    noise: float
-    repeats: int
     discriminability: float
+    lack: LackOfFit
+
+    @property
+    def shapeless(self) -> bool:
+        """Whether noise alone, however large, may be all there is."""
+        return self.present[NOTHING] > MAX_NOISE_PROBABILITY
 
 
 def evidence_of(
-    misfit: WhitenedResiduals, shares: Shares, best: ExplainedVariance, own: float
+    shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit
 ) -> Evidence:
     """Everything that the decision is made from."""
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
     taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
-    if (misfit.kind >= RowKind.FIELD).any():
-        # a direction of the field that comes again comes from another place of the room, and a
-        # field that wanders is the room's: neither shows how large the sensor's noise is
-        return Evidence(present, taken, best.strongest(), max(best.noise, best.left), 0, own)
-    rest = misfit.visit >= 0
-    repeats = len(distinct(misfit.visit[rest])) - len(distinct(misfit.group[rest]))
-    return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
+    return Evidence(present, taken, best.strongest(), own, lack)
 
 
 def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and the families named; a disturbed hold counts as one."""
     present, taken = evidence.present, evidence.taken
-    if present[NOTHING] > MAX_NOISE_PROBABILITY:
-        loud = evidence.noise > MAX_NOISE_WITHOUT_REPEATS and evidence.repeats < MIN_REPEATS
-        return (Verdict.UNEXPLAINED if loud else Verdict.COMPLETE), ()
+    nameless = Verdict.NOT_REPEATABLE if evidence.lack.not_repeatable else Verdict.UNEXPLAINED
+    if evidence.shapeless:
+        return (Verdict.COMPLETE if evidence.lack.within_noise else nameless), ()
     named = tuple(
         family
         for family, squares in taken.items()
@@ -286,12 +290,12 @@ def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
         and squares > needed(family, evidence.discriminability)
     )
     if present.get(UNKNOWN, 0.0) > MAX_UNKNOWN_PROBABILITY:
-        return Verdict.UNEXPLAINED, ()
+        return nameless, ()
     if named:
         return (Verdict.DISTURBED if named == (DISTURBED,) else Verdict.MISSING), named
     if evidence.strongest > MIN_MISFIT_TAKEN:
         return Verdict.AMBIGUOUS, ()
-    return Verdict.UNEXPLAINED, ()
+    return nameless, ()
 
 
 def needed(family: str, discriminability: float) -> float:
