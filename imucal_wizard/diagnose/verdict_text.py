@@ -11,6 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
+from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
@@ -280,7 +281,7 @@ def _sizes(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArr
 
 
 def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
-    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the largest.
+    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the most certain one.
 
     Args:
         effect: the effect.
@@ -292,7 +293,7 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
-    clear = clear or [int(np.argmax(np.abs(sizes)))]
+    clear = clear or [largest(sizes, errors)]
     parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
     return with_unit(", ".join(parts), parameters[0].unit)
 
