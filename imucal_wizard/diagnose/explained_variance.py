@@ -31,7 +31,7 @@ class ExplainedVariance:
         self, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
     ) -> None:
         self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
-        self.coordinates = hypotheses.frame.across.T @ misfit.residual
+        self._coordinates = hypotheses.frame.across.T @ misfit.residual
         self._wandering = posterior.noise.sum(axis=1)
         single, paired = posterior.single, posterior.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
@@ -44,7 +44,7 @@ class ExplainedVariance:
     @property
     def left(self) -> float:
         """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
-        return float(np.sqrt(np.mean(self.coordinates**2))) if len(self.coordinates) else 0.0
+        return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
 
     @property
     def left_by_all(self) -> float:
@@ -55,7 +55,7 @@ class ExplainedVariance:
         inside = self._hypotheses.frame.across.T @ np.concatenate(columns, axis=1)
         left, values, _ = np.linalg.svd(inside, full_matrices=False)
         taken = left[:, values > 1e-9 * values.max(initial=0.0)]
-        rest = self.coordinates - taken @ (taken.T @ self.coordinates)
+        rest = self._coordinates - taken @ (taken.T @ self._coordinates)
         return float(np.sqrt((rest @ rest) / max(len(rest) - taken.shape[1], 1)))
 
     def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
@@ -125,7 +125,7 @@ class ExplainedVariance:
         columns = root[:, None] * np.concatenate(patterns, axis=1)
         left, values, _ = np.linalg.svd(columns, full_matrices=False)
         # no value at all where the model has taken up every row that was measured
-        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self.coordinates)
+        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
         return float(inside @ inside)
 
 

@@ -6,8 +6,10 @@ the probability, and when it takes away more of the misfit than an unknown effec
 would.
 """
 
+import itertools
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import StrEnum
 from typing import TypeVar
 
@@ -17,9 +19,9 @@ from numpy.typing import NDArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
-from imucal_wizard.diagnose.lack_of_fit import LackOfFit, lack_of_fit
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
 Terms = tuple[str, ...]
 _Key = TypeVar("_Key")
@@ -160,6 +162,10 @@ MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
 
 
+MIN_PROBABLE = 0.5
+"""Probability from which on an effect that is not certain enough to be named is called probable."""
+
+
 class Verdict(StrEnum):
     """The words of the contract."""
 
@@ -187,6 +193,8 @@ class Opinion:
         wandering: probability that the bias wanders between holds, which is noise and no drift.
         lack: whether measured noise makes what is left.
         shapeless: what is left has no shape: noise alone, however large, explains it.
+        probable: members of the likeliest family that is not certain enough to be named, the
+            likeliest first; empty where none is likelier than everything else.
     """
 
     verdict: Verdict
@@ -198,6 +206,7 @@ class Opinion:
     wandering: float
     lack: LackOfFit
     shapeless: bool
+    probable: Terms
 
 
 def judge_misfit(
@@ -213,7 +222,7 @@ def judge_misfit(
     shares = shares_of(hypotheses, posterior)
     best = ExplainedVariance(misfit, hypotheses, posterior)
     own = discriminability(misfit, hypotheses.frame)
-    lack = lack_of_fit(misfit, best.coordinates)
+    lack = misfit.lack_of_fit()
     evidence = evidence_of(shares, best, own, lack)
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
@@ -222,14 +231,49 @@ def judge_misfit(
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
         holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
+    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds[0]).within_noise:
+        # where the others do not agree either, there is no reason to accuse one of them
+        verdict, holds = nameless(lack), ()
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     terms = tuple(_within(shares, family_of, family) for family in families)
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
-    noise, wandering = best.noise, posterior.wandering
-    shapeless = evidence.shapeless
-    return Opinion(verdict, families, terms, listed, holds, noise, wandering, lack, shapeless)
+    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
+        listed = tuple(tuple(sorted(one)) for one in itertools.product(*terms)) if terms else listed
+    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
+        verdict = nameless(lack)
+    likely = [one for one in shares.present().items() if one[0] in family_of.values()]
+    first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
+    probable = _within(shares, family_of, first) if share > MIN_PROBABLE and not families else ()
+    return Opinion(
+        verdict,
+        families,
+        terms,
+        listed,
+        holds,
+        best.noise,
+        posterior.wandering,
+        lack,
+        evidence.shapeless,
+        probable,
+    )
+
+
+def nameless(lack: LackOfFit) -> Verdict:
+    """The verdict on more than noise to which no name is given."""
+    return Verdict.NOT_REPEATABLE if lack.not_repeatable else Verdict.UNEXPLAINED
+
+
+def unconfirmed(opinion: Opinion) -> Opinion:
+    """The opinion where data held out do not confirm what it names: that is only probable."""
+    return replace(
+        opinion,
+        verdict=nameless(opinion.lack),
+        families=(),
+        terms=(),
+        probable=tuple(dict.fromkeys(term for members in opinion.terms for term in members)),
+    )
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
@@ -267,9 +311,7 @@ class Evidence:
         return self.present[NOTHING] > MAX_NOISE_PROBABILITY
 
 
-def evidence_of(
-    shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit
-) -> Evidence:
+def evidence_of(shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit) -> Evidence:
     """Everything that the decision is made from."""
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
@@ -280,9 +322,9 @@ def evidence_of(
 def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and the families named; a disturbed hold counts as one."""
     present, taken = evidence.present, evidence.taken
-    nameless = Verdict.NOT_REPEATABLE if evidence.lack.not_repeatable else Verdict.UNEXPLAINED
+    without_name = nameless(evidence.lack)
     if evidence.shapeless:
-        return (Verdict.COMPLETE if evidence.lack.within_noise else nameless), ()
+        return (Verdict.COMPLETE if evidence.lack.within_noise else without_name), ()
     named = tuple(
         family
         for family, squares in taken.items()
@@ -290,12 +332,12 @@ def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
         and squares > needed(family, evidence.discriminability)
     )
     if present.get(UNKNOWN, 0.0) > MAX_UNKNOWN_PROBABILITY:
-        return nameless, ()
+        return without_name, ()
     if named:
         return (Verdict.DISTURBED if named == (DISTURBED,) else Verdict.MISSING), named
     if evidence.strongest > MIN_MISFIT_TAKEN:
         return Verdict.AMBIGUOUS, ()
-    return nameless, ()
+    return without_name, ()
 
 
 def needed(family: str, discriminability: float) -> float:

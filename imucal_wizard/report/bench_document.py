@@ -40,6 +40,10 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "verdict": said.verdict.value,
         "families": [] if opinion is None else list(opinion.families),
         "added": list(said.added),
+        "found": [
+            {"term": one.term, "reason": one.reason, "decided_by": one.decided_by}
+            for one in said.found
+        ],
         "p": None if findings is None else findings.p,
         "accelerometer_passed": said.verdict is not Verdict.WAITING,
         "disturbed_holds": list(said.disturbed_holds),
@@ -101,7 +105,7 @@ def _noise(one: Rung) -> dict[str, Any]:
         "rounding": finite_or_none(floors.rounding),
         "dithered": floors.dithered,
         "repeats": None if repeats is None else finite_or_none(repeats.rms),
-        "repeats_interval": None if repeats is None else list(map(finite_or_none, repeats.interval)),
+        "repeats_interval": None if repeats is None else [*map(finite_or_none, repeats.interval)],
         "degrees_of_freedom": 0 if repeats is None else repeats.freedom,
         "p_repeatable": None if repeats is None else finite_or_none(repeats.p),
         "repeatable": None if repeats is None else repeats.repeatable,

@@ -130,7 +130,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
     """The size from which the plainest effect that is not in the model would have been seen."""
     if not said.settled:
         return []
-    suspects = {one.term: one for one in said.suspects}
+    suspects = {one.term: one for one in said.suspects if one.term not in bench.fit.model}
     for effect in bench.catalogue:
         if effect.name in suspects and effect.kind == "orientation":
             size = suspects[effect.name].detectable_on_any_axis

@@ -111,8 +111,8 @@ class Sensor(msgspec.Struct, frozen=True):
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
-        repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at rest),
-            or None where no pose was repeated.
+        repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
+            rest), or None where no pose was repeated.
         repeatability_interval: 90 % interval of ``repeatability``, or None.
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.

@@ -10,14 +10,14 @@ what the model lacks. The residual is tested twice, each time at one per cent:
   Analysis, 2.1).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.repeatability import WITHIN_FREEDOM, pure_error
-from imucal_wizard.estimate.slow_noise import complement
 
 TEST_LEVEL = 0.01
 """Share of complete models that the test rejects."""
@@ -64,33 +64,55 @@ class LackOfFit:
         return self.p_visits is not None and self.p_visits >= TEST_LEVEL
 
 
-def lack_of_fit(misfit: WhitenedResiduals, coordinates: FloatArray) -> LackOfFit:
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Which rows repeat one another.
+
+    Attributes:
+        repeated: rows at rest whose repeats differ by noise alone, shape (n,).
+        group: direction (and axis) of each row, shape (n,).
+        visit: visit (and axis) that each row is a piece of, shape (n,).
+    """
+
+    repeated: BoolArray
+    group: IntArray
+    visit: IntArray
+
+    def kept(self, rows: BoolArray) -> "Visits":
+        """The same of some of the rows."""
+        return Visits(self.repeated[rows], self.group[rows], self.visit[rows])
+
+
+def lack_of_fit(
+    residual: FloatArray, columns: FloatArray, sigma: FloatArray, visits: Visits
+) -> LackOfFit:
     """Test what a model leaves.
 
     Args:
-        misfit: what is left, whitened by the noise within the holds.
-        coordinates: of the residual in what the model cannot absorb, shape (m,).
+        residual: over the noise within the holds, shape (n,).
+        columns: its derivative by the parameters of the model, shape (n, p).
+        sigma: noise within the holds of each row, in its unit, shape (n,).
+        visits: which rows repeat one another.
     """
-    freedom, known = len(coordinates), WITHIN_FREEDOM * len(misfit)
-    if not freedom:
+    known = WITHIN_FREEDOM * len(residual)
+    left = beside(residual, columns)
+    freedom = len(residual) - left.rank
+    if freedom <= 0:
         return LackOfFit(0.0, 1.0)
-    total = float(coordinates @ coordinates)
-    own = LackOfFit(float(np.sqrt(total / freedom)), exceeded(total / freedom, freedom, known))
-    # a direction of the field comes again at another place of the room, which is no noise
-    rest = (misfit.kind < RowKind.ROTATION) & (misfit.group >= 0)
+    ratio = left.squares / freedom
+    own = LackOfFit(float(np.sqrt(ratio)), exceeded(ratio, freedom, known))
+    rest = visits.repeated
     if not rest.any():
         return own
-    axis = np.maximum(misfit.axis[rest], 0)
-    group, visit = 3 * misfit.group[rest] + axis, 3 * misfit.visit[rest] + axis
-    share, repeats = pure_error(misfit.residual[rest], group, visit)
+    group, visit = visits.group[rest], visits.visit[rest]
+    share, repeats = pure_error(residual[rest], group, visit)
     if not repeats or freedom <= repeats:
         return own
-    between = max(share - 1.0, 0.0) * float(np.mean(misfit.sigma[rest] ** 2))
-    factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / misfit.sigma**2, 0.0))
-    across = complement(factor[:, None] * misfit.base)
-    left = float(((across.T @ (factor * misfit.residual)) ** 2).sum())
-    pure, _ = pure_error((factor * misfit.residual)[rest], group, visit)
-    ratio = (left - repeats * pure) / (freedom - repeats)
+    between = max(share - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
+    factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / sigma**2, 0.0))
+    squares = beside(factor * residual, factor[:, None] * columns).squares
+    pure, _ = pure_error((factor * residual)[rest], group, visit)
+    ratio = (squares - repeats * pure) / (freedom - repeats)
     return LackOfFit(
         own.ratio,
         own.p,
@@ -98,3 +120,18 @@ def lack_of_fit(misfit: WhitenedResiduals, coordinates: FloatArray) -> LackOfFit
         exceeded(ratio / max(pure, 1.0), freedom - repeats, repeats),
         exceeded(share, repeats, known),
     )
+
+
+class Beside(NamedTuple):
+    """What columns leave of a residual: the sum of its squares; and the rank of the columns."""
+
+    squares: float
+    rank: int
+
+
+def beside(residual: FloatArray, columns: FloatArray) -> Beside:
+    """What a least-squares fit of columns, shape (n, p), leaves of a residual, shape (n,)."""
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    inner = left[:, values > 1e-9 * values.max(initial=0.0)]
+    rest = residual - inner @ (inner.T @ residual)
+    return Beside(float(rest @ rest), inner.shape[1])
