@@ -324,9 +324,10 @@ def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     sizes, errors = _sizes(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
+    title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
     return [
         f"The {bench.sensor}'s error follows {follows}.",
-        f"{word}: {term} ({effect.title}), {sizes_text(effect, bench.sensor, sizes, errors)}.",
+        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
         f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
     ]
 

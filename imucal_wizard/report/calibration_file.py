@@ -108,6 +108,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_before: error with the nominal conversion only, or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time, or None.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
+            or None.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
@@ -136,6 +138,7 @@ class Sensor(msgspec.Struct, frozen=True):
     rms_held_out: float | None
     floor: float | None = None
     floor_fitted: float | None = None
+    held_out_interval: tuple[float, float] | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     repeatability_interval: list[float] | None = None
@@ -304,6 +307,7 @@ def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
         rms_held_out=fit.rms_held_out,
         floor=fit.floor,
         floor_fitted=fit.floor_fitted,
+        held_out_interval=fit.held_out_interval,
         rms_validation=fit.validation_rms,
         repeatability=None if repeats is None else finite_or_none(repeats.rms),
         repeatability_interval=None

@@ -13,6 +13,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import ResidualView, freed, pictures, suspect_view
 from imucal_wizard.report.bench_text import blocks, ladder_rows
 from imucal_wizard.report.bench_views import view_text
+from imucal_wizard.report.plot import scatter
 from imucal_wizard.teach.prediction import STAYS, Prediction
 from imucal_wizard.tui.bench.pages import next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
@@ -103,6 +104,12 @@ def test_a_plot_puts_points_noise_line_and_cursor_where_they_belong() -> None:
     assert sum("·" in row for row in rows) > 5
     assert "force" in rows[-1]
     assert {len(row) for row in rows} == {51}
+
+
+def test_a_plot_against_a_count_ends_in_counts() -> None:
+    foot = scatter(np.arange(1.0, 61.0), np.ones(60), 60, 10, x_label="number of the hold")[-1]
+    assert foot.split() == ["1", "number", "of", "the", "hold", "60"]
+    assert scatter(np.array([-0.98, 1.0]), np.ones(2), 60, 10)[-1].split() == ["−0.980", "1"]
 
 
 def test_the_model_is_told_in_symbols_words_and_sizes(bench: Bench, benches: Benches) -> None:
