@@ -98,9 +98,7 @@ class WhitenedResiduals:
 
         A direction of the field comes again at another place of the room, which is no noise.
         """
-        rest = (self.kind < RowKind.ROTATION) & (self.group >= 0)
-        axis = np.maximum(self.axis, 0)
-        return Visits(rest, 3 * self.group + axis, 3 * self.visit + axis)
+        return Visits.of(self.kind < RowKind.ROTATION, self.group, self.visit, self.axis)
 
     def lack_of_fit(self) -> LackOfFit:
         """Whether measured noise makes what is left."""

@@ -151,8 +151,8 @@ some rippled characteristics are bent ones within the noise."""
 MAX_NOISE_PROBABILITY = 0.1
 """Probability of noise alone above which nothing is claimed."""
 MIN_LEFT_OF_FIELD = 3.0
-"""What all effects together leave of a magnetometer's misfit, rms in units of the noise, below which
-the room is no better explanation."""
+"""What all effects together leave of a magnetometer's misfit, rms in units of the noise, below
+which the room is no better explanation."""
 MAX_SHARE_LEFT = 0.3
 """Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
 that they are not linear leave some."""

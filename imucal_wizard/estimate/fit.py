@@ -18,6 +18,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.repeatability import repeatability_of
@@ -356,6 +357,10 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     if of_sizes is not None:
         size_errors = np.sqrt(np.maximum(np.diag(of_sizes), 0.0))
     odd = outlier_of(found)
+    if odd is not None:
+        # where the others do not agree either, there is no reason to accuse one of them
+        accused = items.rows[items.item == odd.index]
+        odd = odd if lack_without(table, accused).within_noise else None
     kept = list(experiment.covariance_entries)
     return SensorFit(
         sensor=experiment.sensor,

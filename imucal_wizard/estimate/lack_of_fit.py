@@ -18,6 +18,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.repeatability import WITHIN_FREEDOM, pure_error
+from imucal_wizard.model.rows.table import ResidualTable
 
 TEST_LEVEL = 0.01
 """Share of complete models that the test rejects."""
@@ -78,6 +79,12 @@ class Visits:
     group: IntArray
     visit: IntArray
 
+    @classmethod
+    def of(cls, repeated: BoolArray, group: IntArray, visit: IntArray, axis: IntArray) -> "Visits":
+        """From the numbers of the directions (−1 for none), visits and axes (−1 for none)."""
+        axes = np.maximum(axis, 0)
+        return cls(repeated & (group >= 0), 3 * group + axes, 3 * visit + axes)
+
     def kept(self, rows: BoolArray) -> "Visits":
         """The same of some of the rows."""
         return Visits(self.repeated[rows], self.group[rows], self.visit[rows])
@@ -120,6 +127,18 @@ def lack_of_fit(
         exceeded(ratio / max(pure, 1.0), freedom - repeats, repeats),
         exceeded(share, repeats, known),
     )
+
+
+def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
+    """The test of a fit's residuals without some rows, which another fit would leave out."""
+    kept = np.ones(len(table), np.bool_)
+    kept[rows] = False
+    floor = table.floor
+    visits = Visits.of(
+        ~table.moving & table.repeats_are_noise, table.group, table.visit, table.axis
+    )
+    columns = (table.columns / floor[:, None])[kept]
+    return lack_of_fit((table.residual / floor)[kept], columns, floor[kept], visits.kept(kept))
 
 
 class Beside(NamedTuple):
