@@ -10,8 +10,6 @@ what the model lacks. The residual is tested twice, each time at one per cent:
   Analysis, 2.1).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
@@ -102,11 +100,11 @@ def lack_of_fit(
         visits: which rows repeat one another.
     """
     known = WITHIN_FREEDOM * len(residual)
-    left = beside(residual, columns)
-    freedom = len(residual) - left.rank
+    squares, rank = squares_left(residual, columns)
+    freedom = len(residual) - rank
     if freedom <= 0:
         return LackOfFit(0.0, 1.0)
-    ratio = left.squares / freedom
+    ratio = squares / freedom
     own = LackOfFit(float(np.sqrt(ratio)), exceeded(ratio, freedom, known))
     rest = visits.repeated
     if not rest.any():
@@ -117,7 +115,7 @@ def lack_of_fit(
         return own
     between = max(share - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
     factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / sigma**2, 0.0))
-    squares = beside(factor * residual, factor[:, None] * columns).squares
+    squares, _ = squares_left(factor * residual, factor[:, None] * columns)
     pure, _ = pure_error((factor * residual)[rest], group, visit)
     ratio = (squares - repeats * pure) / (freedom - repeats)
     return LackOfFit(
@@ -141,16 +139,14 @@ def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     return lack_of_fit((table.residual / floor)[kept], columns, floor[kept], visits.kept(kept))
 
 
-class Beside(NamedTuple):
-    """What columns leave of a residual: the sum of its squares; and the rank of the columns."""
+def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:
+    """What a least-squares fit leaves of a residual: the sum of squares, and the fit's rank.
 
-    squares: float
-    rank: int
-
-
-def beside(residual: FloatArray, columns: FloatArray) -> Beside:
-    """What a least-squares fit of columns, shape (n, p), leaves of a residual, shape (n,)."""
+    Args:
+        residual: shape (n,).
+        columns: what is fitted to it, shape (n, p).
+    """
     left, values, _ = np.linalg.svd(columns, full_matrices=False)
     inner = left[:, values > 1e-9 * values.max(initial=0.0)]
     rest = residual - inner @ (inner.T @ residual)
-    return Beside(float(rest @ rest), inner.shape[1])
+    return float(rest @ rest), inner.shape[1]

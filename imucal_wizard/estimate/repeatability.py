@@ -19,7 +19,7 @@ WITHIN_FREEDOM = 0.6 * 12.0
 their median, which knows about 0.6 as much as their mean would."""
 REPEATABLE_P = 0.01
 """An F ratio rarer than this says that poses do not repeat."""
-LEVEL = 0.9
+INTERVAL_PROBABILITY = 0.9
 """Probability of the interval of the repeatability."""
 KNOWN_VARIANCE = 1e6
 """Degrees of freedom of a variance that is known: F is then χ² over its degrees of freedom."""
@@ -32,14 +32,12 @@ class Repeatability:
     Attributes:
         rms: of the visits about the mean of their direction, in ``unit``.
         freedom: degrees of freedom of ``rms``.
-        share: its variance over that by the noise within the holds.
-        p: chance of a share as large by that noise alone.
+        p: chance that the noise within the holds alone makes the visits differ as much.
         unit: ``m/s^2``, ``rad/s`` (of the gyroscope's rates at rest) or ``uT``.
     """
 
     rms: float
     freedom: int
-    share: float
     p: float
     unit: str
 
@@ -50,8 +48,8 @@ class Repeatability:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Interval of ``rms`` that holds the truth with the probability ``LEVEL``."""
-        tails = 0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)
+        """Of ``rms``: it holds the truth with the probability ``INTERVAL_PROBABILITY``."""
+        tails = 0.5 * (1.0 - INTERVAL_PROBABILITY), 0.5 * (1.0 + INTERVAL_PROBABILITY)
         low, high = (self.rms / np.sqrt(_square_exceeded(tail, self.freedom)) for tail in tails)
         return float(low), float(high)
 
@@ -61,18 +59,18 @@ def repeatability_of(table: ResidualTable) -> Repeatability | None:
     rest = rows_at_rest(table)
     if not rest.any():
         return None
-    axis, noise = np.maximum(table.axis, 0)[rest], table.floor[rest]
-    within = float(np.mean(noise**2))
-    weight = noise if noise.all() else table.sigma[rest]
+    axis, noise, sigma = np.maximum(table.axis, 0)[rest], table.floor[rest], table.sigma[rest]
     group, visit = 3 * table.group[rest] + axis, 3 * table.visit[rest] + axis
-    square, freedom = pure_error(table.residual[rest] / weight, group, visit)
+    square, freedom = pure_error(table.residual[rest] / sigma, group, visit)
     if not freedom:
         return None
-    variance = square * float(np.mean(weight**2))
-    share = variance / within if within > 0.0 else inf
+    variance = square * float(np.mean(sigma**2))
+    share = inf
+    if noise.all():
+        share, _ = pure_error(table.residual[rest] / noise, group, visit)
     p = exceeded(share, freedom, WITHIN_FREEDOM * int(rest.sum()))
     unit = str(table.unit[np.flatnonzero(rest)[0]])
-    return Repeatability(float(np.sqrt(variance)), freedom, share, p, unit)
+    return Repeatability(float(np.sqrt(variance)), freedom, p, unit)
 
 
 def rows_at_rest(table: ResidualTable) -> BoolArray:
