@@ -350,7 +350,7 @@ class Bench:
         return self.ladder[-1]
 
 
-NOTHING = "nothing is missing"
+NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
 LOWER = 0.97
 """A predicted error held out is called lower from this share of the present one on."""
@@ -393,7 +393,7 @@ class Entry:
     @property
     def addable(self) -> bool:
         """Whether it can be added to the model."""
-        return not self.lacking and self.term not in (DISTURBED, NOTHING)
+        return not self.lacking and self.term not in (DISTURBED, NOTHING_MISSING)
 
 
 def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:

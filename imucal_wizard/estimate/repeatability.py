@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.distributions import exceeded
+from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square, exceeded
 from imucal_wizard.model.rows.table import ResidualTable
 
 WITHIN_FREEDOM = 0.6 * 12.0
@@ -19,10 +19,6 @@ WITHIN_FREEDOM = 0.6 * 12.0
 their median, which knows about 0.6 as much as their mean would."""
 REPEATABLE_P = 0.01
 """An F ratio rarer than this says that poses do not repeat."""
-INTERVAL_PROBABILITY = 0.9
-"""Probability of the interval of the repeatability."""
-KNOWN_VARIANCE = 1e6
-"""Degrees of freedom of a variance that is known: F is then χ² over its degrees of freedom."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +44,10 @@ class Repeatability:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of ``rms``: it holds the truth with the probability ``INTERVAL_PROBABILITY``."""
-        tails = 0.5 * (1.0 - INTERVAL_PROBABILITY), 0.5 * (1.0 + INTERVAL_PROBABILITY)
-        low, high = (self.rms / np.sqrt(_square_exceeded(tail, self.freedom)) for tail in tails)
-        return float(low), float(high)
+        """Of ``rms``: it holds the truth nine times in ten."""
+        reach = (WITHIN_NINETY, -WITHIN_NINETY)
+        low, high = (self.rms / chi_square(one, self.freedom) ** 0.5 for one in reach)
+        return low, high
 
 
 def repeatability_of(table: ResidualTable) -> Repeatability | None:
@@ -97,17 +93,3 @@ def pure_error(residual: FloatArray, group: IntArray, visit: IntArray) -> tuple[
     rest = together - (np.bincount(place, together) / visits)[place]
     freedom = len(first) - len(visits)
     return (float(rest @ rest) / freedom if freedom else 0.0), freedom
-
-
-def _square_exceeded(probability: float, freedom: int) -> float:
-    """χ² over its degrees of freedom that is exceeded with a probability."""
-    low, high = 0.0, 1.0
-    while exceeded(high, freedom, KNOWN_VARIANCE) > probability:
-        high *= 2.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        if exceeded(middle, freedom, KNOWN_VARIANCE) > probability:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)

@@ -24,7 +24,7 @@ from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
 
-SCHEMA = "imucal-wizard/calibration/1"
+CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
 
 class Value(msgspec.Struct, frozen=True):
@@ -335,7 +335,7 @@ def from_report(
     """
     known = [hold.temperature for hold in report.holds if hold.temperature is not None]
     return Calibration(
-        schema=SCHEMA,
+        schema=CALIBRATION_SCHEMA,
         program=VERSION,
         created=created,
         source=without_control_characters(source),
@@ -387,10 +387,10 @@ def read_calibration(path: Path) -> Calibration:
     except msgspec.DecodeError as error:
         raise RecordingError(f"{path} is not JSON; give a saved calibration") from error
     schema = loose.get("schema") if isinstance(loose, dict) else None
-    if schema != SCHEMA:
+    if schema != CALIBRATION_SCHEMA:
         raise RecordingError(
-            f"{path} has the schema {schema!r} instead of {SCHEMA!r}: it is no calibration for "
-            "this version"
+            f"{path} has the schema {schema!r} instead of {CALIBRATION_SCHEMA!r}: it is no "
+            "calibration for this version"
         )
     try:
         return msgspec.json.decode(data, type=Calibration)
