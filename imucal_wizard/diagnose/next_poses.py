@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.procedure import ROTATION_RATES
 from imucal_wizard.core.poses import (
     AXES,
     CORNERS,
@@ -29,7 +30,6 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.optimal_design import (
-    ROTATION_RATES,
     ROTATIONS_PER_AXIS,
     WARMER,
     Explained,
@@ -95,9 +95,9 @@ def rotations_about(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis}, left and right, each "
+            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis} both ways, each "
             f"slowly, faster and fast ({rates} °/s): {why}",
-            brief=f"turn it about {axis}, left and right, each at {rates} °/s",
+            brief=f"turn it about {axis} both ways, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
         )
