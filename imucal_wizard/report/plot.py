@@ -1,8 +1,8 @@
 """A scatter plot in characters: points, noise band, line, model and cursor.
 
 ``∘`` is a point, ``●`` one beyond three times the noise, ``◆`` the cursor, ``│`` the error bar of a
-point, ``▒`` the noise band, ``·`` the line, ``━`` what a suspect predicts; ``×`` is the model, ``⊗`` a
-point that meets it.
+point, ``▒`` the noise band, ``·`` the line, ``━`` what a suspect predicts; ``×`` is the model,
+``⊗`` a point that meets it.
 """
 
 import numpy as np
@@ -91,7 +91,8 @@ def scatter(
     for value, column in zip(() if model is None else model, places, strict=False):
         put(float(value), column, "×")
     for value, column in zip(() if predicted is None else predicted, places, strict=False):
-        put(float(value), column, "━")
+        for beside in range(max(0, column - 1), min(columns, column + 2)):
+            put(float(value), beside, "━")  # beside the point, which may hide its own
     for i, column in enumerate(places):
         far = error is not None and abs(y[i]) > FAR_SIGMA * error[i]
         if error is not None:
