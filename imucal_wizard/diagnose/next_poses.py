@@ -144,6 +144,8 @@ def next_requests(
         return repeat_disturbed(table, findings), ()
     if verdict is Verdict.UNEXPLAINED:
         return corners_and_repeats(table), ()
+    if verdict is Verdict.NOT_REPEATABLE:
+        return worst_again(table), ()
     if verdict is Verdict.INSUFFICIENT:
         if bench.measured.needs_reference:
             return first_requests(bench.sensor), ()
@@ -233,8 +235,13 @@ def repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
 
 def corners_and_repeats(table: ResidualTable) -> Requests:
     """Corners that were not held, then the holds that fit worst once more."""
+    new = _corners_not_held(_ups(table)[1], "a direction that no hold has seen yet")
+    return (*new, *worst_again(table))
+
+
+def worst_again(table: ResidualTable) -> Requests:
+    """The holds that fit worst once more."""
     numbers, ups = _ups(table)
-    new = _corners_not_held(ups, "a direction that no hold has seen yet")
     rest = ~table.moving
     white = (table.residual / table.floor)[rest] ** 2
     size = np.sqrt([white[table.index[rest] == one].mean() for one in numbers])
@@ -244,7 +251,7 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
         if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
             why = f"{words} again: off by {size[place]:.1f} times the noise; does it repeat?"
             chosen[words] = request(ups[place], why)
-    return (*new, *chosen.values())
+    return tuple(chosen.values())
 
 
 def more_of_all(table: ResidualTable) -> Requests:
@@ -315,7 +322,7 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
                 "once more, half of it with the motors on, tells a current from what is slow"
             )
         return circles("once more with the device warmer tells a drift from warmth", warm=True)
-    if verdict is Verdict.UNEXPLAINED:
+    if verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE):
         return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
     if verdict is Verdict.DISTURBED:
         # faces on which a circle sees the directions that are accused
