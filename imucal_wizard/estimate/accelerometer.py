@@ -45,7 +45,7 @@ NAMES = ("bias_x", "bias_y", "bias_z", "xx", "xy", "xz", "yy", "yz", "zz")
 MIN_HOLDS = 4
 MIN_NOISE = 1e-7
 """Of gravity; no average is better, and data without any noise keep a weight."""
-FIRST_NOISE = 1e-6
+FIRST_NOISE = 1e-5
 """Of gravity; by it the first fit tells whether its steps still matter."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""

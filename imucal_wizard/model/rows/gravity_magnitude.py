@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import lengths
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
@@ -49,7 +50,7 @@ class MagnitudeRows(Rows):
             force = moved
             if change <= CONVERGED * source.gravity:
                 break
-        length = np.linalg.norm(force, axis=1)
+        length = lengths(force)
         self.force = force
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
         self.own = source.noise
@@ -101,7 +102,7 @@ class MagnitudeRows(Rows):
         moved[:, :, 9:] = -self._calibration.matrix
         effects = [-self._of_effect(term) for term in self._terms.terms]
         change = self.inverse @ np.concatenate([moved, *effects], axis=2)
-        length = np.linalg.norm(self.force, axis=1)[:, None, None]
+        length = lengths(self.force)[:, None, None]
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 
