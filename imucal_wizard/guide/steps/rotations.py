@@ -27,6 +27,7 @@ from imucal_wizard.core.poses import (
     START_POSES,
     rotation_towards,
 )
+from imucal_wizard.core.quantities import readable
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.kinds import EventKind
@@ -58,12 +59,12 @@ def senses(rotations: Sequence[KeptRotation]) -> tuple[bool, bool]:
     return any(angle > 0.0 for angle in angles), any(angle < 0.0 for angle in angles)
 
 
-def rotation_advice(rotations: Sequence[KeptRotation], *, scale_known: bool) -> str:
+def rotation_advice(rotations: Sequence[KeptRotation], scale: float | None) -> str:
     """Advice for the next rotation, or "".
 
     Args:
         rotations: the rotations taken about this axis.
-        scale_known: whether the gyroscope's readings have a unit.
+        scale: °/s per unit of their fastest rates; None if not known.
     """
     left, right = senses(rotations)
     if left != right:
@@ -71,11 +72,11 @@ def rotation_advice(rotations: Sequence[KeptRotation], *, scale_known: bool) -> 
     peaks = [rotation.fastest for rotation in rotations]
     if not peaks or speeds(peaks) >= SPEEDS_WANTED:
         return ""
-    if not scale_known:
+    if scale is None:
         return "turn at another speed too"
-    if max(peaks) < FAST_RATE:
+    if scale * max(peaks) < FAST_RATE:
         return "go faster"
-    return "go slower" if min(peaks) > SLOW_RATE else "take a middle speed too"
+    return "go slower" if scale * min(peaks) > SLOW_RATE else "take a middle speed too"
 
 
 class RotationJudge:
@@ -321,9 +322,15 @@ class RotationsStage:
 
     def _advice(self) -> str:
         """Advice about the rotations still needed about this axis, or ""."""
-        return rotation_advice(
-            self._taken(self.axis), scale_known=self._context.units.gyroscope_known
-        )
+        return rotation_advice(self._taken(self.axis), self._degrees)
+
+    @property
+    def _degrees(self) -> float | None:
+        """°/s per unit of the rates about this axis; None for counts of unknown scale."""
+        if self._context.units.gyroscope_known:
+            return 1.0
+        scale = self._judge.scale(self.axis)
+        return None if scale is None else abs(math.degrees(scale))
 
     def view(self) -> Status:
         """The present rotation, or how to begin one."""
@@ -360,15 +367,20 @@ class RotationsStage:
         axis = self.axis
         rotations = self._taken(axis)
         full, units = self._context.gyroscope_range, self._context.units
-        usual = USUAL_RANGE if units.gyroscope_known else None
-        limit = usual if full is None else full * units.degrees
+        limit = None
+        if units.gyroscope_known:
+            limit = USUAL_RANGE if full is None else full * units.degrees
+        known = self._context.measurements.counted_rotations(axis)
+        factor, shown = self._degrees, readable("rad/s")[1]
         left, right = senses(rotations)
         return RotationStatus(
             axis=axis,
             start_pose=START_POSES[axis],
             angle=self._angle,
-            rate=self._rate,
-            fastest=self._fastest,
+            rate=self._rate * (factor or 1.0),
+            fastest=self._fastest * (factor or 1.0),
+            unit=units.degrees_unit if factor is None else shown,
+            scaled_by=0 if factor is None or units.gyroscope_known else len(known),
             range_limit=limit,
             range_known=full is not None,
             done=tuple(rotation.angle for rotation in rotations),
