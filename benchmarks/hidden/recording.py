@@ -1,7 +1,7 @@
 """One simulated session of a virtual accelerometer, as far as the program would see it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,11 +28,13 @@ class Recorded:
         holds: the holds, n of them.
         vibration: mean square in each as measured, (m/s²)², shape (n,).
         schedule: what truly happened.
+        true_readings: without noise, of new holds: of a schedule, m/s², shape (n, 3).
     """
 
     holds: tuple[Hold, ...]
     vibration: FloatArray
     schedule: Schedule
+    true_readings: Callable[[Schedule], FloatArray]
 
 
 def record(
@@ -56,13 +58,17 @@ def record(
     noise = batch_noise(colour, schedule, rng) * MILLI_G
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
     settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
-    c = circumstances(schedule, (schedule.start[0] + step) / 60.0, settling)
-    error = np.zeros((len(schedule.up), 3))
-    for one in hidden:
-        error += one.error(c)
+    moment = (schedule.start[0] + step) / 60.0
+
+    def felt_in(these: Schedule) -> FloatArray:
+        c = circumstances(these, moment, settling)
+        return STANDARD_GRAVITY * these.up + sum(
+            (one.error(c) for one in hidden), np.zeros((len(these.up), 3))
+        )
+
+    felt = felt_in(schedule)
     if extra is not None:
-        error += extra.error(schedule, rng) * MILLI_G
-    felt = STANDARD_GRAVITY * schedule.up + error
+        felt += extra.error(schedule, rng) * MILLI_G
     vibration = schedule.vibration * STANDARD_GRAVITY**2
     dither = np.sqrt((colour.density * MILLI_G) ** 2 * RATE / 2.0 + vibration / 3.0)[:, None]
     means = (felt[:, None, :] + noise) @ sensor.sensitivity.T + sensor.bias
@@ -71,7 +77,11 @@ def record(
     )
     measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * RATE / 2.0
     measured = measured * (1.0 + 0.03 * rng.standard_normal(len(measured)))
-    return Recorded(_holds(schedule, rounded), measured, schedule)
+
+    def true_readings(these: Schedule) -> FloatArray:
+        return np.asarray(felt_in(these) @ sensor.sensitivity.T + sensor.bias)
+
+    return Recorded(_holds(schedule, rounded), measured, schedule, true_readings)
 
 
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:
