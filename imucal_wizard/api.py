@@ -242,8 +242,8 @@ class Fit:
 
         source = ", ".join(path.name for path in self.recording.paths)
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        models = self.benches.models() if "benches" in self.__dict__ else None
-        return from_report(self.report, source, now, models)
+        report = self.benches.fitted() if "benches" in self.__dict__ else self.report
+        return from_report(report, source, now)
 
     def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
         """The result with the verdict on each sensor.

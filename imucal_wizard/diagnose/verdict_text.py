@@ -10,7 +10,8 @@ from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
+from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect

@@ -49,6 +49,7 @@ def scatter(
     """
     if not len(x):
         return ["nothing to show"]
+    # the area: 0 is in the middle unless all values are positive
     framed = height >= FRAMED
     columns, rows = max(10, width - LABEL_COLUMNS - 1), max(3, height - 1 - framed)
     rows -= rows % 2 == 0  # 0 is in the middle
@@ -66,6 +67,7 @@ def scatter(
             if _RANK[sign] > _RANK[there]:
                 cells[row][column] = sign
 
+    # lines, then the model, then the points
     left, right = float(x.min()), float(x.max())
     for column in range(columns):
         put(0.0, column, "─")

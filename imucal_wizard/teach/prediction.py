@@ -114,8 +114,14 @@ def judge_prediction(
         judged.append(JudgedAnswer(agreement, answer, found))
 
     suspect = guessed.suspect
-    if suspect is not None and suspect.trial is not None and suspect.candidate is not None:
-        name = suspect.candidate.names[suspect.largest]
+    names = () if suspect is None or suspect.candidate is None else suspect.candidate.names
+    if names and prediction.parameter not in (ANY, *names):
+        raise UsageError(
+            f"{guessed.term} has no parameter {prediction.parameter!r}; it has {', '.join(names)}"
+        )
+    missing = best.term != NOTHING
+    if missing and names and suspect is not None and suspect.trial is not None:
+        name = names[suspect.largest]
         if prediction.parameter != ANY:
             judge(prediction.parameter, name, f"the data: {name} stands out")
         if prediction.sign != ANY:
