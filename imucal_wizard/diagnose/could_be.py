@@ -27,13 +27,13 @@ from imucal_wizard.model.rows.table import numbered
 from imucal_wizard.model.terms import Term, Terms
 
 LEVEL = 0.95
-"""Share of directions, over all explanations by their probability, in which the error is smaller."""
+"""Share of directions and of explanations, by their probability, in which the error is smaller."""
 DIRECTIONS = sphere(40)
 """The error changes little from one of them to the next."""
-MIN_SHARE = 1e-4
+MIN_SHARE = 3e-4
 """Explanations less likely than this are left out, a few per cent of the probability in all."""
-DEVIATIONS = np.array([-1.593, -0.967, -0.589, -0.282, 0.0, 0.282, 0.589, 0.967, 1.593])
-"""Middles of nine equal shares of a normal distribution, standard deviations."""
+DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
+"""Middles of seven equal shares of a normal distribution, standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
 def _sizes(
     one: Hypothesis, coordinates: FloatArray, weights: FloatArray, sigma: float
 ) -> Iterator[tuple[float, FloatArray, FloatArray]]:
-    """Given an explanation: share, mean and root of the covariance of its sizes, by prior spread."""
+    """By prior spread of an explanation: share, mean and root of the covariance of its sizes."""
     if not one.terms:
         yield 1.0, np.zeros(0), np.zeros((0, 0))
         return

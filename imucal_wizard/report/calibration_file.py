@@ -112,6 +112,8 @@ class Sensor(msgspec.Struct, frozen=True):
             or None.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
+        could_be: error without noise that is exceeded in one of twenty directions if the sensor has
+            effects that these poses do not show; None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: rms between repeats of a pose, or None without repeats.
         not_determined: parameters that the data cannot determine.
@@ -136,6 +138,7 @@ class Sensor(msgspec.Struct, frozen=True):
     floor: float | None = None
     floor_fitted: float | None = None
     held_out_interval: tuple[float, float] | None = None
+    could_be: float | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     not_determined: list[str] = []
