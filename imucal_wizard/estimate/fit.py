@@ -20,7 +20,7 @@ from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
-from imucal_wizard.estimate.result import Parameter, SensorFit, Witness
+from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.variance_components import (
     Balance,
     System,
@@ -398,7 +398,6 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         size_covariance=of_sizes,
         rows=table,
         rms_late=_rms_later(found),
-        witnesses=_witnesses(found),
         reference=experiment.reference(found),
         experiment=experiment,
         outlier=odd,
@@ -651,11 +650,11 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     if refit is None:
         return None
     known = moving & found.reported
-    errors = found.errors + found.system.columns[:, known] @ refit.sizes[known[moving]]
+    errors = found.errors + found.system.columns[:, known] @ refit[known[moving]]
     return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
 
 
-def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> Witness | None:
+def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
     """Change of some parameters when some rows alone speak; None where these do not know them."""
     system, balance = found.system, found.balance
     columns = system.columns[np.ix_(rows, moving)]
@@ -663,34 +662,8 @@ def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) ->
     normal = columns.T @ weighted + np.diag(balance.precision[moving])
     if not determined(normal):
         return None
-    covariance = inverted(normal)
     pull = weighted.T @ system.residual[rows] + (balance.precision * system.value)[moving]
-    return Witness(-covariance @ pull, covariance)
-
-
-def _witnesses(found: Minimum[Experiment]) -> tuple[Witness, ...]:
-    """What each kind of rows alone says of the sizes, where there are several kinds.
-
-    Rows whose errors are not reported (means at rest) do not know the gains, which are kept.
-    """
-    sources = found.experiment.sources
-    if not len(found.terms) or len(sources) < 2:
-        return ()
-    number = np.repeat(np.arange(len(sources)), [len(source.labels) for source in sources])
-    out = []
-    for place, source in enumerate(sources):
-        moving = np.ones(len(found.system.precision), bool)
-        if not source.judged:
-            moving[: len(found.directions)] = found.directions.slow
-        told = _refitted(found, number == place, moving)
-        if told is None:
-            return ()
-        own = np.zeros(len(moving), bool)
-        own[found.sizes] = True
-        own = own[moving]
-        sizes = found.calibration.sizes + told.sizes[own]
-        out.append(Witness(sizes, told.covariance[np.ix_(own, own)]))
-    return tuple(out)
+    return np.asarray(-inverted(normal) @ pull)
 
 
 def outlier_of(found: Minimum[Experiment]) -> Outlier | None:

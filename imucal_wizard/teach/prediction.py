@@ -131,7 +131,7 @@ def judge_prediction(
                 "+" if positive else "−",
                 f"the data: {suspect_size(guessed, bench.sensor)}",
             )
-    now, then, unit = bench.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
+    now, then, unit = findings.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
     if prediction.held_out and now is not None and then is not None:
         found = f"with it: {quantity(now, unit)} → {quantity(then, unit)}"
         judge(f"it {prediction.held_out}", f"it {STAYS if guessed.rises else FALLS}", found)
