@@ -88,7 +88,7 @@ def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
 
 
 def line(name: str, units: list[Unit]) -> str:
-    """Coverage of these units with its standard error, and "could be" as a multiple of the truth."""
+    """Coverage of these units with its error, and "could be" as a multiple of the truth."""
     inside = np.array([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     whole = np.mean(true <= [one.could_be for one in units])
