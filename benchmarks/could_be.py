@@ -81,7 +81,7 @@ def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
     held_out = bench.fit.rms_held_out or np.nan
     return Unit(
         hidden[0].term if hidden else "",
-        bench.look().could_be / MILLI_G,
+        (bench.look().could_be or np.nan) / MILLI_G,
         held_out / MILLI_G,
         errors / MILLI_G,
     )

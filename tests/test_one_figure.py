@@ -38,7 +38,7 @@ RECORDINGS = (
 directions; a real sensor."""
 COMMANDS = ("fit", "bench", "compare")
 FIGURES = ("rms_fitted", "rms_held_out", "floor", "floor_fitted")
-JUDGED = ("verdict", "usable")
+JUDGED = ("verdict", "usable", "could_be")
 """What a calibration without a diagnosis does not say."""
 
 

@@ -47,7 +47,7 @@ def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
     return unit_vectors(sums)
 
 
-def sphere(count: int) -> FloatArray:
+def even_directions(count: int) -> FloatArray:
     """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
     index = np.arange(count) + 0.5
     z = 1.0 - 2.0 * index / count

@@ -114,7 +114,7 @@ class BenchFindings:
     posterior: Posterior
 
     @cached_property
-    def could_be(self) -> float:
+    def could_be(self) -> float | None:
         """See ``could_be.could_be``."""
         return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 

@@ -14,10 +14,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from imucal_wizard.core.directions import sphere
+from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.hypotheses import Hypothesis
+from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.estimate.result import SensorFit
@@ -26,12 +26,14 @@ from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.rows.table import numbered
 from imucal_wizard.model.terms import Term, Terms
 
-LEVEL = 0.95
+COVERED_SHARE = 0.95
 """Share of directions and of explanations, by their probability, in which the error is smaller."""
-DIRECTIONS = sphere(40)
+DIRECTIONS = even_directions(40)
 """The error changes little from one of them to the next."""
-MIN_SHARE = 3e-4
+MIN_LIKELY_SHARE = 3e-4
 """Explanations less likely than this are left out, a few per cent of the probability in all."""
+MIN_CATALOGUE_SHARE = 0.05
+"""Probability of noise and effects together below which the catalogue tells nothing."""
 DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
 """Middles of seven equal shares of a normal distribution, standard deviations."""
 
@@ -56,7 +58,7 @@ def could_be(
     misfit: WhitenedResiduals,
     hypotheses: HypothesisSet,
     posterior: Posterior,
-) -> float:
+) -> float | None:
     """The error without noise that is exceeded in one of twenty directions.
 
     Args:
@@ -66,7 +68,7 @@ def could_be(
         posterior: their probabilities.
 
     Returns:
-        In the unit of the fit's errors.
+        In the unit of the fit's errors; None where hardly any explanation in the catalogue fits.
     """
     table = fit.rows
     assert table is not None  # noqa: S101 (narrows the type)
@@ -81,29 +83,49 @@ def could_be(
         for one in misfit.candidates
     }
     names = {one.term: one.names for one in misfit.candidates}
+
+    def columns_of(one: Hypothesis) -> FloatArray:
+        if one.kind != EFFECT:
+            return np.zeros((len(absorbed), one.patterns.shape[1]))
+        columns = moved[one.terms[0], one.variant]
+        return columns[:, [names[one.terms[0]].index(one.parameter)]] if one.parameter else columns
+
     weights = hypotheses.frame.weights(posterior.wander)
     coordinates = hypotheses.frame.across.T @ misfit.residual
     shares, means, squares = [], [], []
-    for one, share, sigma in zip(hypotheses.single, posterior.single, posterior.sigma, strict=True):
-        if share < MIN_SHARE or len(one.terms) != len(one.families):
-            continue
-        columns = np.zeros((len(absorbed), 0))
-        if one.terms:
-            columns = moved[one.terms[0], one.variant]
-            if one.parameter:
-                columns = columns[:, [names[one.terms[0]].index(one.parameter)]]
-        for part, found, root in _sizes(one, coordinates, weights, float(sigma)):
+    for members, spreads, share, sigma in _likely(hypotheses, posterior):
+        columns = np.concatenate([columns_of(one) for one in members], axis=1)
+        patterns = np.concatenate([one.patterns for one in members], axis=1)
+        for part, found, root in _sizes(patterns, spreads, coordinates, weights, sigma):
             mean, variance = columns @ found, ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise
             shares.append(share * part)
             means.append(np.bincount(elsewhere.item, mean**2 + variance))
             squares.append(
                 np.bincount(elsewhere.item, 2.0 * variance**2 + 4.0 * mean**2 * variance)
             )
+    if sum(shares) < MIN_CATALOGUE_SHARE:
+        return None
     return _quantile(np.array(shares), np.array(means), np.array(squares))
 
 
+def _likely(
+    hypotheses: HypothesisSet, posterior: Posterior
+) -> Iterator[tuple[list[Hypothesis], FloatArray, float, float]]:
+    """Explanations by noise and effects: members, prior spreads, probability and noise of each."""
+    for place in np.flatnonzero(posterior.single > MIN_LIKELY_SHARE):
+        one = hypotheses.single[place]
+        if one.kind in (NOTHING, EFFECT):
+            found = float(posterior.single[place]), float(posterior.sigma[place])
+            yield [one], np.array(one.spreads), *found
+    pairs = hypotheses.pairs
+    for place in np.flatnonzero(posterior.paired > MIN_LIKELY_SHARE):
+        if pairs is not None:
+            found = float(posterior.paired[place]), float(posterior.sigma_paired[place])
+            yield pairs.both(int(place)), np.array([PAIR_SPREAD]), *found
+
+
 def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> float:
-    """The error below which ``LEVEL`` of a mixture of scaled chi squares lies.
+    """The error below which ``COVERED_SHARE`` of a mixture of scaled chi squares lies.
 
     Args:
         shares: of each component, shape (h,).
@@ -118,7 +140,7 @@ def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> f
     weight = np.repeat(shares, errors.size // len(shares))
     order = np.argsort(errors)
     below = np.cumsum(weight[order])
-    return float(errors[order[np.searchsorted(below, LEVEL * below[-1])]])
+    return float(errors[order[np.searchsorted(below, COVERED_SHARE * below[-1])]])
 
 
 def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
@@ -156,18 +178,18 @@ def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
 
 
 def _sizes(
-    one: Hypothesis, coordinates: FloatArray, weights: FloatArray, sigma: float
+    patterns: FloatArray,
+    spreads: FloatArray,
+    coordinates: FloatArray,
+    weights: FloatArray,
+    sigma: float,
 ) -> Iterator[tuple[float, FloatArray, FloatArray]]:
     """By prior spread of an explanation: share, mean and root of the covariance of its sizes."""
-    if not one.terms:
-        yield 1.0, np.zeros(0), np.zeros((0, 0))
-        return
-    weighted = one.patterns * weights[:, None] / sigma**2
-    normal, along = one.patterns.T @ weighted, weighted.T @ coordinates
-    values, vectors = np.linalg.eigh(normal)
-    spreads = np.array(one.spreads)[:, None]
+    weighted = patterns * weights[:, None] / sigma**2
+    values, vectors = np.linalg.eigh(patterns.T @ weighted)
+    spreads = spreads[: max(len(values) * len(spreads), 1)][:, None]
     variance = 1.0 / (np.maximum(values, 0.0) + spreads**-2)
-    turned = vectors.T @ along
+    turned = vectors.T @ (weighted.T @ coordinates)
     log = 0.5 * (variance * turned**2 + np.log(variance / spreads**2)).sum(axis=1)
     share = np.exp(log - log.max())
     for part, own in zip(share / share.sum(), variance, strict=True):

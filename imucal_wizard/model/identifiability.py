@@ -18,7 +18,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from imucal_wizard.core.directions import sphere
+from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -107,7 +107,7 @@ def _expected_error(columns: FloatArray, basis: FloatArray, noise: float) -> flo
     return float(np.sqrt(((noise * _SPHERE_ROOT @ spread) ** 2).sum() + (kept**2).sum()))
 
 
-_SPHERE = sphere(400)
+_SPHERE = even_directions(400)
 _SPHERE_ROOT = np.linalg.qr(design(_SPHERE), mode="r") / np.sqrt(len(_SPHERE))
 """R with ``|R v|²`` the mean square of ``j(u)·v`` over the sphere, shape (9, 9)."""
 UNCALIBRATED = float(np.linalg.norm(_SPHERE_ROOT * TYPICAL_SIZE))
