@@ -182,7 +182,7 @@ class WizardServices:
         made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
         path = self._written(made)
         diagnoses = {} if benches is None else self.diagnose(benches)
-        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        says = [f"{one.sensor}: {one.says}" for one in diagnoses.values()]
         return Saved(path, (summary(report, says), f"saved: {path}"), report)
 
     def _written(self, made: "Calibration") -> Path:
