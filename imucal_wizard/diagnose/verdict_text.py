@@ -240,8 +240,8 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
     return [
         (
             f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
-            "tested here does, and without it only noise is left: something probably moved. Measure "
-            "it again; nothing has been deleted."
+            "tested here does, and without it only noise is left: something probably moved. "
+            "Measure it again; nothing has been deleted."
         )
     ]
 
