@@ -33,6 +33,8 @@ class ResidualTable:
         precision: of their priors, 0 where there is none, shape (p,).
         variance: of each row as the fit found it, shape (n,).
         own: variance of each row by measured noise alone, shape (n,).
+        whitening: what makes the rows independent and of variance one by measured noise, where
+            they share some, Σ^(−1/2), shape (n, n); None where each is by itself.
     """
 
     sources: tuple[RowSource, ...]
@@ -45,6 +47,7 @@ class ResidualTable:
     precision: FloatArray
     variance: FloatArray
     own: FloatArray
+    whitening: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.residual)
