@@ -20,7 +20,15 @@ from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
-from tests.estimate.truth import EIGHTEEN, TWENTY_SIX, Motion, Truth, tilted, turn, typical_gyroscope
+from tests.estimate.truth import (
+    EIGHTEEN,
+    TWENTY_SIX,
+    Motion,
+    Truth,
+    tilted,
+    turn,
+    typical_gyroscope,
+)
 
 GRAVITY = 9.80665
 RATE = 50.0

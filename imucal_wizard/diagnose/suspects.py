@@ -18,7 +18,6 @@ from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
-from imucal_wizard.estimate.fit import groups_by_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +78,8 @@ def try_effect(
     return EffectTrial(
         size=estimate[base.shape[1] :],
         standard_error=np.sqrt(variance[base.shape[1] :]),
-        rms_fitted=_rms((residual * misfit.sigma)[judged], misfit),
-        rms_held_out=None if held_out is None else _rms((held_out * misfit.sigma)[judged], misfit),
+        rms_fitted=_rms(misfit.measured(residual)[judged], misfit),
+        rms_held_out=None if held_out is None else _rms(held_out[judged], misfit),
         fitted=residual,
     )
 
@@ -88,15 +87,21 @@ def try_effect(
 def _left_out(
     misfit: WhitenedResiduals, inner: FloatArray, residual: FloatArray
 ) -> FloatArray | None:
-    """Errors of the rows of each group under the fit of all others; rows without group stay in."""
-    errors = residual.copy()
-    for rows in groups_by_size(misfit.group):
-        own = inner[rows]
+    """Errors of the rows of each group under the fit of all others, in the sensor's error unit.
+
+    Rows without group stay in.
+    """
+    errors, columns = misfit.measured(residual), misfit.measured(inner)
+    levers, pulls = misfit.whitened(inner), misfit.whitened(residual)
+    out = errors.copy()
+    for rows, root in misfit.groups:
+        own = root @ levers[rows]
         gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
         if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
             return None
-        errors[rows] = np.linalg.solve(gates, residual[rows][..., None])[..., 0]
-    return errors
+        alone = np.linalg.solve(gates, root @ pulls[rows][..., None])
+        out[rows] += (columns[rows] @ (np.swapaxes(own, 1, 2) @ alone))[..., 0]
+    return out
 
 
 def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:

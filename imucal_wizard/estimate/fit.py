@@ -16,7 +16,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
-from imucal_wizard.estimate.decorrelation import Decorrelation, decorrelation
+from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
@@ -29,6 +29,7 @@ from imucal_wizard.estimate.variance_components import (
     inverted,
     solved,
 )
+from imucal_wizard.model.rows.decorrelation import Decorrelation, decorrelation
 from imucal_wizard.model.rows.source import Parameters, Rows, RowSource
 from imucal_wizard.model.rows.table import ResidualTable, groups_of, numbered
 from imucal_wizard.model.terms import Term, Terms
@@ -57,6 +58,8 @@ EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
+WITHIN_NINETY = 1.6449
+"""Standard deviations to either side that hold nine in ten of a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,7 +339,8 @@ def report(found: Minimum[Experiment]) -> SensorFit:
             share = repeats / float((found.white_variance / found.balance.variance).mean())
             by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
     errors, independent = found.errors, found.independent
-    out, floors = _left_out(found)
+    left_out = _left_out(found)
+    out = None if left_out is None else left_out.errors
     table = ResidualTable(
         sources=experiment.sources,
         at=found.rows,
@@ -346,9 +350,9 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         columns=independent.measured(found.system.columns),
         names=(*found.directions.names, *terms.names, *_shared_names(found)),
         precision=found.balance.precision,
-        variance=independent.diagonal(found.balance.variance),
-        own=independent.diagonal(found.system.own),
-        whitening=_whitening(found),
+        variance=found.balance.variance,
+        own=found.system.own,
+        independent=independent,
     )
     items = _items(found)
     size_errors = np.full(len(terms), np.nan)
@@ -380,8 +384,9 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         rms_before=items.rms(_before(found)),
         rms_fitted=items.rms(errors),
         rms_held_out=None if out is None else items.rms(out),
-        floor=None if floors is None else floors[1],
-        floor_fitted=_floor_fitted(found) if floors is None else floors[0],
+        held_out_interval=None if left_out is None else left_out.interval,
+        floor=None if left_out is None else left_out.floor,
+        floor_fitted=_floor_fitted(found) if left_out is None else left_out.floor_fitted,
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
@@ -452,16 +457,6 @@ def _before(found: Minimum[Experiment]) -> FloatArray:
     return np.concatenate([one.residual for one in rows])
 
 
-def _whitening(found: Minimum[Experiment]) -> FloatArray | None:
-    """Of the measured rows by measured noise, in full; None where they share none."""
-    if not found.independent.pieces:
-        return None
-    own, variance = found.system.own, found.balance.variance
-    sources = found.experiment.sources
-    measured = np.repeat([one.noise_is_measured for one in sources], [len(s.labels) for s in sources])
-    return found.independent.root(np.where(measured, own, variance), -0.5)
-
-
 def _shared_names(found: Minimum[Experiment]) -> list[str]:
     return list(dict.fromkeys(n for source in found.experiment.sources for n in source.shared))
 
@@ -473,16 +468,35 @@ def _size_parameters(terms: Terms, sizes: FloatArray, errors: FloatArray) -> tup
     )
 
 
-def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[float, float] | None]:
+@dataclass(frozen=True, eq=False)
+class _LeftOut:
+    """Errors of rows under the fit of all others, and what measured noise alone would make of them.
+
+    Attributes:
+        errors: shape (n,).
+        floor_fitted: expected rms of the fitted rows.
+        floor: expected rms of the rows left out.
+        interval: between which the rms of new holds or rotations lies nine times in ten.
+    """
+
+    errors: FloatArray
+    floor_fitted: float
+    floor: float
+    interval: tuple[float, float]
+
+
+def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
     With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``;
     it is exact where the rows are linear in it, and it is small. The expected errors follow from
-    the same linear maps, applied to the measured noise and to the reference's own errors.
+    the same linear maps, applied to the measured noise and to the reference's own errors. With
+    these maps E, the mean square held out is a quadratic form in noise, about a chi square of
+    ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite). A new row has its own noise and
+    the errors of the fit of all rows.
 
     Returns:
-        The errors, shape (n,), and the expected rms (fitted, held out); None and None where the
-        other rows do not determine the model.
+        None where the other rows do not determine the model.
     """
     system, balance, reported = found.system, found.balance, found.reported
     independent, variance = found.independent, balance.variance
@@ -495,7 +509,9 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
     noise = _noise_root(found)
     moved = balance.covariance @ (weighted.T @ noise)
     left = (noise - system.columns @ moved) / variance[:, None]
-    fitted = independent.measured(noise - system.columns[:, reported] @ moved[reported])
+    pulled = independent.measured(system.columns[:, reported] @ moved[reported])
+    noise = independent.measured(noise)
+    fitted = noise - pulled
     pulls = independent.measured(np.column_stack([system.residual / variance, left]))
     known, columns = independent.measured(weighted), independent.measured(system.columns)
     errors, groups, items = found.errors, found.groups, _items(found)
@@ -509,14 +525,27 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
             np.linalg.eigvalsh(gate).min() < HOLE
             or np.linalg.eigvalsh(inner).min() < BLIND_TO_GROUP
         ):
-            return None, None
+            return None
         alone = np.swapaxes(root, 1, 2) @ np.linalg.solve(inner, root @ pulls[rows])
         step = balance.covariance[reported] @ (np.swapaxes(known[rows], 1, 2) @ alone)
         change = columns[rows][:, :, reported] @ step
         out[rows] += change[:, :, 0]
         expected[rows] += change[:, :, 1:]
-    floors = items.mean((fitted**2).sum(axis=1)), items.mean((expected**2).sum(axis=1))
-    return out, floors
+    floor = items.mean((expected**2).sum(axis=1))
+    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
+    judged = expected[items.rows]
+    products = judged @ judged.T
+    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
+    usual = items.rms(out) * new / floor
+    return _LeftOut(
+        errors=out,
+        floor_fitted=items.mean((fitted**2).sum(axis=1)),
+        floor=floor,
+        interval=(
+            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
+            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
+        ),
+    )
 
 
 def _inverse_root(blocks: FloatArray) -> FloatArray:

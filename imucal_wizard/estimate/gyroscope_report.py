@@ -87,7 +87,7 @@ def fit_gyroscope(
     rotations, reference = examined(rotations), accelerometer.reference
     if reference is None:
         raise DataError("there is no fitted accelerometer to go on from")
-    if method == "offset":
+    if method == "offset":  # needs no rotation, so nothing below may refuse it
         turned = [rotation for rotation in rotations if rotation.problem is None]
         rounding = rate_shift(holds, turned) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
@@ -97,6 +97,8 @@ def fit_gyroscope(
             experiment = gyroscope_minimum(*args).experiment
             offset = replace(offset, experiment=experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
+
+    # all gains by the closures, whatever the method: the others begin with or stand beside them
     silent: tuple[str, ...] = ()
     try:
         silent = silent_axes(holds, rotations)
@@ -114,6 +116,8 @@ def fit_gyroscope(
             "not steady: they weigh less, and their closure shows the hand"
         )
         found = replace(found, warnings=(*found.warnings, note))
+
+    # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)
     single = single_axis(named, experiment, found)
     result = found

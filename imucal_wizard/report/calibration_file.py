@@ -108,6 +108,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_before: error with the nominal conversion only, or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time, or None.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
+            or None.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
@@ -133,6 +135,7 @@ class Sensor(msgspec.Struct, frozen=True):
     rms_held_out: float | None
     floor: float | None = None
     floor_fitted: float | None = None
+    held_out_interval: tuple[float, float] | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     not_determined: list[str] = []
@@ -298,6 +301,7 @@ def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
         rms_held_out=fit.rms_held_out,
         floor=fit.floor,
         floor_fitted=fit.floor_fitted,
+        held_out_interval=fit.held_out_interval,
         rms_validation=fit.validation_rms,
         repeatability=fit.repeat_rms,
         not_determined=list(fit.not_determined),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imucal_wizard.core.quantities import decimals, quantity, true_minus
+from imucal_wizard.core.quantities import decimals, limits_text, quantity, true_minus
 from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
 
 if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
@@ -63,7 +63,9 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
-    text = f"  error: before {before}, fitted {fitted}, held out {held_out}, noise {floor}"
+    limits = limits_text(fit.held_out_interval, fit.unit)
+    likely = f" (90 %: {limits})" if limits else ""
+    text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
     lines += textwrap.wrap(text, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")

@@ -120,7 +120,11 @@ def judge_prediction(
             judge(prediction.parameter, name, f"the data: {name} stands out")
         if prediction.sign != ANY:
             positive = suspect.trial.size[suspect.largest] > 0
-            judge(prediction.sign, "+" if positive else "−", f"the data: {suspect_size(guessed)}")
+            judge(
+                prediction.sign,
+                "+" if positive else "−",
+                f"the data: {suspect_size(guessed, bench.sensor)}",
+            )
     now, then, unit = bench.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
     if prediction.held_out and now is not None and then is not None:
         found = f"with it: {quantity(now, unit)} → {quantity(then, unit)}"

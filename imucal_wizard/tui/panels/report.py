@@ -11,6 +11,7 @@ from rich.text import Text
 from imucal_wizard.core.quantities import (
     decimals,
     fixed,
+    limits_text,
     number,
     quantity,
     readable,
@@ -101,8 +102,14 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
+    likely = [
+        f"{fit.sensor} {limits}"
+        for fit in report.sensors.values()
+        if (limits := limits_text(fit.held_out_interval, fit.unit))
+    ]
+    intervals = [Text(f" held out, 90 % interval: {', '.join(likely)}", "dim")] if likely else []
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
-    return Group(table, *new)
+    return Group(table, *intervals, *new)
 
 
 def _validation(fit: SensorFit) -> Text:

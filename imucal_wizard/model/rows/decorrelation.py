@@ -113,12 +113,13 @@ class Decorrelation:
                 out[at] = np.linalg.solve(whole, columns[at])
         return np.asarray(out)
 
-    def root(self, values: FloatArray, power: float) -> FloatArray:
-        """``Q diag(x^power) Qᵀ`` in full, shape (n, n): a whitening that keeps each row's name."""
-        out = np.diag(values**power)
-        for rows, mixed, _ in self.pieces:
-            out[np.ix_(rows, rows)] = (mixed * values[rows] ** power) @ mixed.T
-        return out
+    def scaled(self, values: FloatArray, columns: FloatArray) -> FloatArray:
+        """``Q diag(x) Qᵀ`` times columns, shape (n,) or (n, k).
+
+        With x = Λ^(−1/2) it whitens rows in the way that keeps them nearest to what they are.
+        """
+        mixed = self.rows(columns)
+        return self.measured(mixed * values.reshape(-1, *(1,) * (mixed.ndim - 1)))
 
 
 def decorrelation(sources: Sequence[RowSource], rows: Sequence[Rows]) -> Decorrelation:
