@@ -1,9 +1,9 @@
-"""Gyroscope against the joint Cramér–Rao bound: ``python -m benchmarks.gyroscope_bound [sessions]``.
+"""Gyroscope against the joint bound: ``python -m benchmarks.gyroscope_bound SESSIONS SEED``.
 
-Each session is one chain: every hold ends one rotation and begins the next. The bound is numerical:
-differences of the simulated readings of all holds and of the directions that the rotations carry, by
-every parameter of the accelerometer, of the gyroscope and by the true direction of each hold, with
-the true variances. It shares no formula with the estimator. The table shows for each group of
+Each session is one chain: every hold ends one rotation and begins the next. The Cramér–Rao
+bound is numerical: differences of the simulated readings of all holds and of the directions that the rotations carry,
+by every parameter of the accelerometer, of the gyroscope and by the true direction of each hold,
+with the true variances. It shares no formula with the estimator. The table shows for each group of
 parameters the rms error over its bound and the share of 95 % intervals that hold the truth, with
 the worst single parameter; noise is drawn anew in each session, truth and motion stay.
 """
@@ -77,7 +77,7 @@ class Session:
         rng = np.random.default_rng(seed)
         self.device = device
         self.accelerometer = Truth(
-            np.linalg.inv(np.triu(np.eye(3) + 0.02 * rng.standard_normal((3, 3)))),
+            np.asarray(np.linalg.inv(np.triu(np.eye(3) + 0.02 * rng.standard_normal((3, 3))))),
             0.3 * rng.standard_normal(3),
         )
         self.gyroscope = typical_gyroscope()
@@ -285,7 +285,7 @@ def fitted(holds: list[Hold], rotations: list[Rotation]) -> SensorFit:
     return fit
 
 
-def main(sessions: int = 400, seed: int = 0, only: str = "") -> None:
+def main(sessions: int, seed: int, only: str = "") -> None:
     """Print the table."""
     spread = 1.0 / np.sqrt(2.0 * sessions)
     print(
@@ -304,4 +304,4 @@ def main(sessions: int = 400, seed: int = 0, only: str = "") -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:3]), *sys.argv[3:4])
+    main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:4])

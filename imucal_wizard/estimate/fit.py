@@ -488,9 +488,9 @@ class _LeftOut:
 def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
-    With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``;
-    it is exact where the rows are linear in it, and it is small. The expected errors follow from
-    the same linear maps, applied to the measured noise and to the reference's own errors. With
+    With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
+    ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
+    small. The expected errors follow from the same linear maps, applied to the measured noise and to the reference's own errors. With
     these maps E, the mean square held out is a quadratic form in noise, about a chi square of
     ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite). A new row has its own noise and
     the errors of the fit of all rows.
