@@ -12,7 +12,7 @@ from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readi
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
-from imucal_wizard.estimate.magnitude import make_problem, sphere
+from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
@@ -21,7 +21,7 @@ from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of,
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
-from imucal_wizard.model.identifiability import Identifiable, identifiable
+from imucal_wizard.model.identifiability import Identifiable, identifiable, undetermined_modes
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
@@ -206,6 +206,9 @@ class AccelerometerExperiment(Experiment):
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
         doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+        # what these poses do not determine is wrong by its usual size
+        modes = undetermined_modes(rows.direction, self.identified.basis)
+        doubt = np.concatenate([doubt, up_changes(rows.direction, modes)], axis=2)
         variance = self.across + excess
         return GravityReference(
             rows.direction,

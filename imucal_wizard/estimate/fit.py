@@ -20,7 +20,7 @@ from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
-from imucal_wizard.estimate.result import Parameter, SensorFit, Witness
+from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.variance_components import (
     Balance,
     System,
@@ -403,7 +403,6 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         size_covariance=of_sizes,
         rows=table,
         rms_late=_rms_later(found),
-        witnesses=_witnesses(found),
         reference=experiment.reference(found),
         experiment=experiment,
         outlier=odd,
@@ -490,10 +489,10 @@ def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
 
     With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
     ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
-    small. The expected errors follow from the same linear maps, applied to the measured noise and to the reference's own errors. With
-    these maps E, the mean square held out is a quadratic form in noise, about a chi square of
-    ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite). A new row has its own noise and
-    the errors of the fit of all rows.
+    small. The expected errors follow from the same linear maps, applied to the measured noise and
+    to the reference's own errors. With these maps E, the mean square held out is a quadratic form
+    in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite).
+    A new row has its own noise and the errors of the fit of all rows.
 
     Returns:
         None where the other rows do not determine the model.
@@ -667,11 +666,11 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
         return None
     known = moving & found.reported
     columns = found.independent.measured(found.system.columns[:, known])
-    errors = found.errors + columns @ refit.sizes[known[moving]]
+    errors = found.errors + columns @ refit[known[moving]]
     return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
 
 
-def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> Witness | None:
+def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
     """Change of some parameters when some rows alone speak; None where these do not know them."""
     system, balance, independent = found.system, found.balance, found.independent
     columns = independent.measured(system.columns)[np.ix_(rows, moving)]
@@ -679,35 +678,9 @@ def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) ->
     normal = columns.T @ weighted + np.diag(balance.precision[moving])
     if not determined(normal):
         return None
-    covariance = inverted(normal)
     residual = independent.measured(system.residual)[rows]
     pull = weighted.T @ residual + (balance.precision * system.value)[moving]
-    return Witness(-covariance @ pull, covariance)
-
-
-def _witnesses(found: Minimum[Experiment]) -> tuple[Witness, ...]:
-    """What each kind of rows alone says of the sizes, where there are several kinds.
-
-    Rows whose errors are not reported (means at rest) do not know the gains, which are kept.
-    """
-    sources = found.experiment.sources
-    if not len(found.terms) or len(sources) < 2:
-        return ()
-    number = np.repeat(np.arange(len(sources)), [len(source.labels) for source in sources])
-    out = []
-    for place, source in enumerate(sources):
-        moving = np.ones(len(found.system.precision), bool)
-        if not source.judged:
-            moving[: len(found.directions)] = found.directions.slow
-        told = _refitted(found, number == place, moving)
-        if told is None:
-            return ()
-        own = np.zeros(len(moving), bool)
-        own[found.sizes] = True
-        own = own[moving]
-        sizes = found.calibration.sizes + told.sizes[own]
-        out.append(Witness(sizes, told.covariance[np.ix_(own, own)]))
-    return tuple(out)
+    return np.asarray(-inverted(normal) @ pull)
 
 
 def outlier_of(found: Minimum[Experiment]) -> Outlier | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import strictly_later
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
@@ -27,7 +28,6 @@ from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.measurement.holds import Hold, Rotation
 
-AXES = "xyz"
 ONE_AXIS_SHARE = 0.9
 """Share of all turning that is about one body axis, for Q's single-axis methods."""
 LEVEL = 0.35

@@ -19,7 +19,6 @@ from imucal_wizard.core.quantities import (
     unit_sign,
     value_and_error,
 )
-from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
 from imucal_wizard.report.plot import scatter
@@ -66,14 +65,25 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     return Group(*parts, *hold_table(report))
 
 
-def bench_rows(benches: Benches | None, width: int) -> list[Line]:
-    """A row for each sensor to whose model the bench has added effects."""
+def bench_rows(report: FitReport | None, width: int, *, saved: bool) -> list[Line]:
+    """A row for each sensor to whose model the bench has added effects.
+
+    Args:
+        report: the fit with them, or None.
+        width: columns there are.
+        saved: the saved file has them.
+    """
     rows: list[Line] = []
-    for name, (model, _) in (benches.models() if benches is not None else {}).items():
-        terms, unit = " + ".join(benches.found(name) if benches else ()), model.unit
-        errors = f"{quantity(model.rms_fitted, unit)} fitted, {quantity(model.rms_held_out, unit)}"
-        words = f"✓ from the bench: {name} + {terms}, {errors} held out; saved with it"
-        rows += wrapped(words, width, "good", indent="  ")
+    for name, fit in (report.sensors if report is not None else {}).items():
+        if fit.terms:
+            terms = " + ".join(term.name for term in fit.terms)
+            words = f"from the bench: {name} + {terms}; {'saved' if saved else 'not saved yet'}"
+            rows += wrapped(
+                f"{'✓' if saved else '▸'} {words}",
+                width,
+                "good" if saved else "accent",
+                indent="  ",
+            )
     return rows
 
 
