@@ -3,11 +3,11 @@
 Each session is one chain: every hold ends one rotation and begins the next. The Cramér–Rao bound is
 numerical: differences of the simulated readings of all holds and of the directions that the
 rotations carry, by every parameter of the accelerometer, of the gyroscope and by the true direction
-of each hold, with the true variances. It shares no formula with the estimator. The table shows for each group of
-parameters the rms error over its bound and the share of 95 % intervals that hold the truth, with
-the worst single parameter; noise is drawn anew in each session, truth and motion stay. Where few
-directions leave angles of the accelerometer undetermined, the accelerometer is drawn anew, too, with
-errors of usual size, and the bound takes them as known before.
+of each hold, with the true variances. It shares no formula with the estimator. The table shows for
+each group of parameters the rms error over its bound and the share of 95 % intervals that hold the
+truth, with the worst single parameter; noise is drawn anew in each session, truth and motion stay.
+Where few directions leave angles of the accelerometer undetermined, the accelerometer is drawn anew
+with errors of usual size, and the bound takes these sizes as known.
 """
 
 import sys

@@ -21,7 +21,11 @@ from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of,
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
-from imucal_wizard.model.identifiability import Identifiable, identifiable, undetermined_modes
+from imucal_wizard.model.identifiability import (
+    Identifiable,
+    identifiable,
+    undetermined_modes,
+)
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
@@ -206,15 +210,27 @@ class AccelerometerExperiment(Experiment):
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
         doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-        # what these poses do not determine is wrong by its usual size
-        modes = undetermined_modes(rows.direction, self.identified.basis)
-        doubt = np.concatenate([doubt, up_changes(rows.direction, modes)], axis=2)
-        variance = self.across + excess
+        return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+    def referred(
+        self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray
+    ) -> GravityReference:
+        """Up in each hold with all its errors.
+
+        Parameters that these poses do not determine are wrong by their usual size.
+
+        Args:
+            up: unit vectors, shape (n, 3).
+            doubt: change of ``up`` with one standard deviation of what was fitted, (n, 3, k).
+            excess: variance of the holds beyond their own noise, which counts as tilt, (m/s²)².
+            basis: free directions of the nine parameters, shape (9, p).
+        """
+        modes = undetermined_modes(up, basis)
         return GravityReference(
-            rows.direction,
+            up,
             self.source.labels.group,
-            variance / self.gravity**2,
-            doubt,
+            (self.across + excess) / self.gravity**2,
+            np.concatenate([doubt, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
         )
