@@ -15,6 +15,7 @@ import numpy as np
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.fit import groups_by_size
+from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
@@ -124,6 +125,25 @@ class WhitenedResiduals:
             weight = self.independent.blocks(1.0 / self.noise, rows)
             found.append((rows, np.linalg.inv(np.linalg.cholesky(weight))))
         return tuple(found)
+
+    @property
+    def visits(self) -> Visits:
+        """Which rows repeat one another.
+
+        A direction of the field comes again at another place of the room, which is no noise.
+        """
+        return Visits.of(self.kind < RowKind.ROTATION, self.group, self.visit, self.axis)
+
+    def lack_of_fit(self) -> LackOfFit:
+        """Whether measured noise makes what is left."""
+        return lack_of_fit(self.residual, self.base, self.sigma, self.visits)
+
+    def lack_without(self, source: int) -> LackOfFit:
+        """The same without the rows of one hold or rotation."""
+        out = self.source == source
+        # an error of its own for each of these rows takes them out
+        columns = np.column_stack([self.base, self.whitened(np.eye(len(self))[:, out])])
+        return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}

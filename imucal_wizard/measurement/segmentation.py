@@ -20,6 +20,7 @@ from imucal_wizard.core.limits.stillness import (
     VARIANCE_FACTORS,
 )
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
+from imucal_wizard.measurement.blocks import Blocks
 from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
 from imucal_wizard.measurement.holds import (
     Hold,
@@ -44,10 +45,15 @@ def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
     Many limits find the same run, so each is summarised once.
     """
     if run not in stream.holds:
-        piece = trim_ends(stream.blocks.select(slice(*run)), stream.step_a, stream.step_g)
-        long = piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9
-        stream.holds[run] = hold_from(piece) if long else None
+        piece = stream.blocks.select(slice(*run))
+        if _long_enough(piece):
+            piece = trim_ends(piece, stream.step_a, stream.step_g)
+        stream.holds[run] = hold_from(piece) if _long_enough(piece) else None
     return stream.holds[run]
+
+
+def _long_enough(piece: Blocks) -> bool:
+    return bool(piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9)
 
 
 def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:

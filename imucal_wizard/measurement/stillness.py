@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, median_of_rows
+from imucal_wizard.core.statistics import median, median_of_rows, true_on_all_axes
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
@@ -104,12 +104,12 @@ class Windows:
 
     def still(self, limits: Limits) -> BoolArray:
         """Which windows are still under these limits, shape (m,)."""
-        still = self.full & (self.std_a <= limits.accelerometer).all(axis=1)
+        still = self.full & true_on_all_axes(self.std_a <= limits.accelerometer)
         if self.std_g is not None and limits.gyroscope is not None:
-            still &= (self.std_g <= limits.gyroscope).all(axis=1)
+            still &= true_on_all_axes(self.std_g <= limits.gyroscope)
         rest = limits.gyroscope_mean
         if self.mean_g is not None and limits.rate is not None and rest is not None:
-            still &= (np.abs(self.mean_g - rest) <= limits.rate).all(axis=1)
+            still &= true_on_all_axes(np.abs(self.mean_g - rest) <= limits.rate)
         return still
 
 
