@@ -53,7 +53,7 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import diagnose
 
         diagnosis = diagnose(fit)
-    says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
+    says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
     if arguments.save:
         fit.judged(diagnosis).save(arguments.save)
     if arguments.json:

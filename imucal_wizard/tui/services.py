@@ -182,7 +182,7 @@ class WizardServices:
         made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
         path = self._written(made)
         diagnoses = {} if benches is None else self.diagnose(benches)
-        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        says = [f"{one.sensor}: {one.says}" for one in diagnoses.values()]
         could_be = {name: one.could_be for name, one in diagnoses.items()}
         return Saved(path, (summary(report, says, could_be), f"saved: {path}"), report)
 
