@@ -254,9 +254,7 @@ class Fit:
 
         calibration = self.calibration
         sensors = {
-            name: structs.replace(
-                sensor, verdict=str(diagnosis[name].verdict), usable=diagnosis[name].usable
-            )
+            name: structs.replace(sensor, verdict=str(diagnosis[name].verdict))
             if name in diagnosis
             else sensor
             for name, sensor in calibration.sensors.items()
