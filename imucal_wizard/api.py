@@ -254,7 +254,11 @@ class Fit:
 
         calibration = self.calibration
         sensors = {
-            name: structs.replace(sensor, verdict=str(diagnosis[name].verdict))
+            name: structs.replace(
+                sensor,
+                verdict=str(diagnosis[name].verdict),
+                could_be=diagnosis[name].could_be,
+            )
             if name in diagnosis
             else sensor
             for name, sensor in calibration.sensors.items()

@@ -185,8 +185,9 @@ class WizardServices:
         path = self._written(made if self._options.force else made.usable_part())
         diagnoses = {} if benches is None else self.diagnose(benches)
         says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        could_be = {name: one.could_be for name, one in diagnoses.items()}
         without = f" without the {' and the '.join(left_out)}" if left_out else ""
-        return Saved(path, (summary(report, says), f"saved: {path}{without}"), report)
+        return Saved(path, (summary(report, says, could_be), f"saved: {path}{without}"), report)
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""
