@@ -52,7 +52,7 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import diagnose
 
         diagnosis = diagnose(fit)
-    says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
+    says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
     calibration = fit.judged(diagnosis)
     saved = save_usable(calibration, arguments.save, force=arguments.force)
     if arguments.json:

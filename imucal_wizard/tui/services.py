@@ -184,7 +184,7 @@ class WizardServices:
         left_out = [] if self._options.force else list(made.unusable)
         path = self._written(made if self._options.force else made.usable_part())
         diagnoses = {} if benches is None else self.diagnose(benches)
-        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        says = [f"{one.sensor}: {one.says}" for one in diagnoses.values()]
         could_be = {name: one.could_be for name, one in diagnoses.items()}
         without = f" without the {' and the '.join(left_out)}" if left_out else ""
         return Saved(path, (summary(report, says, could_be), f"saved: {path}{without}"), report)
