@@ -257,7 +257,6 @@ class Fit:
             name: structs.replace(
                 sensor,
                 verdict=str(diagnosis[name].verdict),
-                usable=diagnosis[name].usable,
                 could_be=diagnosis[name].could_be,
             )
             if name in diagnosis
