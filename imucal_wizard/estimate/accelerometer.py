@@ -21,14 +21,20 @@ from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of,
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
-from imucal_wizard.model.identifiability import Identifiable, identifiable
+from imucal_wizard.model.identifiability import (
+    BIAS,
+    NON_ORTHOGONALITY,
+    SCALE,
+    Identifiable,
+    identifiable,
+)
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 BASE = ("bias", "scale", "non-orthogonality")
 ENTRY_OF = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 """Which of the twelve entries the nine parameters are: biases, then M's xx, xy, xz, yy, yz, zz."""
-PLACES = {"bias": (0, 1, 2), "scale": (3, 6, 8), "non-orthogonality": (4, 5, 7)}
+PLACES = {"bias": BIAS, "scale": SCALE, "non-orthogonality": NON_ORTHOGONALITY}
 """Which of the nine belong to each term."""
 PARAMETERS = {
     "bias": ("bias_x", "bias_y", "bias_z"),

@@ -16,7 +16,7 @@ from imucal_wizard.measurement.segmentation import loose_candidates, rest_number
 from imucal_wizard.measurement.stillness import reduce_recording
 from imucal_wizard.model.identifiability import expected_error
 
-AS_GOOD = 1.1
+EQUAL_EXPECTED_RATIO = 1.1
 """Expected errors that differ by less say nothing: each comes from about thirty residuals, which
 know a spread to 13 % at best."""
 GOOD_ENOUGH = 1e-3
@@ -56,7 +56,11 @@ def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
     least = min(errors)
     if not np.isfinite(least):
         return max(found, key=_directions)
-    equal = [one for one, error in zip(found, errors, strict=True) if error <= AS_GOOD * least]
+    equal = [
+        one
+        for one, error in zip(found, errors, strict=True)
+        if error <= EQUAL_EXPECTED_RATIO * least
+    ]
     return max(equal, key=lambda holds: sum(one.end - one.start for one in holds) / len(holds))
 
 

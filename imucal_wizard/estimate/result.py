@@ -44,19 +44,6 @@ class Parameter:
 
 
 @dataclass(frozen=True, eq=False)
-class Witness:
-    """What one kind of rows alone says of the sizes of effects.
-
-    Attributes:
-        sizes: of all effects one after the other, shown units, shape (p,).
-        covariance: of the sizes, shape (p, p).
-    """
-
-    sizes: FloatArray
-    covariance: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class GravityReference:
     """Up in each hold, as a calibrated accelerometer sees it.
 
@@ -97,6 +84,8 @@ class SensorFit:
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
             be left out.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten;
+            None where none can be left out.
         floor: rms held out that measured noise alone would make of a complete model; None where
             none can be left out or the noise is not known.
         floor_fitted: the same of the fitted rms.
@@ -129,8 +118,6 @@ class SensorFit:
         rows: the residual table; None of a method of the papers.
         rms_late: error of the later part of the session under the fit of the earlier part; None
             where the earlier part does not determine the model.
-        witnesses: what each kind of rows alone says of all sizes; empty without effects, or with
-            one kind only.
         reference: of an accelerometer, up in each hold.
         experiment: the rows that were fitted, for a fit of the same data with other terms.
         outlier: the hold or rotation that does not fit with all others, if one stands out.
@@ -163,6 +150,7 @@ class SensorFit:
     not_held_out: str = ""
     validation: tuple[float, ...] = ()
     floor_fitted: float | None = None
+    held_out_interval: tuple[float, float] | None = None
     base: tuple[str, ...] = ()
     terms: tuple[Term, ...] = ()
     sizes: tuple[FloatArray, ...] = ()
@@ -170,7 +158,6 @@ class SensorFit:
     size_covariance: FloatArray | None = None
     rows: "ResidualTable | None" = None
     rms_late: float | None = None
-    witnesses: tuple[Witness, ...] = ()
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None

@@ -12,13 +12,13 @@ from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import SensorFit
 
-SCHEMA = "imucal-wizard/bench/1"
+BENCH_SCHEMA = "imucal-wizard/bench/1"
 
 
 def bench_document(statements: Sequence[Diagnosis], warnings: Sequence[str] = ()) -> dict[str, Any]:
     """The diagnoses as a document of lists and numbers."""
     return {
-        "schema": SCHEMA,
+        "schema": BENCH_SCHEMA,
         "warnings": list(warnings),
         "sensors": {one.sensor: _sensor(one) for one in statements},
     }

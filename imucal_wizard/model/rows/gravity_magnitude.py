@@ -20,16 +20,13 @@ from imucal_wizard.model.rows.source import (
     hold_influences,
     hold_place,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of
+from imucal_wizard.model.terms import CONVERGED, MAX_PASSES, Term, Terms, columns_of
 
-MAX_PASSES = 30
-CONVERGED = 1e-13
-"""Change of x, in units of gravity, at which the fixed point is reached."""
 DIVERGED = 1e6
 """Factor on the residual where effects are so large that x is not determined."""
 STEP = 1e-4
 """For the derivative of ε by x, in units of gravity."""
-SHORTEST = 1e-12
+SHORTEST_FORCE = 1e-12
 """A force shorter than this, in units of gravity, has no direction."""
 
 
@@ -57,7 +54,7 @@ class MagnitudeRows(Rows):
         self.force = force
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
         self.own = source.noise
-        self.direction = force / np.maximum(length, SHORTEST * source.gravity)[:, None]
+        self.direction = force / np.maximum(length, SHORTEST_FORCE * source.gravity)[:, None]
         self.lever = self.direction
         self._inverse: FloatArray | None = None
 
