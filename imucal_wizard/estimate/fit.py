@@ -16,10 +16,12 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
-from imucal_wizard.estimate.distributions import chi_square
+from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
+from imucal_wizard.estimate.repeatability import repeatability_of
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.variance_components import (
     Balance,
@@ -57,8 +59,6 @@ EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
-WITHIN_NINETY = 1.6449
-"""Standard deviations to either side that hold nine in ten of a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,14 +326,6 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     covariance, slow = found.covariance(), experiment.slow_noise(found)
     free, sizes = slice(0, len(found.directions)), found.sizes
     of_entries = of_sizes = by_repeats = None
-    repeats, repeat_freedom = _repeats(found)
-    if covariance is not None:
-        basis = found.directions.columns
-        of_entries = basis @ covariance[free, free] @ basis.T + slow
-        of_sizes = covariance[sizes, sizes]
-        if repeats is not None:
-            share = repeats / float((found.white_variance / found.balance.variance).mean())
-            by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
     errors = found.errors
     left_out = _left_out(found)
     out = None if left_out is None else left_out.errors
@@ -349,11 +341,24 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         variance=found.balance.variance,
         own=found.system.own,
     )
+    repeats = repeatability_of(table)
+    if covariance is not None:
+        basis = found.directions.columns
+        of_entries = basis @ covariance[free, free] @ basis.T + slow
+        of_sizes = covariance[sizes, sizes]
+        # repeats tell the scatter of the rows fitted only where all of these are such rows
+        if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
+            share = repeats.rms**2 / float(found.white_variance.mean())
+            by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
     items = _items(found)
     size_errors = np.full(len(terms), np.nan)
     if of_sizes is not None:
         size_errors = np.sqrt(np.maximum(np.diag(of_sizes), 0.0))
     odd = outlier_of(found)
+    if odd is not None:
+        # where the others do not agree either, there is no reason to accuse one of them
+        accused = items.rows[items.item == odd.index]
+        odd = odd if lack_without(table, accused).within_noise else None
     kept = list(experiment.covariance_entries)
     return SensorFit(
         sensor=experiment.sensor,
@@ -387,8 +392,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
-        repeat_rms=_repeat_rms(found, repeats),
-        repeat_degrees_of_freedom=repeat_freedom,
+        repeatability=repeats,
         suspects=() if odd is None else (odd.index,),
         not_held_out="" if out is not None else _why_none(found),
         base=found.base,
@@ -603,33 +607,6 @@ def _why_none(found: Minimum[Experiment]) -> str:
         f"without one of the {one}s the others do not determine this model, so none could be left "
         "out to check it: add some"
     )
-
-
-def _repeats(found: Minimum[Experiment]) -> tuple[float | None, int]:
-    """Variance of the rows about the mean of their direction, over that found; and its freedom."""
-    system, variance = found.system, found.balance.variance
-    sources = found.experiment.sources
-    noise = np.concatenate(
-        [np.full(len(s.labels), s.judged and s.repeats_are_noise) for s in sources]
-    )
-    single = np.concatenate([s.labels.axis < 0 for s in sources])
-    rows = np.flatnonzero(noise & single & (found.groups >= 0))
-    if not len(rows):
-        return None, 0
-    label = np.unique(found.groups[rows], return_inverse=True)[1]
-    weight = 1.0 / variance[rows]
-    mean = np.bincount(label, weight * system.residual[rows]) / np.bincount(label, weight)
-    freedom = int((np.bincount(label) - 1).sum())
-    scatter = float((weight * (system.residual[rows] - mean[label]) ** 2).sum())
-    return (scatter / freedom, freedom) if freedom else (None, 0)
-
-
-def _repeat_rms(found: Minimum[Experiment], repeats: float | None) -> float | None:
-    """Scatter of repeated holds about the mean of their direction, in the row's unit."""
-    if not repeats:
-        return None
-    items = _items(found)
-    return float(np.sqrt(repeats)) * items.mean(found.balance.variance)
 
 
 def _rms_later(found: Minimum[Experiment]) -> float | None:

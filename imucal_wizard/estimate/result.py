@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.outliers import Outlier
+    from imucal_wizard.estimate.repeatability import Repeatability
     from imucal_wizard.estimate.second_stage.found import SecondStage
     from imucal_wizard.model.rows.table import ResidualTable
 
@@ -32,7 +33,7 @@ class Parameter:
         unit: unit word.
         carried: False when the data do not carry it, so that it stays at its nominal value.
         standard_error_repeats: the same from the repeats alone, with the fit's
-            ``repeat_degrees_of_freedom``; None where there are none.
+            ``repeatability.freedom``; None where there are none.
     """
 
     name: str
@@ -103,9 +104,8 @@ class SensorFit:
             the truth 95 times in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of
             ``distributions`` times the standard error to either side; 1.96 only where there are
             many.
-        repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
-            what no model can explain; None without repeats.
-        repeat_degrees_of_freedom: of ``repeat_rms``.
+        repeatability: how far the same pose differs from one visit to the next: what no model of
+            the pose can explain; None where no pose was repeated.
         suspects: which of the residuals stand out from all others: to be measured again.
         unused: which of the residuals are of holds that the method does not look at, so that they
             are held out as they are.
@@ -143,8 +143,7 @@ class SensorFit:
     validation_rms: float | None = None
     warnings: tuple[str, ...] = ()
     degrees_of_freedom: int = 0
-    repeat_rms: float | None = None
-    repeat_degrees_of_freedom: int = 0
+    repeatability: "Repeatability | None" = None
     suspects: tuple[int, ...] = ()
     unused: tuple[int, ...] = ()
     not_held_out: str = ""

@@ -310,7 +310,8 @@ class ReducedRecording:
         noise: noise of its quietest two seconds, at least the rounding noise.
         step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
         step_g: resolution of each gyroscope axis, or None.
-        holds: the hold in each run of blocks summarised so far; None if it is too short.
+        gravity: reading of one gravity: half the range of the liveliest axis.
+        holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
     blocks: Blocks
@@ -318,7 +319,13 @@ class ReducedRecording:
     noise: Noise
     step_a: FloatArray
     step_g: FloatArray | None
+    gravity: float
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> float:
+        """Duration of all blocks together, s."""
+        return float((self.blocks.end - self.blocks.start).sum())
 
 
 def reduce_recording(readings: Readings) -> ReducedRecording | None:
@@ -335,7 +342,10 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     step_a = resolution_of(readings.accelerometer.values)
     step_g = None if gyroscope is None else resolution_of(gyroscope.values)
     noise = _quietest(windows, step_a, step_g)
-    return None if noise is None else ReducedRecording(blocks, windows, noise, step_a, step_g)
+    if noise is None:
+        return None
+    gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity)
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:

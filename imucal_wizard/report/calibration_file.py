@@ -113,7 +113,10 @@ class Sensor(msgspec.Struct, frozen=True):
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
-        repeatability: rms between repeats of a pose, or None without repeats.
+        repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
+            rest), or None where no pose was repeated.
+        repeatability_interval: 90 % interval of ``repeatability``, or None.
+        repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
         usable: whether applying it is better than not; None without a verdict.
@@ -138,6 +141,8 @@ class Sensor(msgspec.Struct, frozen=True):
     held_out_interval: tuple[float, float] | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
+    repeatability_interval: list[float] | None = None
+    repeatability_unit: str | None = None
     not_determined: list[str] = []
     verdict: str | None = None
     usable: bool | None = None
@@ -284,6 +289,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
                 reference_time=None if where is None else finite_or_none(where.reference_time),
             )
         )
+    repeats = fit.repeatability
     return Sensor(
         model=list(fit.model),
         method=fit.method,
@@ -303,7 +309,11 @@ def sensor_record(fit: SensorFit) -> Sensor:
         floor_fitted=fit.floor_fitted,
         held_out_interval=fit.held_out_interval,
         rms_validation=fit.validation_rms,
-        repeatability=fit.repeat_rms,
+        repeatability=None if repeats is None else finite_or_none(repeats.rms),
+        repeatability_interval=None
+        if repeats is None or not np.isfinite(repeats.interval).all()
+        else list(repeats.interval),
+        repeatability_unit=None if repeats is None else repeats.unit,
         not_determined=list(fit.not_determined),
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         warnings=list(fit.warnings),

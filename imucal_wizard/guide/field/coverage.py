@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.limits.procedure import FACE_GAIN_SHARE
-from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, rotation_towards
+from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, angle_between
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.estimate.ellipsoid.coverage import GAP_SHARES, bin_of
@@ -73,7 +73,8 @@ def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> 
     fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
     enough = FACE_GAIN_SHARE * max(fills.values())
     near = [face for face in missing if fills[face] >= enough]
-    return min(near, key=lambda face: round(rotation_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+    tie = np.radians(TIE_DEG)
+    return min(near, key=lambda face: round(angle_between(up, -DIRECTIONS[face]) / tie))
 
 
 def next_motion(survey: Survey) -> str | None:
