@@ -255,7 +255,10 @@ class Fit:
         calibration = self.calibration
         sensors = {
             name: structs.replace(
-                sensor, verdict=str(diagnosis[name].verdict), usable=diagnosis[name].usable
+                sensor,
+                verdict=str(diagnosis[name].verdict),
+                usable=diagnosis[name].usable,
+                could_be=diagnosis[name].could_be,
             )
             if name in diagnosis
             else sensor

@@ -64,7 +64,8 @@ def run(argv: Sequence[str]) -> int:
     if tell is say:
         from imucal_wizard.report.text import summary
 
-        say(summary(fit.report, says))
+        could_be = {name: one.could_be for name, one in diagnosis.items()}
+        say(summary(fit.report, says, could_be))
     else:
         for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")

@@ -33,7 +33,8 @@ class Candidate:
     """One way in which one effect would show, with one setting of what is not linear in it.
 
     Attributes:
-        term: name of the effect.
+        effect: the effect.
+        term: its name.
         family: name shared by effects that 1 g cannot split, or the term itself.
         variant: the setting, or None.
         names: the parameters, one per column.
@@ -42,6 +43,7 @@ class Candidate:
         unit: the shown unit.
     """
 
+    effect: Effect
     term: str
     family: str
     variant: float | None
@@ -165,6 +167,7 @@ def _candidates(
     parameters = effect.parameters(sensor)
     return [
         Candidate(
+            effect=effect,
             term=effect.name,
             family=effect.family or effect.name,
             variant=variant,

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -106,16 +107,7 @@ def _expected_error(columns: FloatArray, basis: FloatArray, noise: float) -> flo
     return float(np.sqrt(((noise * _SPHERE_ROOT @ spread) ** 2).sum() + (kept**2).sum()))
 
 
-def _sphere(count: int = 400) -> FloatArray:
-    """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
-    index = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * index / count
-    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
-    ring = np.sqrt(1.0 - z * z)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
-
-
-_SPHERE = _sphere()
+_SPHERE = even_directions(400)
 _SPHERE_ROOT = np.linalg.qr(design(_SPHERE), mode="r") / np.sqrt(len(_SPHERE))
 """R with ``|R v|²`` the mean square of ``j(u)·v`` over the sphere, shape (9, 9)."""
 UNCALIBRATED = float(np.linalg.norm(_SPHERE_ROOT * TYPICAL_SIZE))

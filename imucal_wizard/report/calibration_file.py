@@ -112,6 +112,8 @@ class Sensor(msgspec.Struct, frozen=True):
             or None.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
+        could_be: error without noise that is exceeded in one of twenty directions if the sensor has
+            effects that these poses do not show; None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
             rest), or None where no pose was repeated.
@@ -139,6 +141,7 @@ class Sensor(msgspec.Struct, frozen=True):
     floor: float | None = None
     floor_fitted: float | None = None
     held_out_interval: tuple[float, float] | None = None
+    could_be: float | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     repeatability_interval: list[float] | None = None

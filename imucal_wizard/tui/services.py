@@ -183,7 +183,8 @@ class WizardServices:
         path = self._written(made)
         diagnoses = {} if benches is None else self.diagnose(benches)
         says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
-        return Saved(path, (summary(report, says), f"saved: {path}"), report)
+        could_be = {name: one.could_be for name, one in diagnoses.items()}
+        return Saved(path, (summary(report, says, could_be), f"saved: {path}"), report)
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""

@@ -42,6 +42,7 @@ from imucal_wizard.model.rows.source import (
     Rows,
     RowSource,
     rounding_names,
+    unmeasured,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
@@ -302,6 +303,43 @@ class GravityClosure(RowSource):
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "GravityClosure":
+        """See ``RowSource``: the same rotations of a device that lies otherwise in the hand.
+
+        Each rotation has its z axis turned to one of the directions.
+        """
+        del terms  # they move the rate by far less than it is
+        count = len(self.before)
+        z = directions[np.arange(count) % len(directions)]
+        across = np.eye(3)[np.abs(z).argmin(axis=1)]
+        x = unit_vectors(np.cross(across, z))
+        turns = np.stack([x, np.cross(z, x), z], axis=2)
+        each, samples = turns[self.samples.rotation], self.samples
+        rate = (samples.reading - calibration.bias) @ calibration.matrix.T
+
+        def turned(vectors: FloatArray, by: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("nij,nj...->ni...", by, vectors))
+
+        reading = turned(rate, each) @ np.linalg.inv(calibration.matrix).T + calibration.bias
+        motion = self.motion
+        return replace(
+            self,
+            samples=replace(samples, reading=reading),
+            before=turned(self.before, turns),
+            after=turned(self.after, turns),
+            before_doubt=turned(self.before_doubt, turns),
+            after_doubt=turned(self.after_doubt, turns),
+            motion=replace(
+                motion,
+                force=turned(motion.force, each),
+                rate=turned(motion.rate, each),
+                previous=turned(motion.previous, each),
+            ),
+            labels=unmeasured(count, 2),
+        )
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""

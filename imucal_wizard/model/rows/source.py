@@ -84,6 +84,13 @@ class RowLabels:
         return len(self.index)
 
 
+def unmeasured(count: int, components: int = 1) -> RowLabels:
+    """Labels of rows that nobody has measured: the items one after the other, nothing else."""
+    index, none = np.repeat(np.arange(count), components), np.full(count * components, -1)
+    zeros = np.zeros(len(index))
+    return RowLabels(index, none, none, none, zeros, np.zeros((len(index), 2)), 0 * none)
+
+
 class Rows(ABC):
     """The rows of one source at one calibration.
 
@@ -201,6 +208,22 @@ class RowSource(ABC):
             up: unit vectors, shape (h, 3).
         """
         del up  # for rows that rest on gravity
+        return self
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "RowSource":
+        """Rows as a new measurement without noise would make them, in other directions.
+
+        Args:
+            directions: of the true input, unit vectors, shape (d, 3).
+            calibration: of the sensor.
+            terms: its effects.
+
+        Returns:
+            These rows themselves where nothing else can be measured.
+        """
+        del directions, calibration, terms
         return self
 
     def item(self, row: int) -> int:
