@@ -36,9 +36,15 @@ class Parser(argparse.ArgumentParser):
     width, which it does for every option, takes as long as reading 3 MB.
     """
 
-    def __init__(self, prog: str, description: str) -> None:
-        formatter = partial(argparse.HelpFormatter, width=HELP_COLUMNS)
-        super().__init__(prog=prog, description=description, formatter_class=formatter)
+    def __init__(
+        self,
+        prog: str,
+        description: str,
+        epilog: str | None = None,
+        formatter: type[argparse.HelpFormatter] = argparse.HelpFormatter,
+    ) -> None:
+        made = partial(formatter, width=HELP_COLUMNS)
+        super().__init__(prog=prog, description=description, epilog=epilog, formatter_class=made)
 
     def error(self, message: str) -> NoReturn:
         """Report what is wrong with the options and how to get help."""
