@@ -160,6 +160,26 @@ def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
     yield BIAS, True
 
 
+SMALLEST_MODE = 1e-9
+"""Length of an error mode, in units of g and rad, below which it is rounding."""
+
+
+def undetermined_modes(up: FloatArray, basis: FloatArray) -> FloatArray:
+    """Error modes of what a fit leaves at its nominal value, in units of g and rad, shape (9, k).
+
+    Each is a parameter of usual size together with the shift that it causes in the fitted
+    parameters at these directions.
+
+    Args:
+        up: unit vectors, shape (n, 3).
+        basis: free directions of the nine parameters, shape (9, p).
+    """
+    columns = design(up)
+    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
+    modes = (np.eye(SIZE) - taken) * TYPICAL_SIZE
+    return np.asarray(modes[:, np.linalg.norm(modes, axis=0) > SMALLEST_MODE])
+
+
 def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
     left = [place for place in NON_ORTHOGONALITY if place not in places]
     dropped = tuple(ANGLES[place] for place in left)

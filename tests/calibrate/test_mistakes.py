@@ -114,7 +114,16 @@ def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
 
 @pytest.mark.parametrize(
     ("factor", "word"),
-    [(180.0 / np.pi, "deg/s"), (np.pi / 180.0, "rad/s, not deg/s"), (1e3, "thousandths")],
+    [
+        (180.0 / np.pi, "in deg/s and were taken for rad/s"),
+        (np.pi / 180.0, "in rad/s and were taken for deg/s"),
+        (1e3, "thousandths"),
+        (1.0 / 3.0, "the sampling rate is about 33 Hz instead of 100 Hz"),
+        (1.0 / 12.0, "the sampling rate is about 8."),
+        (1.7, "the sampling rate is about 170 Hz"),
+        (0.25, "the range set in the device is 4 times wider"),
+        (2.0, "the range set in the device is 2 times narrower"),
+    ],
 )
 def test_a_wrong_unit_of_rate_is_told(factor: float, word: str) -> None:
     """Readings in degrees that were taken for radians, and the like."""
@@ -142,7 +151,9 @@ def test_a_wrong_unit_of_acceleration_is_told(unit: str, factor: float) -> None:
     )
 
 
-@pytest.mark.parametrize(("factor", "word"), [(2.0, "twice too high"), (0.5, "twice too low")])
+@pytest.mark.parametrize(
+    ("factor", "word"), [(2.0, "Hz instead of 200 Hz"), (0.5, "Hz instead of 50 Hz")]
+)
 def test_a_wrong_sampling_rate_is_told(factor: float, word: str) -> None:
     """Time half as long or twice: every angle is wrong by that."""
     report = fit_readings(at_rate(session(), factor))

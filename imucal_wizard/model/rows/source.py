@@ -97,7 +97,7 @@ class Rows(ABC):
     Attributes:
         residual: measured less predicted, without the part that is linear in the shared
             parameters, in the row's unit, shape (n,).
-        own: variance of each row by measured noise alone, shape (n,).
+        own: variance of each row by measured noise that it shares with no other, shape (n,).
         direction: up (or the field) as the row sees it, unit vectors, NaN in motion, (n, 3).
         lever: by how much each row moves with an error of the input on each axis, shape (n, 3).
     """
@@ -122,6 +122,23 @@ class Rows(ABC):
     def shared_columns(self) -> FloatArray:
         """Derivative by the source's shared parameters, shape (n, k)."""
         return np.zeros((len(self.residual), 0))
+
+    def loading(self) -> "Loading | None":
+        """Measured noise that several rows share; None where there is none."""
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Loading:
+    """How n rows move with independent latent errors, each of variance one.
+
+    Attributes:
+        latent: numbers of the k latent errors that each row has a part in, shape (n, k).
+        weight: by how much each of them moves the row, in the row's unit, shape (n, k).
+    """
+
+    latent: IntArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
