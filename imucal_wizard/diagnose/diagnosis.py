@@ -122,7 +122,4 @@ class Diagnosis:
     def usable(self) -> bool:
         """Whether applying the calibration is better than not applying it, on data held out."""
         fit = None if self.report is None else self.report.sensors.get(self.sensor)
-        if fit is None:
-            return False
-        error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
-        return fit.rms_before is None or error <= fit.rms_before
+        return fit is not None and not fit.unusable

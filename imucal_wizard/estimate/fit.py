@@ -205,11 +205,14 @@ def minimum(
         return solved(system, variance, system.precision)
 
     for _ in range(MAX_ITERATIONS):
-        system = problem.system(calibration, rows)
-        balance = solve(system)
-        calibration, rows = problem.downhill(calibration, rows, system, balance)
+        with np.errstate(over="ignore", invalid="ignore"):  # a fit that diverges is refused below
+            system = problem.system(calibration, rows)
+            balance = solve(system)
+            calibration, rows = problem.downhill(calibration, rows, system, balance)
         length = balance.step_length
-        if length < ARRIVED:
+        if not np.isfinite(calibration.entries).all():
+            length = np.inf
+        if length < ARRIVED or length == np.inf:
             break
     if not length < VALLEY:
         raise DataError(
