@@ -261,4 +261,22 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
         return []
     count = sum(map(len, reasons.values()))
     each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
-    return [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    clipped = [one for one in rotations if one.problem and "clipped" in one.problem]
+    if clipped:
+        places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])
+        more = f" and {len(clipped) - 3} more" if len(clipped) > 3 else ""
+        seconds = sum(map(_seconds_at_end, clipped))
+        notes.append(
+            f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
+            f"for {seconds:.2g} s in all: turn more slowly, or set a wider range in the device"
+        )
+    return notes
+
+
+def _seconds_at_end(rotation: Rotation) -> float:
+    """Time for which the liveliest axis stays at its extremes, s."""
+    spans = np.ptp(rotation.rate, axis=0)
+    axis = rotation.rate[:, int(spans.argmax())]
+    flat = max(int((axis == end).sum()) for end in (axis.min(), axis.max()))
+    return flat * float(np.diff(rotation.time).mean())

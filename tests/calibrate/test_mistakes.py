@@ -193,6 +193,17 @@ def test_a_clipped_axis_costs_its_rotations_only() -> None:
     assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
 
 
+@pytest.mark.parametrize("limit", [60.0, 100.0])
+def test_clipping_is_seen_without_knowing_the_range(limit: float) -> None:
+    """Flat at ±100 °/s, below every usual range: turn more slowly, in these rotations."""
+    end = np.radians(limit)
+    report = fit_readings(with_gyroscope(session(), lambda y: np.clip(y, -end, end)))
+    assert sum("clipped" in (one.problem or "") for one in report.rotations) > 10
+    assert _warned(report, "end of its range", "turn more slowly", " s in all")
+    fit = report.sensors.get("gyroscope")
+    assert fit is None or np.degrees(fit.rms_fitted) < 1.0
+
+
 def test_two_printed_decimals_are_not_clipping() -> None:
     """0.01 rad/s and 0.01 m/s²: the tops of slow turns are flat, and that is all."""
     coarse = with_gyroscope(session(), lambda y: np.round(y, 2))
