@@ -16,8 +16,6 @@ from imucal_wizard.measurement.holds import Hold, hold_from
 
 GRAVITY = 9.80665
 MG = 1e-3 * GRAVITY
-RATE = 50.0
-"""Samples per second."""
 MOVED = 4.0
 """Seconds from one hold to the next."""
 STEP = 0.1
@@ -58,6 +56,7 @@ class Session:
 
     Attributes:
         holds: still periods.
+        readings: their samples.
         sensitivity: S, upper triangular, shape (3, 3).
         bias: b and the mean of the wandering over the session, shape (3,).
         up: directions of gravity, shape (n, 3).
@@ -65,6 +64,7 @@ class Session:
     """
 
     holds: list[Hold]
+    readings: Readings
     sensitivity: FloatArray
     bias: FloatArray
     up: FloatArray
@@ -120,6 +120,7 @@ def session(
     rng: np.random.Generator,
     seconds: float = 3.0,
     rest: float = 0.0,
+    rate: float = 50.0,
 ) -> Session:
     """One session with a sensor drawn anew.
 
@@ -129,6 +130,7 @@ def session(
         rng: where chance comes from.
         seconds: duration of each hold.
         rest: duration of a long rest in the last direction after all, s; 0 for none.
+        rate: samples per second.
     """
     up = design / np.linalg.norm(design, axis=1)[:, None]
     up = up + np.radians(1.0) * rng.standard_normal(up.shape)
@@ -143,19 +145,26 @@ def session(
     moments = round((starts[-1] + durations[-1]) / STEP)
     wandering = wander(noise, moments, rng)
     sigma = noise.white * np.exp(noise.uneven * rng.standard_normal(len(up)))
-    holds, variance = [], np.empty(len(up))
+    holds, parts, variance = [], [], np.empty(len(up))
     for k, start in enumerate(starts):
-        count = round(durations[k] * RATE)
-        time = start + np.arange(count) / RATE
+        count = round(durations[k] * rate)
+        time = start + np.arange(count) / rate
         slow = wandering[np.minimum((time / STEP).astype(int), moments - 1)]
         offset = noise.scatter * rng.standard_normal(3)
         values = sensitivity @ (GRAVITY * up[k]) + bias + offset + slow
         values = values + sigma[k] * rng.standard_normal((count, 3))
         readings = Readings(Series(time, values, "m/s^2"))
-        hold = hold_from(BlockCutter(RATE).feed(readings))
+        hold = hold_from(BlockCutter(rate).feed(readings))
         variance[k] = sigma[k] ** 2 / hold.samples + noise.scatter**2
         holds.append(hold)
-    return Session(holds, sensitivity, bias + wandering.mean(axis=0), up, variance)
+        parts.append(readings.accelerometer)
+    whole = Series(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.values for part in parts]),
+        "m/s^2",
+    )
+    bias = bias + wandering.mean(axis=0)
+    return Session(holds, Readings(whole), sensitivity, bias, up, variance)
 
 
 def wander(noise: Noise, moments: int, rng: np.random.Generator) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -17,7 +18,7 @@ from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
+from imucal_wizard.estimate.slow_noise import Fitted, LongRest, in_session, long_rest, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
@@ -181,22 +182,29 @@ class AccelerometerExperiment(Experiment):
         """See ``Experiment``."""
         return unit_of(name, self.unit, self.error_unit)
 
-    def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
+    def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: the bias of each axis wanders by itself.
 
         Two holds show the same slow error as far as they point the same way.
         """
+        if found.balance.freedom[0] < 1.0:
+            return None
         system, (rows,) = found.system, found.rows
-        shown = Shown(
-            system.residual, system.columns, system.own, rows.direction @ rows.direction.T
+        fitted = Fitted(
+            errors=system.residual,
+            columns=system.columns,
+            variance=found.balance.variance,
+            alike=rows.direction @ rows.direction.T,
+            pull=found.directions.columns @ found.pull()[: len(found.directions)],
         )
-        slow = slow_covariances(spans_of(self.holds), [shown])[0]
-        sigma = np.sqrt(found.balance.variance)
-        columns = system.columns / sigma[:, None]
-        scatter = float((found.white_variance / found.balance.variance).mean())
-        more = unseen(slow / np.outer(sigma, sigma), columns, scatter)
-        pull = found.directions.columns @ found.pull()[: len(found.directions)] * sigma
-        return np.asarray(pull @ more @ pull.T)
+        return in_session(spans_of(self.holds), fitted, self.long_rest)
+
+    @cached_property
+    def long_rest(self) -> LongRest | None:
+        """A rest that shows slow noise by itself, if there is one and its samples are at hand."""
+        if self.readings is None:
+            return None
+        return long_rest(self.readings.accelerometer, self.holds, self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""

@@ -155,6 +155,13 @@ class Experiment(ABC):
         del found
         return np.zeros((ENTRIES, ENTRIES))
 
+    def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
+        """Covariance of M and b, (12, 12), with slow noise told from what the fit leaves.
+
+        None where ``slow_noise`` is added to the covariance by the scatter instead.
+        """
+        del found
+
     def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":
         """Up in each hold, for the sensors that are calibrated by it."""
         del found

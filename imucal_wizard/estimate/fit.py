@@ -320,17 +320,19 @@ class _Problem:
 def report(found: Minimum[Experiment]) -> SensorFit:
     """Everything that is said of a fit, computed once."""
     experiment, calibration, terms = found.experiment, found.calibration, found.terms
-    covariance, slow = found.covariance(), experiment.slow_noise(found)
+    covariance, in_session = found.covariance(), experiment.in_session(found)
     free, sizes = slice(0, len(found.directions)), found.sizes
     of_entries = of_sizes = by_repeats = None
     repeats, repeat_freedom = _repeats(found)
     if covariance is not None:
         basis = found.directions.columns
-        of_entries = basis @ covariance[free, free] @ basis.T + slow
+        of_entries = in_session
+        if of_entries is None:
+            of_entries = basis @ covariance[free, free] @ basis.T + experiment.slow_noise(found)
         of_sizes = covariance[sizes, sizes]
         if repeats is not None:
             share = repeats / float((found.white_variance / found.balance.variance).mean())
-            by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
+            by_repeats = share * of_entries
     errors = found.errors
     out, floors = _left_out(found)
     table = ResidualTable(

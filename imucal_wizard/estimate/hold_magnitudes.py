@@ -32,7 +32,7 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
+from imucal_wizard.estimate.slow_noise import Fitted, in_session, spans_of
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.gravity_magnitude import MagnitudeRows
@@ -148,9 +148,15 @@ class HoldMagnitudes:
         variance = float(used @ used) / freedom if freedom > 0 else None
         covariance = None
         if variance is not None and not biased:
-            covariance = (
-                pull @ (variance * np.eye(len(points)) + self._slow(rows, variance)) @ pull.T
+            kept = np.delete(every, unused)
+            fitted = Fitted(
+                errors=rows.residual[kept],
+                columns=rows.base_columns()[np.ix_(kept, [ENTRY_OF[k] for k in self.free])],
+                variance=np.ones(len(kept)),
+                alike=rows.direction[kept] @ rows.direction[kept].T,
+                pull=pull[:, kept],
             )
+            covariance = in_session(spans_of([experiment.holds[k] for k in kept]), fitted)
         out, why = self._held_out(method, labels, lambda kept: theta_of(points, kept))
         dropped = [*experiment.directions(experiment.base_terms).dropped]
         dropped += [] if self.cross else PARAMETERS["non-orthogonality"]
@@ -218,13 +224,6 @@ class HoldMagnitudes:
         scale = np.full(9, self.problem.magnitude / self.problem.span)
         scale[:3] = self.problem.span
         return np.asarray(pull * scale[:, None] / self.problem.magnitude)
-
-    def _slow(self, rows: MagnitudeRows, variance: float) -> FloatArray:
-        """Covariance of the holds by slow noise, beyond what their scatter shows."""
-        columns = rows.base_columns()[:, [ENTRY_OF[place] for place in self.free]]
-        shown = Shown(rows.residual, columns, rows.own, rows.direction @ rows.direction.T)
-        slow = slow_covariances(spans_of(self.experiment.holds), [shown])[0]
-        return unseen(slow, columns / np.linalg.norm(columns, axis=0), variance)
 
     def _held_out(
         self, method: str, labels: IntArray, solve: Callable[[IntArray], FloatArray]

@@ -8,8 +8,8 @@ model lacks), by an amount that only the data tell. With ``variance = own + exce
 over its own rows, h being the leverage of each: the residual of a row that is fitted closely counts
 for fewer degrees of freedom, and a row whose own noise is large tells little of the excess.
 Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another. A kind
-whose residuals its own noise explains (a 1 % test) has no excess: found by chance, it would make rows
-of unequal noise weigh alike.
+whose residuals its own noise explains (a 1 % test) has no excess: an excess found by chance would
+make rows of unequal noise weigh nearly alike.
 """
 
 import numpy as np
