@@ -1,8 +1,8 @@
 """How often the accelerometer's 95 % intervals hold the truth, and how much its parameters scatter.
 
-``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed]``. Coverage: the share of
-sessions in which the interval of each parameter by Student's t holds the truth, in per cent; the bias
-is its mean over the session. Scatter: the rms error of each parameter over the least that any
+``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed]``. Coverage: the
+share of sessions in which the interval of each parameter by Student's t holds the truth, in per
+cent; the bias is its mean over the session. Scatter: the rms error of each parameter over the least that any
 unbiased estimator has when it knows the noise of every hold (Cramér and Rao).
 """
 

@@ -2,8 +2,8 @@
 
 A sensor reads ``y = S x + b``; in every hold white noise is added to each sample, an offset to the
 whole hold, and a bias that wanders through the session. No formula is shared with the estimator:
-flicker noise is shaped by a Fourier transform, a random walk is a sum of steps, and the bound on the
-scatter of parameters follows from numerical derivatives of the magnitude by the truth.
+flicker noise is shaped by a Fourier transform, a random walk is a sum of steps, and the bound on
+the scatter of parameters follows from numerical derivatives of the magnitude at the truth.
 """
 
 from dataclasses import dataclass
@@ -73,7 +73,7 @@ class Session:
     @property
     def truth(self) -> FloatArray:
         """The nine parameters in the order of the report."""
-        return parameters(np.linalg.inv(self.sensitivity), self.bias)
+        return parameters(np.asarray(np.linalg.inv(self.sensitivity), np.float64), self.bias)
 
     def bound(self) -> FloatArray:
         """Least standard deviation of each parameter by any unbiased estimator, shape (9,)."""
@@ -140,7 +140,7 @@ def session(
     up /= np.linalg.norm(up, axis=1)[:, None]
     matrix = np.diag(rng.uniform(0.95, 1.05, 3))
     matrix[np.triu_indices(3, 1)] = rng.uniform(-0.035, 0.035, 3)
-    sensitivity, bias = np.linalg.inv(matrix), rng.uniform(-0.6, 0.6, 3)
+    sensitivity, bias = np.asarray(np.linalg.inv(matrix), np.float64), rng.uniform(-0.6, 0.6, 3)
     starts = np.concatenate([[0.0], np.cumsum(durations + MOVED)])[:-1]
     moments = round((starts[-1] + durations[-1]) / STEP)
     wandering = wander(noise, moments, rng)

@@ -43,7 +43,6 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.report.exports import Exported
     from imucal_wizard.run.review import ReviewedSession
 
-SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
 
 
@@ -242,8 +241,8 @@ class Fit:
 
         source = ", ".join(path.name for path in self.recording.paths)
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        models = self.benches.models() if "benches" in self.__dict__ else None
-        return from_report(self.report, source, now, models)
+        report = self.benches.fitted() if "benches" in self.__dict__ else self.report
+        return from_report(report, source, now)
 
     def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
         """The result with the verdict on each sensor.
@@ -253,16 +252,17 @@ class Fit:
         """
         from msgspec import structs
 
+        calibration = self.calibration
         sensors = {
             name: structs.replace(
                 sensor, verdict=str(diagnosis[name].verdict), usable=diagnosis[name].usable
             )
             if name in diagnosis
             else sensor
-            for name, sensor in self.calibration.sensors.items()
+            for name, sensor in calibration.sensors.items()
         }
         notes = list(self.report.notes(judged=bool(diagnosis)))
-        return structs.replace(self.calibration, sensors=sensors, warnings=notes)
+        return structs.replace(calibration, sensors=sensors, warnings=notes)
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.
@@ -354,14 +354,26 @@ def diagnose(fit: Fit, *, automatic: bool = False) -> "dict[str, Diagnosis]":
     Returns:
         The diagnosis of each sensor; ``insufficient`` where the data determine no model.
     """
-    from imucal_wizard.diagnose.survey import diagnose_benches, insufficient
+    from imucal_wizard.diagnose.survey import diagnose_benches
 
     try:
         return {one.sensor: one for one in diagnose_benches(fit.benches, {}, automatic)}
     except DataError as error:
-        readings = fit.recording.readings
-        there = [name for name in SENSORS if getattr(readings, name) is not None]
-        return {name: insufficient(name, str(error)) for name in there}
+        return undetermined(fit.recording, error)
+
+
+def undetermined(recording: Recording, error: DataError) -> "dict[str, Diagnosis]":
+    """The diagnosis of each sensor of a recording that determines no model.
+
+    Args:
+        recording: what was recorded.
+        error: why there is no model.
+    """
+    from imucal_wizard.diagnose.survey import insufficient
+    from imucal_wizard.model.effect import SENSORS
+
+    there = [name for name in SENSORS if getattr(recording.readings, name) is not None]
+    return {name: insufficient(name, str(error)) for name in there}
 
 
 def load(path: str | os.PathLike[str]) -> "Calibration":

@@ -121,7 +121,7 @@ class Detector:
         if self._lines < MIN_UNKNOWN_LINES:
             return ""
         return (
-            "Lines arrive, but in no known format: print the samples as "
+            "The lines are in no known format: print the samples as "
             "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s], or choose the "
             "format."
         )

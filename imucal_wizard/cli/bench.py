@@ -25,7 +25,6 @@ if TYPE_CHECKING:  # numpy is imported after the options are checked
 
 
 USAGE = (("bench FILE...", "find what the model lacks: compare, rank, add"),)
-SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 BASES = {
     "accelerometer": ("bias", "scale", "non-orthogonality"),
     "gyroscope": ("bias", "scale", "non-orthogonality"),
@@ -93,12 +92,10 @@ def run(argv: Sequence[str]) -> int:
     try:
         benches = fit.benches
     except DataError as error:
-        from imucal_wizard.diagnose.survey import insufficient
+        from imucal_wizard.api import undetermined
 
-        sensors = [name for name in SENSORS if getattr(recording.readings, name) is not None]
-        return write_diagnosis(
-            [insufficient(name, str(error)) for name in sensors], recording, arguments
-        )
+        diagnoses = undetermined(recording, error)
+        return write_diagnosis(list(diagnoses.values()), recording, arguments)
     printed = arguments.auto, arguments.json, arguments.view, arguments.save, arguments.guess
     if sys.stdin.isatty() and sys.stdout.isatty() and not any(printed):
         from imucal_wizard.tui.run import run_bench
@@ -265,14 +262,15 @@ def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
     """
     from imucal_wizard.model.catalogue import builtin_effects
 
-    wanted: dict[str, list[str]] = {name: [] for name in SENSORS}
+    first, *_ = BASES
+    wanted: dict[str, list[str]] = {name: [] for name in BASES}
     only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
     only["soft-iron"] = "magnetometer"
     for text in texts:
         sensor, _, term = text.rpartition("/")
-        if sensor not in ("", *SENSORS):
+        if sensor not in ("", *BASES):
             raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
-        if not sensor and only.get(term, SENSORS[0]) != SENSORS[0]:
+        if not sensor and only.get(term, first) != first:
             raise UsageError(f"{term} is an effect of the {only[term]}; write {only[term]}/{term}")
-        wanted[sensor or SENSORS[0]].append(term)
+        wanted[sensor or first].append(term)
     return wanted

@@ -64,6 +64,12 @@ def run(argv: Sequence[str]) -> int:
     )
     pty, stopping = Pty(), threading.Event()
     print(pty.path, flush=True)
+    if sys.stdin.isatty():
+        note(
+            f"Open it in another terminal: imucal-wizard --port {pty.path}\n"
+            "Move it with lines like: +x (that face on top), turn z 90, rest 5; quit ends. "
+            "--help lists all."
+        )
     threading.Thread(target=_listen, args=(imu.hand, stopping), daemon=True).start()
     serve(imu, pty, stopping)
     signal.signal(signal.SIGINT, signal.SIG_IGN)

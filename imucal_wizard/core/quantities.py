@@ -112,6 +112,20 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     return with_unit(number(value * factor, digits), sign)
 
 
+def limits_text(limits: tuple[float, float] | None, unit: str) -> str:
+    """Two limits of a quantity in its display unit, ``0.121 to 0.188 mg``; "" without any.
+
+    Args:
+        limits: the lower and the upper one, in ``unit``.
+        unit: SI, µT or counts.
+    """
+    if limits is None or not all(math.isfinite(one) for one in limits):
+        return ""
+    factor, sign = readable(unit)
+    low, high = (number(one * factor, 2) for one in limits)
+    return f"{low} to {with_unit(high, sign)}"
+
+
 def value_and_error(value: float, error: float) -> tuple[str, str]:
     """A value and its standard error, both with the decimals of two digits of the error."""
     places = min(decimals(error), 12)

@@ -296,8 +296,6 @@ class Bench:
 
 NOTHING = "nothing is missing"
 """What one may guess, too."""
-SIGNIFICANT = 0.01
-"""Noise alone makes such a suspect once in a hundred recordings."""
 LOWER = 0.97
 """A predicted error held out is called lower from this share of the present one on."""
 
@@ -314,9 +312,6 @@ class Entry:
         rms_held_out: error with it on what the fit has not seen, or None.
         lacking: what the data lack to show it; "" where nothing is lacking.
         now: the present error on what the fit has not seen, or None.
-        p: chance that noise alone makes such a suspect; None for what is no suspect.
-        detectable: smallest size on one axis that these data would show; None for what is no
-            effect.
     """
 
     term: str
@@ -326,8 +321,6 @@ class Entry:
     rms_held_out: float | None = None
     lacking: str = ""
     now: float | None = None
-    p: float | None = None
-    detectable: float | None = None
 
     @property
     def falls(self) -> bool:
@@ -342,11 +335,6 @@ class Entry:
         return known and (self.rms_held_out or 0.0) > (self.now or 0.0)
 
     @property
-    def significant(self) -> bool:
-        """Whether noise alone hardly makes such a suspect."""
-        return self.p is not None and self.p <= SIGNIFICANT
-
-    @property
     def addable(self) -> bool:
         """Whether it can be added to the model."""
         return not self.lacking and self.term not in (DISTURBED, NOTHING)
@@ -355,8 +343,9 @@ class Entry:
 def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
     """Parts of the base that are left out, the suspects by rank, what cannot be tested."""
     known = {effect.name: effect for effect in bench.catalogue}
-    now = bench.fit.rms_held_out
-    made = [_base_entry(bench, term) for term in bench.whole if term not in bench.fit.base]
+    present = findings.fit
+    now = present.rms_held_out
+    made = [_base_entry(bench, present, one) for one in bench.whole if one not in present.base]
     made += [
         Entry(
             one.term,
@@ -365,12 +354,10 @@ def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
             None if one.trial is None else one.trial.rms_fitted,
             None if one.trial is None else one.trial.rms_held_out,
             now=now,
-            p=one.p,
-            detectable=None if one.candidate is None else one.detectable_on_any_axis,
         )
         for one in findings.suspects
     ]
-    tested = {suspect.term for suspect in findings.suspects} | set(bench.fit.model)
+    tested = {suspect.term for suspect in findings.suspects} | set(present.model)
     for effect in bench.catalogue:
         if effect.name not in tested:
             lacking = bench.lacking(effect) or "these data do not show it"
@@ -378,12 +365,12 @@ def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
     return tuple(made)
 
 
-def _base_entry(bench: Bench, term: str) -> Entry:
+def _base_entry(bench: Bench, present: SensorFit, term: str) -> Entry:
     """A part of the base is fitted to see what it does: there is no question what it is."""
-    base = tuple(part for part in bench.whole if part in (*bench.fit.base, term))
-    now = bench.fit.rms_held_out
+    base = tuple(part for part in bench.whole if part in (*present.base, term))
+    now = present.rms_held_out
     try:
-        tried = fit(bench.measured, bench.fit.terms, base)
+        tried = fit(bench.measured, present.terms, base)
     except DataError as error:
         return Entry(term, lacking=str(error), now=now)
     return Entry(term, rms_fitted=tried.rms_fitted, rms_held_out=tried.rms_held_out, now=now)

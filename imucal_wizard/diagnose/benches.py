@@ -6,6 +6,7 @@ gyroscope would be blamed for it. A magnetometer's rows are magnitudes, which ne
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.model.effect import ACCELEROMETER, SENSORS, Circumstances, Effect
+from imucal_wizard.model.effect import ACCELEROMETER, SENSORS, Effect
 
 
 class Benches:
@@ -122,20 +123,23 @@ class Benches:
         """Whether the accelerometer's model must be complete before this sensor's can be judged."""
         return self._experiment(sensor).needs_reference and not self.passed
 
-    def models(self) -> dict[str, tuple[SensorFit, Circumstances]]:
-        """Models with effects that the report lacks, with the circumstances of their data."""
-        # a sensor whose bench was opened before is fitted again here, as soon as it is asked for
-        opened = [bench for name in list(self._benches) if (bench := self.bench(name)) is not None]
-        return {
-            bench.sensor: (bench.fit, bench.measured.circumstances)
-            for bench in opened
-            if self.found(bench.sensor)
-        }
+    def fitted(self) -> FitReport:
+        """The report with the benches' fits: of models with effects, and against their reference.
 
-    def found(self, sensor: str) -> tuple[str, ...]:
-        """Effects in the model of a sensor that its fit in the report lacks."""
-        bench = self.bench(sensor)
-        return () if bench is None else tuple(term.name for term in bench.fit.terms)
+        Effects added to the accelerometer change the gravity that the other sensors are fitted to.
+        """
+        moved = ACCELEROMETER in self._benches and bool(self.accelerometer.fit.terms)
+        sensors = dict(self.report.sensors)
+        for name, before in self.report.sensors.items():
+            follows = moved and before.rows is not None  # a paper's method has its own reference
+            if before.experiment is None or not (follows or name in self._benches):
+                continue
+            bench = self.bench(name)
+            if bench is None:
+                continue
+            if bench.fit.terms or (follows and bench.measured is not before.experiment):
+                sensors[name] = replace(bench.fit, warnings=before.warnings)
+        return replace(self.report, sensors=sensors)
 
     def _rounding(self, sensor: str) -> Rounding | None:
         readings = self.readings

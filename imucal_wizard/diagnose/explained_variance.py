@@ -7,6 +7,7 @@ two. Corners and tilts at other angles show more of it: that is the discriminabi
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
@@ -127,9 +128,6 @@ class ExplainedVariance:
         # no value at all where the model has taken up every row that was measured
         inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
         return float(inside @ inside)
-
-
-AXES = "xyz"
 
 
 def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:

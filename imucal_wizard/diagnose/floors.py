@@ -167,7 +167,7 @@ def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Ro
     """
     if series is None or not holds:
         return None
-    still = [series.between(hold.start, hold.end).values for hold in holds]
+    still = [hold.readings(series).values for hold in holds]
     still = [values for values in still if len(values) > 1]
     if not still:
         return None

@@ -1,20 +1,15 @@
-"""What to measure next: a greedy design over poses that can be held and rotations that can be made.
+"""What to measure next after each verdict, as requests to the operator.
 
-With base columns J, the patterns of two effects A and B, and noise one, the part of A that neither
-the base nor B can imitate is ``(I − P_[J, B]) A``. Its length times the size of A is the number of
-standard deviations by which the data tell the two apart. Requests are chosen one after the other,
-each the one that makes this length grow most; where the base model itself is not determined, the
-one that adds most information about it.
+Requests that tell two explanations apart are chosen by ``optimal_design``; where the base model
+itself is not determined, the pose that adds most information about it comes first.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import cast
 
 import numpy as np
 
-from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import (
     AXES,
@@ -30,38 +25,28 @@ from imucal_wizard.core.poses import (
     pose_in_words,
 )
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.optimal_design import (
+    ROTATION_RATES,
+    ROTATIONS_PER_AXIS,
+    WARMER,
+    Explained,
+    Patterns,
+    choose,
+    closure_of,
+    one_more_hold,
+    pose_patterns,
+    rotation_patterns,
+)
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.requests import MeasurementRequest
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances, Effect
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances
 from imucal_wizard.model.identifiability import design, identifiable
-from imucal_wizard.model.rows.gravity_closure import GravityClosure
-from imucal_wizard.model.rows.source import Parameters, RowLabels
 from imucal_wizard.model.rows.table import ResidualTable
-from imucal_wizard.model.terms import Term, Terms
 
-ROTATION_RATES = (50.0, 120.0, 220.0)
-"""Rates of the rotations that are asked for, °/s: an error that grows with the rate shows in the
-difference between them, and the smallest usual range ends at 250."""
-ROTATIONS_PER_AXIS = 2 * len(ROTATION_RATES)
-"""Each rate in both senses."""
-ROTATION_ANGLE = 120.0
-"""How far a hand turns a device in one go, degrees."""
-SAMPLE_INTERVAL = 0.01
-"""Between two samples of an imagined rotation, s."""
-WARMER = 15.0
-"""Degrees by which a hand, a lamp or a box warms a device."""
-SECONDS_PER_POSE = 15.0
-DEVIATIONS_APART = 2.33 + 1.645
-"""Standard deviations for one mistake in a hundred and five misses in a hundred."""
-ENOUGH_LENGTH = 2.0 * DEVIATIONS_APART
-"""When an effect of half the size would be told apart, no more poses are asked for; but never one
-alone, which nobody could tell from a disturbed hold."""
 MIN_GROWTH_PER_POSE = 1.02
 MIN_GROWTH_OF_ROTATIONS = 1.0 / 0.9
 """Requests that let the length grow by less are not worth the operator's time."""
@@ -133,9 +118,6 @@ def circles(why: str, faces: Sequence[str] = tuple(FACES), warm: bool = False) -
         )
         for face in faces
     )
-
-
-# --- what is asked for after each verdict ---------------------------------------------------------
 
 
 def first_requests(sensor: str) -> Requests:
@@ -346,36 +328,6 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
     return ()
 
 
-# --- telling two explanations apart ---------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """One of the explanations to be told apart.
-
-    Attributes:
-        effect: the effect.
-        variant: its setting.
-        size: its estimated size per parameter, shown unit, shape (p,).
-    """
-
-    effect: Effect
-    variant: float | None
-    size: FloatArray
-
-
-Patterns = tuple[FloatArray, FloatArray, FloatArray]
-"""Whitened rows: base columns, the first explanation at its size, the second one's columns."""
-
-
-@dataclass(frozen=True, eq=False)
-class Measurable:
-    """Something that could be measured, and the rows that it would add."""
-
-    requests: Requests
-    patterns: Patterns
-
-
 def rivals(findings: BenchFindings) -> tuple[str, ...]:
     """The effects among which these data cannot choose, the likeliest first."""
     for members in findings.opinion.terms:
@@ -437,14 +389,14 @@ def _separate(
         noise: of the rows at rest, shape (n,).
         rotate: by rotations; else by poses.
     """
+    chosen: Sequence[MeasurementRequest]
     if rotate:
         name = first.effect.parameters(bench.sensor)[int(np.abs(first.size).argmax())].name
         axis = name[:1] if name[:1] in AXES else AXES[0]
-        now, offer = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
+        now, more = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
+        worth, before, after = choose(now, lambda _: [(axis, more)], 1, MIN_GROWTH_OF_ROTATIONS)
         why = f"tells {first.effect.name} from {second.effect.name}"
-        offers = [Measurable(rotations_about(axis, why), offer)]
-        chosen, before, after = choose(now, lambda _: offers, 1, MIN_GROWTH_OF_ROTATIONS)
-        count = ROTATIONS_PER_AXIS if chosen else 0
+        chosen, count = rotations_about("".join(worth), why), ROTATIONS_PER_AXIS * len(worth)
     else:
         where, table = bench.measured.circumstances, bench.rows
         radial = "hold" in table.kind
@@ -483,95 +435,22 @@ def separating_poses(
     """
     typical = np.array([median(sigma)])
 
-    def offers(place: int) -> list[Measurable]:
+    def offers(place: int) -> list[tuple[tuple[str, bool], Patterns]]:
         return [
-            Measurable(
-                (_separating_request(name, warm, first, second),),
-                _patterns(first, second, _one_more(done, name, warm, place), typical, radial),
+            (
+                (name, warm),
+                pose_patterns(
+                    first, second, one_more_hold(done, name, warm, place), typical, radial
+                ),
             )
             for name in NAMED
             for warm in (False, True)
         ]
 
-    now = _patterns(first, second, done, sigma, radial)
-    return choose(now, offers, most, MIN_GROWTH_PER_POSE)
-
-
-def choose(
-    now: Patterns, offers: Callable[[int], Sequence[Measurable]], most: int, growth: float
-) -> tuple[Requests, float, float]:
-    """Take the best offer again and again, until two explanations are apart or nothing helps.
-
-    Args:
-        now: the rows there are.
-        offers: what could be measured as the next, given how much has been chosen already.
-        most: offers to take at most.
-        growth: factor by which each must lengthen what tells the explanations apart.
-
-    Returns:
-        The requests; the size needed before and after, in shares of the first one's estimate.
-    """
-    length = apart_length(*now)
-    before, chosen = size_needed(length), list[MeasurementRequest]()
-    for place in range(most):
-        if length >= ENOUGH_LENGTH and place != 1:
-            break
-        known = offers(place)
-        lengths = [apart_length(*_stacked(now, one.patterns)) for one in known]
-        best = int(np.argmax(lengths))
-        if lengths[best] < growth * length + 1e-9:
-            break
-        now, length = _stacked(now, known[best].patterns), lengths[best]
-        chosen += known[best].requests
-    return tuple(chosen), before, size_needed(length)
-
-
-def size_needed(length: float) -> float:
-    """Share of an estimate that stands out where all of it does by so many sigma."""
-    return DEVIATIONS_APART / length if length > 0.0 else np.inf
-
-
-def apart_length(base: FloatArray, own: FloatArray, other: FloatArray) -> float:
-    """Length of what neither the base nor the other explanation can imitate.
-
-    Args:
-        base: whitened columns of what is fitted already, shape (n, b).
-        own: the first explanation at its size, shape (n, 1).
-        other: columns of the second one, shape (n, p).
-    """
-    both = np.concatenate([base, other], axis=1)
-    scale = np.linalg.norm(both, axis=0)
-    both = both[:, scale > 0.0] / scale[scale > 0.0]
-    left, values, _ = np.linalg.svd(both, full_matrices=False)
-    inner = left[:, values > 1e-9 * values[0]]
-    rest = own - inner @ (inner.T @ own)
-    length = float(np.linalg.norm(rest))
-    return length if length > 1e-9 * float(np.linalg.norm(own)) else 0.0
-
-
-def _stacked(rows: Patterns, more: Patterns) -> Patterns:
-    base, own, other = (np.concatenate(pair) for pair in zip(rows, more, strict=True))
-    return base, own, other
-
-
-def _patterns(
-    first: Explained, second: Explained, where: Circumstances, sigma: FloatArray, radial: bool
-) -> Patterns:
-    """Of poses held: along gravity, or on each axis of a sensor at rest."""
-    sensor = ACCELEROMETER if radial else GYROSCOPE
-    felt = [
-        np.nan_to_num(one.effect.columns(sensor, where, one.variant)) for one in (first, second)
-    ]
-    noise = np.broadcast_to(sigma, len(where))
-    if radial:
-        up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
-        base = design(up)
-        own, other = (np.einsum("ni,nip->np", up, columns) for columns in felt)
-    else:
-        base, noise = np.tile(np.eye(3), (len(where), 1)), np.repeat(noise, 3)
-        own, other = (np.concatenate(columns) for columns in felt)
-    weight = 1.0 / noise[:, None]
-    return base * weight, (own @ first.size)[:, None] * weight, other * weight
+    now = pose_patterns(first, second, done, sigma, radial)
+    chosen, before, after = choose(now, offers, most, MIN_GROWTH_PER_POSE)
+    requests = (_separating_request(name, warm, first, second) for name, warm in chosen)
+    return tuple(requests), before, after
 
 
 def _separating_request(
@@ -581,120 +460,6 @@ def _separating_request(
     brief = f"tells {first.effect.name} from {second.effect.name}"
     made = request(NAMED[name], f"{pose_in_words(name)}{warmed}: {brief}", brief=brief, warm=warm)
     return replace(made, pose=name if name in DIRECTIONS else None)
-
-
-def _one_more(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
-    """The circumstances of one more hold in this pose."""
-    last = float(done.temperature[-1])
-    return Circumstances(
-        force=NAMED[name][None] * done.gravity,
-        rate=np.zeros((1, 3)),
-        temperature=np.array([last + WARMER * warm]),
-        time=np.array([float(done.time[-1]) + SECONDS_PER_POSE * (place + 1)]),
-        previous=done.force[-1:],
-        vibration=np.array([float(np.mean(done.vibration))]),
-        gravity=done.gravity,
-        reference_temperature=done.reference_temperature,
-        reference_time=done.reference_time,
-    )
-
-
-def rotation_patterns(
-    fit: SensorFit, gravity: float, first: Explained, second: Explained, axis: str
-) -> tuple[Patterns, Patterns]:
-    """Patterns of all rows of a fit, and of rotations about an axis that nobody has made yet.
-
-    The rotations are made as by a hand: from the start pose to the left and back, each rate once.
-    What each does to the closures is the derivative that the fit itself works with.
-
-    Args:
-        fit: the present fit.
-        gravity: m/s².
-        first: the likelier explanation.
-        second: the other one.
-        axis: the body axis to rotate about.
-    """
-    table = fit.rows
-    assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
-    sigma, held = table.sigma[:, None], np.diag(np.sqrt(table.precision))
-    own = table.design_columns(first.effect, first.variant) @ first.size[:, None] / sigma
-    other = table.design_columns(second.effect, second.variant) / sigma
-    now = (
-        np.concatenate([table.columns / sigma, held]),
-        np.concatenate([own, np.zeros((len(held), 1))]),
-        np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
-    )
-    rows = _imagined(table, fit, gravity, axis).at(
-        Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ())
-    )
-    assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
-    columns = [
-        rows.base_columns() @ fit.experiment.directions(fit.base).columns,
-        *(rows.term_columns(term) for term in fit.terms),
-        rows.shared_columns(),
-    ]
-    weight = 1.0 / np.sqrt(rows.own)[:, None]
-    more_own = rows.term_columns(Term(first.effect, first.variant)) @ first.size[:, None]
-    more_other = rows.term_columns(Term(second.effect, second.variant))
-    more = np.concatenate(columns, axis=1) * weight, more_own * weight, more_other * weight
-    return now, more
-
-
-def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -> GravityClosure:
-    """Rotations to the left and back at each rate, beginning in the start pose."""
-    closure, along = closure_of(table), np.eye(3)[AXES.index(axis)]
-    start, angle = DIRECTIONS[START_POSES[axis]], np.radians(ROTATION_ANGLE)
-    end = start * np.cos(angle) - np.cross(along, start) * np.sin(angle)
-    pulses = [_pulse(np.radians(rate), angle) for rate in ROTATION_RATES]
-    rates = [sense * pulse[:, None] * along for pulse in pulses for sense in (1.0, -1.0)]
-    before = np.array([start, end] * len(pulses))
-    after = np.array([end, start] * len(pulses))
-    inverse = np.linalg.inv(fit.matrix)
-    times = [np.asarray(SAMPLE_INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
-    samples = rotation_samples(times, [rate @ inverse.T + fit.bias for rate in rates])
-    known, force = closure.motion, gravity * before[samples.rotation]
-    # right after the session, at its last temperature
-    motion = replace(
-        known,
-        force=force,
-        rate=np.concatenate(rates),
-        temperature=np.full(len(force), float(known.temperature[-1])),
-        time=float(known.time[-1]) + samples.time,
-        previous=force,
-        vibration=np.full(len(force), float(np.mean(known.vibration))),
-    )
-    none = np.full(2 * len(rates), -1)
-    return replace(
-        closure,
-        samples=samples,
-        before=before,
-        after=after,
-        before_doubt=_doubt(closure, before),
-        after_doubt=_doubt(closure, after),
-        noise=np.full(len(rates), median(table.variance[table.kind == "rotation"])),
-        motion=motion,
-        labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
-    )
-
-
-def _pulse(fastest: float, angle: float) -> FloatArray:
-    """Rates of a rotation that begins and ends softly: ``fastest · sin²``, rad/s."""
-    count = max(round(2.0 * angle / fastest / SAMPLE_INTERVAL), 4)
-    phase = np.pi * np.arange(count + 1) / count
-    return np.asarray(angle / (SAMPLE_INTERVAL * count / 2.0) * np.sin(phase) ** 2)
-
-
-def _doubt(closure: GravityClosure, up: FloatArray) -> FloatArray:
-    """The error of up there: as at the hold nearest to it, shape (m, 3, k)."""
-    return np.asarray(closure.before_doubt[np.argmax(up @ closure.before.T, axis=1)])
-
-
-# --- small questions about the rows ---------------------------------------------------------------
-
-
-def closure_of(table: ResidualTable) -> GravityClosure:
-    """The rotations of a table."""
-    return cast("GravityClosure", next(one for one in table.sources if one.moving and one.judged))
 
 
 def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:

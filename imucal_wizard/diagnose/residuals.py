@@ -56,7 +56,10 @@ class WhitenedResiduals:
 
     Attributes:
         residual: whitened, shape (n,).
+        reported: the same with the reference taken as it is: the errors that are told, shape (n,).
         base: whitened derivative by all parameters that are in the model, shape (n, b).
+        precision: of the priors of these parameters, 0 where there is none, shape (b,).
+        of_reference: which of them are errors of the reference, shape (b,).
         kind: where each row comes from, shape (n,).
         source: index of its hold or rotation, shape (n,).
         direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
@@ -75,7 +78,10 @@ class WhitenedResiduals:
     """
 
     residual: FloatArray
+    reported: FloatArray
     base: FloatArray
+    precision: FloatArray
+    of_reference: BoolArray
     kind: IntArray
     source: IntArray
     direction: FloatArray
@@ -108,11 +114,14 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     white = 1.0 / table.floor
     columns = table.columns * white[:, None]
     # a column that only its prior holds is left out
-    strength = (columns**2).sum(axis=0)
+    seen = (columns**2).sum(axis=0) > table.precision
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
         residual=table.residual * white,
-        base=columns[:, strength > table.precision],
+        reported=table.reported * white,
+        base=columns[:, seen],
+        precision=table.precision[seen],
+        of_reference=table.of_reference[seen],
         kind=kind,
         source=table.index,
         direction=table.direction,

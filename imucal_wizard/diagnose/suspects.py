@@ -55,48 +55,67 @@ def try_effect(
         walk: covariance of a wandering bias in units of that noise, shape (n, n); it widens the
             standard errors of what is slow.
     """
-    base = misfit.base
-    extra = [candidate.columns for candidate in candidates]
+    count = misfit.base.shape[1]
+    columns = np.concatenate([misfit.base, *(one.columns for one in candidates)], axis=1)
     typical = np.concatenate([np.zeros(0), *(candidate.typical for candidate in candidates)])
-    columns = np.concatenate([base, *extra], axis=1)
-    precision = np.zeros(columns.shape[1])
-    precision[base.shape[1] :] = (noise / typical) ** 2
-    # the prior as rows of its own keeps the condition of the columns, not of their squares
-    stacked = np.concatenate([columns, np.diag(np.sqrt(precision))[base.shape[1] :]])
+    precision = noise**2 * np.concatenate([misfit.precision, 1.0 / typical**2])
+    # the prior as rows of its own keeps the condition of the columns, not of their squares; the
+    # present fit is at rest, so there the pull of the prior is that of the rows
+    held = np.flatnonzero(precision)
+    root = np.sqrt(precision[held])
+    pull = misfit.base.T @ misfit.residual
+    balance = np.where(held < count, -np.append(pull, 0.0)[np.minimum(held, count)] / root, 0.0)
+    stacked = np.concatenate([columns, np.diag(np.sqrt(precision))[held]])
     left, values, right = np.linalg.svd(stacked, full_matrices=False)
     seen = values > 1e-10 * values[0]
-    inner = left[: len(columns), seen]
-    residual = misfit.residual - inner @ (inner.T @ misfit.residual)
-    spread = right[seen].T / values[seen]
-    estimate = spread @ (inner.T @ misfit.residual)
+    inner, spread = left[: len(columns), seen], right[seen].T / values[seen]
+    estimate = spread @ (left[:, seen].T @ np.concatenate([misfit.residual, balance]))
+    residual = misfit.residual - columns @ estimate
     variance = (spread**2).sum(axis=1)
     if walk is not None:
         taken = spread @ inner.T
         variance += ((taken @ walk) * taken).sum(axis=1)
     variance *= noise**2
-    held_out = _left_out(misfit, inner, residual)
+    # the errors that are told take the reference as it is
+    told = columns.copy()
+    told[:, :count][:, misfit.of_reference] = 0.0
+    errors = misfit.reported - told @ estimate
+    held_out = _left_out(misfit, inner, residual, told @ spread, errors)
     judged = misfit.judged
     return EffectTrial(
-        size=estimate[base.shape[1] :],
-        standard_error=np.sqrt(variance[base.shape[1] :]),
-        rms_fitted=_rms((residual * misfit.sigma)[judged], misfit),
+        size=estimate[count:],
+        standard_error=np.sqrt(variance[count:]),
+        rms_fitted=_rms((errors * misfit.sigma)[judged], misfit),
         rms_held_out=None if held_out is None else _rms((held_out * misfit.sigma)[judged], misfit),
         fitted=residual,
     )
 
 
 def _left_out(
-    misfit: WhitenedResiduals, inner: FloatArray, residual: FloatArray
+    misfit: WhitenedResiduals,
+    inner: FloatArray,
+    residual: FloatArray,
+    told: FloatArray,
+    errors: FloatArray,
 ) -> FloatArray | None:
-    """Errors of the rows of each group under the fit of all others; rows without group stay in."""
-    errors = residual.copy()
+    """Errors of the rows of each group under the fit of all others; rows without group stay in.
+
+    Args:
+        misfit: the rows.
+        inner: orthonormal columns of the fit of all, shape (n, k).
+        residual: of that fit, shape (n,).
+        told: change of the errors that are told with each of these columns, shape (n, k).
+        errors: those of the fit of all, shape (n,).
+    """
+    out = errors.copy()
     for rows in groups_by_size(misfit.group):
         own = inner[rows]
         gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
         if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
             return None
-        errors[rows] = np.linalg.solve(gates, residual[rows][..., None])[..., 0]
-    return errors
+        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(gates, residual[rows][..., None])
+        out[rows] += (told[rows] @ step)[..., 0]
+    return out
 
 
 def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:

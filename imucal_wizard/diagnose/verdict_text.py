@@ -10,7 +10,9 @@ from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, Explained, explanation_of, rivals
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
+from imucal_wizard.diagnose.optimal_design import Explained
+from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
@@ -258,9 +260,10 @@ def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     sizes, errors = _sizes(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
+    title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
     return [
         f"The {bench.sensor}'s error follows {follows}.",
-        f"{word}: {term} ({effect.title}), {sizes_text(effect, bench.sensor, sizes, errors)}.",
+        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
         f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
     ]
 
@@ -280,7 +283,7 @@ def _sizes(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArr
 
 
 def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
-    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the largest.
+    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the most certain one.
 
     Args:
         effect: the effect.
@@ -292,7 +295,7 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
-    clear = clear or [int(np.argmax(np.abs(sizes)))]
+    clear = clear or [largest(sizes, errors)]
     parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
     return with_unit(", ".join(parts), parameters[0].unit)
 

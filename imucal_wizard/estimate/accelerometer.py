@@ -187,17 +187,23 @@ class AccelerometerExperiment(Experiment):
 
         Two holds show the same slow error as far as they point the same way.
         """
-        if found.balance.freedom[0] < 1.0:
+        balance, system, (rows,) = found.balance, found.system, found.rows
+        if balance.freedom[0] < 1.0:
             return None
-        system, (rows,) = found.system, found.rows
+        basis = found.directions.columns
+        free = slice(0, len(found.directions))
         fitted = Fitted(
             errors=system.residual,
             columns=system.columns,
-            variance=found.balance.variance,
+            variance=balance.variance,
             alike=rows.direction @ rows.direction.T,
-            pull=found.directions.columns @ found.pull()[: len(found.directions)],
+            pull=basis @ found.pull()[free],
         )
-        return in_session(spans_of(self.holds), fitted, self.long_rest)
+        by_errors = in_session(spans_of(self.holds), fitted, self.long_rest)
+        if by_errors is None:
+            return None
+        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
 
     @cached_property
     def long_rest(self) -> LongRest | None:

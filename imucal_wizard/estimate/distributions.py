@@ -1,6 +1,7 @@
-"""Student's t and Fisher's F, in closed form and by a continued fraction (Abramowitz & Stegun, 26).
+"""Student's t, Fisher's F and chi square (Abramowitz & Stegun, 26).
 
-SciPy has them too, but importing its special functions costs more than a whole fit.
+They are in closed form or a continued fraction. SciPy has them too, but importing its special
+functions costs more than a whole fit.
 """
 
 import math
@@ -46,6 +47,20 @@ def quantile(level: float, freedom: int) -> float:
         else:
             high = middle
     return 0.5 * (low + high)
+
+
+def chi_square(deviations: float, freedom: float) -> float:
+    """Chi square over its degrees of freedom where a normal variable is so many deviations away.
+
+    Wilson and Hilferty's approximation (26.4.17), within 3 % of the quantiles of 5 and 95 % from
+    four degrees of freedom on.
+
+    Args:
+        deviations: of the normal variable, standard deviations.
+        freedom: degrees of freedom, above 0.
+    """
+    share = 2.0 / (9.0 * freedom)
+    return float(max(1.0 - share + deviations * math.sqrt(share), 0.0) ** 3) or _TINY
 
 
 _TINY = 1e-300

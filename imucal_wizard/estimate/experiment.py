@@ -161,6 +161,7 @@ class Experiment(ABC):
         None where ``slow_noise`` is added to the covariance by the scatter instead.
         """
         del found
+        return None
 
     def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":
         """Up in each hold, for the sensors that are calibrated by it."""

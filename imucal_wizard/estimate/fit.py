@@ -16,6 +16,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
+from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
@@ -56,6 +57,8 @@ EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
+WITHIN_NINETY = 1.6449
+"""Standard deviations to either side that hold nine in ten of a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,7 +337,8 @@ def report(found: Minimum[Experiment]) -> SensorFit:
             share = repeats / float((found.white_variance / found.balance.variance).mean())
             by_repeats = share * of_entries
     errors = found.errors
-    out, floors = _left_out(found)
+    left_out = _left_out(found)
+    out = None if left_out is None else left_out.errors
     table = ResidualTable(
         sources=experiment.sources,
         at=found.rows,
@@ -377,8 +381,9 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         rms_before=items.rms(_before(found)),
         rms_fitted=items.rms(errors),
         rms_held_out=None if out is None else items.rms(out),
-        floor=None if floors is None else floors[1],
-        floor_fitted=_floor_fitted(found) if floors is None else floors[0],
+        held_out_interval=None if left_out is None else left_out.interval,
+        floor=None if left_out is None else left_out.floor,
+        floor_fitted=_floor_fitted(found) if left_out is None else left_out.floor_fitted,
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
@@ -460,16 +465,34 @@ def _size_parameters(terms: Terms, sizes: FloatArray, errors: FloatArray) -> tup
     )
 
 
-def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[float, float] | None]:
+@dataclass(frozen=True, eq=False)
+class _LeftOut:
+    """Errors of rows under the fit of all others, and what measured noise alone would make of them.
+
+    Attributes:
+        errors: shape (n,).
+        floor_fitted: expected rms of the fitted rows.
+        floor: expected rms of the rows left out.
+        interval: between which the rms of new holds or rotations lies nine times in ten.
+    """
+
+    errors: FloatArray
+    floor_fitted: float
+    floor: float
+    interval: tuple[float, float]
+
+
+def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
     The step from the fit of all, ``N⁻¹ J_gᵀ (1 − H_gg)⁻¹ r_g``, is exact where the rows are linear
     in it, and it is small. The expected errors follow from the same linear maps, applied to the
-    measured noise and to the reference's own errors.
+    measured noise and to the reference's own errors. With these maps E, the mean square held out
+    is a quadratic form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of
+    freedom (Satterthwaite). A new row has its own noise and the errors of the fit of all rows.
 
     Returns:
-        The errors, shape (n,), and the expected rms (fitted, held out); None and None where the
-        other rows do not determine the model.
+        None where the other rows do not determine the model.
     """
     system, balance, reported = found.system, found.balance, found.reported
     sigma = np.sqrt(balance.variance)
@@ -483,7 +506,8 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
     errors, groups, items = found.errors, found.groups, _items(found)
     out = errors.copy()
     noise = _noise_root(found)
-    fitted = noise - system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
+    pulled = system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
+    fitted = noise - pulled
     left = (noise / sigma[:, None]) - white @ (lever.T @ (noise / sigma[:, None]))
     expected = fitted.copy()
     both = np.column_stack([system.residual / sigma, left])
@@ -494,13 +518,26 @@ def _left_out(found: Minimum[Experiment]) -> tuple[FloatArray | None, tuple[floa
             np.linalg.eigvalsh(gate).min() < HOLE
             or np.linalg.eigvalsh(inner).min() < BLIND_TO_GROUP
         ):
-            return None, None
+            return None
         step = np.swapaxes(lever[rows], 1, 2) @ np.linalg.solve(inner, both[rows])
         moved = system.columns[rows][:, :, reported] @ step[:, reported]
         out[rows] += moved[:, :, 0]
         expected[rows] += moved[:, :, 1:]
-    floors = items.mean((fitted**2).sum(axis=1)), items.mean((expected**2).sum(axis=1))
-    return out, floors
+    floor = items.mean((expected**2).sum(axis=1))
+    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
+    judged = expected[items.rows]
+    products = judged @ judged.T
+    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
+    usual = items.rms(out) * new / floor
+    return _LeftOut(
+        errors=out,
+        floor_fitted=items.mean((fitted**2).sum(axis=1)),
+        floor=floor,
+        interval=(
+            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
+            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
+        ),
+    )
 
 
 def groups_by_size(labels: IntArray) -> Iterator[IntArray]:

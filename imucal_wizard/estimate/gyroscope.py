@@ -14,6 +14,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
@@ -49,7 +50,6 @@ from imucal_wizard.model.rows.source import (
     RowSource,
 )
 
-AXES = "xyz"
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
 MIN_CLOSING_NOISE = 1e-7

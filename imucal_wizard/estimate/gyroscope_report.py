@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import strictly_later
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
@@ -27,7 +28,6 @@ from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.measurement.holds import Hold, Rotation
 
-AXES = "xyz"
 ONE_AXIS_SHARE = 0.9
 """Share of all turning that is about one body axis, for Q's single-axis methods."""
 LEVEL = 0.35
@@ -87,7 +87,7 @@ def fit_gyroscope(
     rotations, reference = examined(rotations), accelerometer.reference
     if reference is None:
         raise DataError("there is no fitted accelerometer to go on from")
-    if method == "offset":
+    if method == "offset":  # needs no rotation, so nothing below may refuse it
         turned = [rotation for rotation in rotations if rotation.problem is None]
         rounding = rate_shift(holds, turned) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
@@ -97,6 +97,8 @@ def fit_gyroscope(
             experiment = gyroscope_minimum(*args).experiment
             offset = replace(offset, experiment=experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
+
+    # all gains by the closures, whatever the method: the others begin with or stand beside them
     silent: tuple[str, ...] = ()
     try:
         silent = silent_axes(holds, rotations)
@@ -114,6 +116,8 @@ def fit_gyroscope(
             "not steady: they weigh less, and their closure shows the hand"
         )
         found = replace(found, warnings=(*found.warnings, note))
+
+    # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)
     single = single_axis(named, experiment, found)
     result = found

@@ -35,7 +35,6 @@ from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import Fitted, in_session, spans_of
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
-from imucal_wizard.model.rows.gravity_magnitude import MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
 from imucal_wizard.model.terms import Terms
 
@@ -138,36 +137,50 @@ class HoldMagnitudes:
             found: MethodEstimate = estimate(points, rows)
             return np.concatenate([found.bias, in_triangle(triangular(found.matrix)[1])])
 
+        # the parameters by this method, and the errors that they leave
         found, theta = estimate(points, every), theta_of(points, every)
         matrix, bias = self.problem.matrix_and_bias(theta)
         rows = experiment.source.at(Parameters(matrix, bias), Terms(experiment.sensor, ()))
+        before = experiment.before()
+        nominal = (experiment.source.reading - before.bias) @ before.matrix.T
+        out, why = self._held_out(method, labels, lambda kept: theta_of(points, kept))
+
+        # their covariance: the errors of the holds through the method's own derivative
         pull = self._pull(theta, lambda moved: theta_of(moved, every))
         unused = tuple(np.flatnonzero(~pull.any(axis=0)).tolist())
         used = np.delete(rows.residual, unused)
         freedom = len(used) - len(self.free)
         variance = float(used @ used) / freedom if freedom > 0 else None
-        covariance = None
+        covariance = whole = None
         if variance is not None and not biased:
-            kept = np.delete(every, unused)
+            kept = [k for k in range(len(points)) if k not in unused]
             fitted = Fitted(
                 errors=rows.residual[kept],
-                columns=rows.base_columns()[np.ix_(kept, [ENTRY_OF[k] for k in self.free])],
+                columns=rows.base_columns()[np.ix_(kept, [ENTRY_OF[place] for place in self.free])],
                 variance=np.ones(len(kept)),
                 alike=rows.direction[kept] @ rows.direction[kept].T,
                 pull=pull[:, kept],
             )
             covariance = in_session(spans_of([experiment.holds[k] for k in kept]), fitted)
-        out, why = self._held_out(method, labels, lambda kept: theta_of(points, kept))
-        dropped = [*experiment.directions(experiment.base_terms).dropped]
-        dropped += [] if self.cross else PARAMETERS["non-orthogonality"]
-        entries = list(ENTRY_OF)
-        whole = None
         if covariance is not None:
             whole = np.zeros((ENTRIES, ENTRIES))
-            whole[np.ix_(entries, entries)] = covariance
-        before = experiment.before()
-        nominal = (experiment.source.reading - before.bias) @ before.matrix.T
+            whole[np.ix_(ENTRY_OF, ENTRY_OF)] = covariance
+
+        # what the gyroscope takes as its reference: noise beyond that measured counts as tilt
         excess = max((variance or 0.0) - float(rows.own.mean()), 0.0)
+        principal = np.zeros((len(points), 3, 0))
+        if whole is not None:
+            principal = rows.up_columns()[:, :, :ENTRIES] @ principal_steps(whole)
+        reference = GravityReference(
+            rows.direction,
+            labels,
+            (experiment.across + excess) / gravity**2,
+            principal,
+            experiment.gain,
+            gravity,
+        )
+        dropped = [*experiment.directions(experiment.base_terms).dropped]
+        dropped += [] if self.cross else PARAMETERS["non-orthogonality"]
         return SensorFit(
             sensor=experiment.sensor,
             model=("bias", "scale", *(("non-orthogonality",) if self.cross else ())),
@@ -196,16 +209,7 @@ class HoldMagnitudes:
             degrees_of_freedom=max(freedom, 0),
             unused=unused,
             not_held_out=why,
-            reference=GravityReference(
-                rows.direction,
-                labels,
-                (experiment.across + excess) / gravity**2,
-                np.zeros((len(points), 3, 0))
-                if whole is None
-                else rows.up_columns()[:, :, :ENTRIES] @ principal_steps(whole),
-                experiment.gain,
-                gravity,
-            ),
+            reference=reference,
             experiment=experiment,
         )
 

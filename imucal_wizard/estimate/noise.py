@@ -131,7 +131,7 @@ def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool
     ratio = np.log(across[known] / along[known]) - (second[0] - first[0])
     # the variance of a median is π/2 times that of a mean
     doubt = np.sqrt(0.5 * np.pi * float((first[1] + second[1]).mean()) / len(ratio))
-    return median(ratio) > max(np.log(TREMBLING), SURE * float(doubt))
+    return bool(median(ratio) > max(np.log(TREMBLING), SURE * float(doubt)))
 
 
 def _log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]:

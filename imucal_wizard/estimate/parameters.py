@@ -14,11 +14,10 @@ from collections.abc import Callable
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.result import Parameter
-
-AXES = "xyz"
 
 
 def triangular_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:

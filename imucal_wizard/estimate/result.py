@@ -97,6 +97,8 @@ class SensorFit:
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
             be left out.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten;
+            None where none can be left out.
         floor: rms held out that measured noise alone would make of a complete model; None where
             none can be left out or the noise is not known.
         floor_fitted: the same of the fitted rms.
@@ -163,6 +165,7 @@ class SensorFit:
     not_held_out: str = ""
     validation: tuple[float, ...] = ()
     floor_fitted: float | None = None
+    held_out_interval: tuple[float, float] | None = None
     base: tuple[str, ...] = ()
     terms: tuple[Term, ...] = ()
     sizes: tuple[FloatArray, ...] = ()

@@ -170,23 +170,29 @@ class Fitted:
     pull: FloatArray
 
 
-def in_session(spans: FloatArray, fitted: Fitted, rest: LongRest | None = None) -> FloatArray:
+def in_session(
+    spans: FloatArray, fitted: Fitted, rest: LongRest | None = None
+) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
-    them is slow: flicker noise or a random walk, less its mean over the session. How large all of it
-    is, and which part is slow, is told from what the fit leaves, by restricted likelihood; a scale
-    of the variances that no prior knows makes the intervals those of Student's t. So white errors
-    have the intervals of ordinary least squares, whatever their size.
+    them is slow: flicker noise or a random walk, less its mean over the session. Their size, and
+    which part is slow, are told from what the fit leaves, by restricted likelihood. No prior knows
+    the size, so that white errors have the intervals of least squares with Student's t.
 
     Args:
         spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
-        fitted: the fit. Its degrees of freedom must be one at least.
+        fitted: the fit.
         rest: a rest so long that it shows slow noise by itself.
+
+    Returns:
+        The covariance; None where the fit leaves nothing to judge by.
     """
     sigma = np.sqrt(fitted.variance)
     across = complement(fitted.columns / sigma[:, None])
     freedom = across.shape[1]
+    if not freedom:
+        return None
     turned = across.T @ (fitted.errors / sigma)
     white = (fitted.pull * fitted.variance) @ fitted.pull.T
     logs, covariances = [], []

@@ -92,5 +92,5 @@ def _vibration(hold: Hold, readings: Readings | None) -> float:
     """Mean square of the accelerometer about its mean, sum over the axes, reading units²."""
     if readings is None:
         return float(np.trace(hold.accelerometer_covariance)) * hold.samples
-    values = readings.accelerometer.between(hold.start, hold.end).values
+    values = hold.readings(readings.accelerometer).values
     return float(values.var(axis=0).sum()) if len(values) else np.nan

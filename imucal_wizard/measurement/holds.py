@@ -52,6 +52,15 @@ class Hold:
     accelerometer_scatter: FloatArray | None = None
     batch_freedom: int = COVARIANCE_BATCHES - 1
 
+    def readings(self, series: Series) -> Series:
+        """The samples of any sensor during this hold.
+
+        ``end`` is the last sample's time plus one interval, a sum that may round past the next
+        sample: a sample belongs to the hold up to half an interval before the end.
+        """
+        half = 0.5 * (self.end - self.start) / self.samples
+        return series.between(self.start, self.end - half)
+
 
 @dataclass(frozen=True, eq=False)
 class Rotation:

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS, STANDARD_GRAVITY
@@ -254,7 +255,6 @@ class Effect(ABC):
 MILLI_G = ACCELERATION_UNITS["mg"]
 DEGREE = RATE_UNITS["deg/s"]
 PPM = 1e-6
-AXES = "xyz"
 DATA_SHEET_UNIT = {ACCELEROMETER: ACCELERATION_UNITS["g"], GYROSCOPE: DEGREE, MAGNETOMETER: 1.0}
 """SI (or µT) per g, °/s, µT: the units in which data sheets quote effects."""
 

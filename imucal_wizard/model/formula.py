@@ -26,13 +26,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
-    AXES,
     DEGREE,
     GYROSCOPE,
     MAGNETOMETER,

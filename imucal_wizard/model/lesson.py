@@ -15,13 +15,13 @@ from functools import cache
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
-    AXES,
     DEGREE,
     GYROSCOPE,
     MAGNETOMETER,

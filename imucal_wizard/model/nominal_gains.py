@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 
-AXES = "xyz"
 CROSS_PRIOR = 0.02
 """Cross-axis gain of MEMS gyroscopes, one standard deviation (datasheets: 1–2 %)."""
 SCALE_PRIOR = 0.05

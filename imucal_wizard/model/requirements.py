@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.core.directions import SAME_DIRECTION
 from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances
 
 FELT_IN_MOTION = (GYROSCOPE,)
@@ -10,7 +11,6 @@ MIN_TEMPERATURE_SWING = 0.5
 """Temperatures closer than this are one temperature, °C."""
 MIN_ROTATION_RATE = 1.0 * DEGREE
 """Rates under this are rest, rad/s."""
-SAME_DIRECTION = np.cos(np.radians(12.0))
 MIN_SESSION_SECONDS = 60.0
 """A session under a minute says nothing of what is slow, s."""
 MIN_VIBRATION_RATIO = 1.5
@@ -83,7 +83,7 @@ def both_senses(sensor: str, c: Circumstances) -> str | None:
 def directions(c: Circumstances) -> str | None:
     """Whether gravity was felt from more than one side."""
     up = c.force / np.maximum(np.linalg.norm(c.force, axis=1, keepdims=True), 1e-12)
-    if len(up) == 0 or float((up @ up[0]).min()) > SAME_DIRECTION:
+    if len(up) == 0 or float((up @ up[0]).min()) > np.cos(SAME_DIRECTION):
         return "gravity comes from one side only; hold the device still in several poses"
     return None
 

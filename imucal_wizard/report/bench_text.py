@@ -1,4 +1,4 @@
-"""The findings of the bench as plain text."""
+"""The findings of the bench as plain text; the bench's screen shows the same tables."""
 
 import textwrap
 from collections.abc import Sequence
@@ -6,22 +6,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.quantities import (
+    number,
     plus_minus,
     quantity,
+    readable,
     size_with_unit,
     true_minus,
-    with_unit,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
-from imucal_wizard.diagnose.bench import Bench, Entry, Rung
+from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict_text import sizes_text
+from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
 
 BENCH_COLUMNS = 79
-BAR = 22
 SHOWN_SUSPECTS = 8
 LISTED_ROWS = 12
 """Rows of a magnetometer that are listed: those that fit worst."""
@@ -40,7 +40,9 @@ def _sensor(said: Diagnosis) -> list[str]:
         lines[0] += f"  model: {' + '.join(said.bench.fit.model)}"
         lines += ["", *_comparison(said)]
         lines += ["", *_suspects(said, said.bench)]
-        lines += ["", *_ladder(said.bench)]
+        rungs = said.bench.ladder
+        lines += ["", "LADDER", *ladder_rows(rungs, said.bench.fit.unit, BENCH_COLUMNS)]
+        lines += _wrapped(_floors(rungs[-1]), "  ")
     lines += ["", *_wrapped(said.says)]
     if said.next_poses:
         lines += ["", "NEXT POSES"]
@@ -113,14 +115,14 @@ def _dot(ratio: float, size: float) -> str:
 
 
 def _suspects(said: Diagnosis, bench: Bench) -> list[str]:
-    """The ranked suspects, each with the error after adding it."""
-    unit = bench.fit.unit
+    """The likeliest suspects, each with its details."""
     if said.findings is None:
         return []
-    now = quantity(said.findings.fit.rms_held_out, unit)
-    lines = [f"SUSPECTS  held out now {now}, would be:"]
-    for number, one in enumerate(said.findings.suspects[:SHOWN_SUSPECTS], 1):
-        lines += _suspect(bench, unit, number, one)
+    fit = said.findings.fit
+    lines = ["SUSPECTS", *suspect_head(fit, BENCH_COLUMNS)]
+    for place, entry in enumerate(entries_of(bench, said.findings)[:SHOWN_SUSPECTS], 1):
+        lines.append(suspect_row(entry, fit, BENCH_COLUMNS, f"{place:<2}"))
+        lines += _wrapped(suspect_details(entry, fit, BENCH_COLUMNS), "    ")
     return [*lines, *_would_show(said, bench)]
 
 
@@ -139,21 +141,72 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
     return []
 
 
-def _suspect(bench: Bench, unit: str, number: int, one: Suspect) -> list[str]:
-    p = "p < 0.001" if one.p < 0.001 else f"p {one.p:.3f}"
-    if one.trial is None or one.candidate is None:
-        row = int(np.flatnonzero(bench.rows.index == one.hold)[0])
-        return [f"  {number}  disturbed: {bench.rows.place(row)}   {p}"]
-    after = quantity(one.trial.rms_held_out, unit)
-    effect = next(effect for effect in bench.catalogue if effect.name == one.term)
-    size = sizes_text(effect, bench.sensor, one.trial.size, one.trial.standard_error)
-    seen = one.detectable_on_any_axis
-    least = size_with_unit(seen, one.candidate.unit) if np.isfinite(seen) else "no size"
-    like = f"; looks like {', '.join(one.like)}" if one.like else ""
-    return [
-        f"  {number}  {one.term:24} {after:10} {p}",
-        *_wrapped(f"{size}; seen from {least}{like}", "       "),
-    ]
+SIZE_COLUMN = 53
+"""Columns of a suspect's row left of its size."""
+
+
+def suspect_head(fit: SensorFit, width: int) -> list[str]:
+    """Column titles, and the present errors.
+
+    Args:
+        fit: the present model.
+        width: columns available.
+    """
+    titles = f"  {'with it, error would be':<24}{'fitted':>8}{'held out':>9}   {'p':<7}size ± error"
+    errors = f"{_in_unit(fit.rms_fitted, fit.unit):>8}{_in_unit(fit.rms_held_out, fit.unit):>9}"
+    return [titles[:width], f"  {'now':<24}{errors} {readable(fit.unit)[1]}"]
+
+
+def suspect_row(entry: Entry, fit: SensorFit, width: int, lead: str = "  ") -> str:
+    """One suspect: the errors with it, its p-value and its size.
+
+    Args:
+        entry: the suspect.
+        fit: the present model.
+        width: columns available.
+        lead: two characters in front of the name.
+    """
+    row = f"{lead}{suspect_name(entry):<24}"
+    if entry.lacking:
+        return f"{row}  {entry.lacking}"[:width]
+    change = "▼" if entry.falls else "▲" if entry.rises else " "
+    row += f"{_in_unit(entry.rms_fitted, fit.unit):>8}{_in_unit(entry.rms_held_out, fit.unit):>9}"
+    row += f" {change} {_p_text(entry):<7}{suspect_size(entry, fit.sensor, width - SIZE_COLUMN)}"
+    return row.rstrip()
+
+
+def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
+    """What a suspect is, from which size these data show it, and what looks the same here.
+
+    Args:
+        entry: the suspect.
+        fit: the present model.
+        width: of the table, which shows the sizes if there is room.
+    """
+    words = [] if entry.effect is None else [entry.effect.title]
+    if entry.term == DISTURBED:
+        words.append("one hold is wrong: somebody touched it. Measure it again")
+    elif entry.suspect is None and entry.effect is None:
+        words.append("a term of the base model that every sensor needs")
+    if entry.lacking:
+        return "; ".join([*words, f"cannot be seen here: {entry.lacking}"])
+    sizes = suspect_size(entry, fit.sensor)
+    if sizes != suspect_size(entry, fit.sensor, width - SIZE_COLUMN):
+        words.append(sizes)
+    suspect = entry.suspect
+    if suspect is not None and suspect.candidate is not None:
+        size, unit = suspect.detectable_on_any_axis, suspect.candidate.unit
+        seen = "cannot show it at any size"
+        if np.isfinite(size):
+            seen = f"show it from {size_with_unit(size, unit)} on"
+        words.append(f"these data {seen}")
+        like = ", ".join(suspect.like)
+        words.append(
+            f"looks the same here as {like}" if like else "nothing else looks like it here"
+        )
+    if entry.rises:
+        words.append("▲ the held-out error would not fall")
+    return "; ".join(words)
 
 
 def suspect_name(entry: Entry) -> str:
@@ -164,36 +217,92 @@ def suspect_name(entry: Entry) -> str:
     return entry.term
 
 
-def suspect_size(entry: Entry, room: int = 99) -> str:
-    """The parameter that stands out most ± its standard error; its unit if there is room."""
+def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
+    """The parameters that stand out ± their standard errors; the first one if room is short."""
     suspect = entry.suspect
-    if suspect is None or suspect.trial is None or suspect.candidate is None:
+    if suspect is None or suspect.trial is None or entry.effect is None:
         return ""
+    sizes = sizes_text(entry.effect, sensor, suspect.trial.size, suspect.trial.standard_error)
+    if len(sizes) <= room or suspect.candidate is None:
+        return sizes
     k, trial = suspect.largest, suspect.trial
-    name, unit = suspect.candidate.names[k], suspect.candidate.unit
-    size = f"{name} {plus_minus(float(trial.size[k]), float(trial.standard_error[k]))}"
-    return with_unit(size, unit) if len(with_unit(size, unit)) <= room else size[:room]
+    value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))
+    return f"{suspect.candidate.names[k]} {value}"[:room]
 
 
-def _ladder(bench: Bench) -> list[str]:
-    """The models so far with their errors: fitted, held out, floor."""
-    unit = bench.fit.unit
-    last, steps = bench.ladder[-1], []
-    for rung in bench.ladder:
-        name = " + ".join(rung.model) if rung.added is None else f"+ {rung.added}"
-        steps.append((name or "nothing", rung.rms_fitted, rung.rms_held_out))
-    if last.floor_fitted is not None:
-        steps.append(("noise", last.floor_fitted, last.floor))
-    longest = max(*(fitted if out is None else out for _, fitted, out in steps), 1e-300)
-    lines = ["LADDER  fitted, held out"]
-    for name, fitted, out in steps:
-        bar = _bar((fitted if out is None else out) / longest)
-        lines.append(f"  {name:34}{quantity(fitted, unit):>9} {quantity(out, unit):>9} {bar}")
-    return [*lines, *_wrapped(_floors(last), "  ")]
+def _in_unit(value: float | None, unit: str) -> str:
+    return number(None if value is None else value * readable(unit)[0])
 
 
-def _bar(share: float) -> str:
-    return "█" * max(round(BAR * share), 1)
+def _p_text(entry: Entry) -> str:
+    """The p-value; the simulations of noise resolve no smaller one."""
+    if entry.suspect is None:
+        return "base"
+    return "<0.003" if entry.suspect.p < 0.003 else f"{entry.suspect.p:.2g}"
+
+
+MAX_BAR_RATIO = 12.0
+"""The longest bar over the present error; longer bars are cut and end in an arrow."""
+_EIGHTHS = " ▏▎▍▌▋▊▉"
+_NAME = 22
+
+
+def ladder_rows(
+    ladder: Sequence[Rung], unit: str, width: int, height: int | None = None
+) -> list[str]:
+    """One row per model with both errors as numbers and bars, then the noise alone.
+
+    Args:
+        ladder: the models, the first one first.
+        unit: of the errors.
+        width: columns available.
+        height: rows available; the oldest models are left out.
+    """
+    last, (factor, shown) = ladder[-1], readable(unit)
+    noise = last.floor_fitted, last.floor
+    errors = [e for one in ladder for e in (one.rms_fitted, one.rms_held_out) if e is not None]
+    present = max(last.rms_fitted, last.rms_held_out or 0.0, *(one or 0.0 for one in noise))
+    top = min(max(errors), MAX_BAR_RATIO * present) or 1.0
+    room = max(4, (width - _NAME - 2 - 2 * 9) // 2)
+
+    def row(lead: str, name: str, *errors: float | None) -> str:
+        cells = [f"{lead}{name:<{_NAME}.{_NAME}}"]
+        for error in errors:
+            value = "–" if error is None else number(error * factor, 3)
+            bar = "" if error is None else blocks(error, top, room)
+            cells.append(f"{value:>8} {bar:<{room}}")
+        return "".join(cells).rstrip()
+
+    rows: list[str] = []
+    for place, one in enumerate(ladder):
+        lead = "▸ " if one is last else "  "
+        rows.append(row(lead, _step_name(ladder, place), one.rms_fitted, one.rms_held_out))
+        if one.confirmed is False:
+            rows.append("    ▲ only the fitted error fell, not the held-out error")
+    if height is not None:
+        rows = rows[-max(1, height - 2) :]
+    head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
+    return [head[:width], *rows, row("  ", "noise alone", *noise)]
+
+
+def _step_name(ladder: Sequence[Rung], place: int) -> str:
+    """The change of a rung: ``+ second-order``, ``− scale``, or the first model."""
+    rung = ladder[place]
+    if place == 0:
+        full = len(rung.model) == 3
+        return "bias scale non-orth." if full else " ".join(rung.model) or "nothing"
+    if rung.added is not None:
+        return f"+ {rung.added}"
+    gone = [term for term in ladder[place - 1].model if term not in rung.model]
+    return f"− {', '.join(gone)}"
+
+
+def blocks(value: float, top: float, width: int) -> str:
+    """A bar of ``value``, if ``top`` fills ``width``; a cut bar ends in an arrow."""
+    if value > 1.001 * top:
+        return "█" * (width - 1) + "»"
+    eighths = round(8.0 * width * value / top)
+    return ("█" * (eighths // 8) + _EIGHTHS[eighths % 8]).rstrip() or "▏"
 
 
 def _floors(rung: Rung) -> str:

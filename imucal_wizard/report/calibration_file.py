@@ -5,7 +5,7 @@ else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`
 ``calibrate`` in Python, so that all of them give the same figures.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -108,6 +108,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_before: error with the nominal conversion only, or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time, or None.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
+            or None.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
@@ -133,6 +135,7 @@ class Sensor(msgspec.Struct, frozen=True):
     rms_held_out: float | None
     floor: float | None = None
     floor_fitted: float | None = None
+    held_out_interval: tuple[float, float] | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     not_determined: list[str] = []
@@ -256,14 +259,14 @@ class Calibration(msgspec.Struct, frozen=True):
         )
 
 
-def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
+def sensor_record(fit: SensorFit) -> Sensor:
     """A sensor's fit as it stands in JSON, without a verdict.
 
     Args:
         fit: with or without effects.
-        where: circumstances of the fit, to whose reference the effects refer.
     """
     effects = []
+    where = None if fit.experiment is None else fit.experiment.circumstances
     for term, sizes in zip(fit.terms, fit.sizes, strict=True):
         parameters = term.effect.parameters(fit.sensor)
         effects.append(
@@ -298,6 +301,7 @@ def sensor_record(fit: SensorFit, where: Circumstances | None = None) -> Sensor:
         rms_held_out=fit.rms_held_out,
         floor=fit.floor,
         floor_fitted=fit.floor_fitted,
+        held_out_interval=fit.held_out_interval,
         rms_validation=fit.validation_rms,
         repeatability=fit.repeat_rms,
         not_determined=list(fit.not_determined),
@@ -311,7 +315,6 @@ def from_report(
     report: FitReport,
     source: str,
     created: str,
-    models: Mapping[str, tuple[SensorFit, Circumstances]] | None = None,
 ) -> Calibration:
     """The calibration that a report contains.
 
@@ -319,12 +322,7 @@ def from_report(
         report: the fit.
         source: description of the source.
         created: date and time, ISO 8601.
-        models: of sensors that the bench has added effects to, with their circumstances.
     """
-    sensors = {name: sensor_record(fit) for name, fit in report.sensors.items()}
-    for name, (model, where) in (models or {}).items():
-        warnings = report.sensors[name].warnings
-        sensors[name] = sensor_record(replace(model, warnings=warnings), where)
     known = [hold.temperature for hold in report.holds if hold.temperature is not None]
     return Calibration(
         schema=SCHEMA,
@@ -335,7 +333,7 @@ def from_report(
         temperature=(min(known), max(known)) if known else None,
         holds=len(report.holds),
         rotations=sum(rotation.problem is None for rotation in report.rotations),
-        sensors=sensors,
+        sensors={name: sensor_record(fit) for name, fit in report.sensors.items()},
         warnings=list(report.notes(judged=False)),
         hold_means=[_means(hold) for hold in report.holds],
     )
@@ -377,7 +375,7 @@ def read_calibration(path: Path) -> Calibration:
     try:
         loose: Any = msgspec.json.decode(data)
     except msgspec.DecodeError as error:
-        raise RecordingError(f"{path} is not JSON ({error}): give a saved calibration") from error
+        raise RecordingError(f"{path} is not JSON; give a saved calibration") from error
     schema = loose.get("schema") if isinstance(loose, dict) else None
     if schema != SCHEMA:
         raise RecordingError(

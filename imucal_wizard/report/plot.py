@@ -6,7 +6,7 @@
 
 import numpy as np
 
-from imucal_wizard.core.quantities import number
+from imucal_wizard.core.quantities import fixed, number
 from imucal_wizard.core.readings import FloatArray
 
 LABEL_COLUMNS = 9
@@ -49,6 +49,7 @@ def scatter(
     """
     if not len(x):
         return ["nothing to show"]
+    # the area: 0 is in the middle unless all values are positive
     framed = height >= FRAMED
     columns, rows = max(10, width - LABEL_COLUMNS - 1), max(3, height - 1 - framed)
     rows -= rows % 2 == 0  # 0 is in the middle
@@ -66,6 +67,7 @@ def scatter(
             if _RANK[sign] > _RANK[there]:
                 cells[row][column] = sign
 
+    # lines, then the model, then the points
     left, right = float(x.min()), float(x.max())
     for column in range(columns):
         put(0.0, column, "─")
@@ -94,8 +96,11 @@ def _row(label: str, cells: list[str]) -> str:
 
 
 def _foot(x_label: str, left: float, right: float, columns: int) -> str:
-    """Ends of the x axis, with what it is between them."""
-    first, last = number(left), number(right)
+    """Ends of the x axis, counts as counts, with what it is between them."""
+    first, last = (
+        fixed(end, 0) if end.is_integer() and abs(end) < 1e6 else number(end)
+        for end in (left, right)
+    )
     room = columns - len(first) - len(last)
     label = x_label if len(x_label) + 2 <= room else x_label[: max(0, room - 3)] + "…"
     return f"{' ' * (LABEL_COLUMNS + 1)}{first}{label:^{max(room, 0)}}{last}"

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imucal_wizard.core.quantities import decimals, quantity, true_minus
+from imucal_wizard.core.quantities import (
+    decimals,
+    fixed,
+    limits_text,
+    number,
+    quantity,
+    true_minus,
+    unit_sign,
+    value_and_error,
+)
 from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
 
 if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
@@ -63,7 +72,9 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
-    text = f"  error: before {before}, fitted {fitted}, held out {held_out}, noise {floor}"
+    limits = limits_text(fit.held_out_interval, fit.unit)
+    likely = f" (90 %: {limits})" if limits else ""
+    text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
     lines += textwrap.wrap(text, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
@@ -81,8 +92,7 @@ def field_lines(found: "MagnetometerFit", fit: SensorFit) -> list[str]:
 
 
 def _parameter(parameter: Parameter, method: str) -> str:
-    value = f"{parameter.value:.7g}"
-    unit = "" if parameter.unit == "1" else parameter.unit
+    value, unit = true_minus(f"{parameter.value:.7g}"), unit_sign(parameter.unit)
     if not parameter.carried:
         from imucal_wizard.estimate.methods.six_position import NAME as SIX
 
@@ -91,11 +101,11 @@ def _parameter(parameter: Parameter, method: str) -> str:
     if not parameter.standard_error:
         note = "± not known"
     else:
-        places = min(12, decimals(parameter.standard_error))
-        value = f"{parameter.value:.{places}f}"
-        note = f"± {parameter.standard_error:.{places}f}"
+        value, error = value_and_error(parameter.value, parameter.standard_error)
+        note = f"± {error}"
         if parameter.standard_error_repeats:
-            note += f" (repeats ± {parameter.standard_error_repeats:.{places}f})"
+            places = decimals(parameter.standard_error)
+            note += f" (repeats ± {fixed(parameter.standard_error_repeats, places)})"
     return f"{parameter.name:16} {value:>14} {note} {unit}".rstrip()
 
 
@@ -104,8 +114,7 @@ def _comparison(report: FitReport) -> list[str]:
     lines.append("  axis  turns   static          dynamic         vector")
     for row in report.comparison:
         cells = [
-            "-" if value is None else f"{value:#.6g}"
-            for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
+            number(value, 6) for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
         ]
         row_text = "".join(f"{cell:16}" for cell in cells)
         lines.append(f"  {row.axis:4}  {row.rotations:5}   {row_text}".rstrip())

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.quantities import with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
@@ -119,8 +120,7 @@ def truth_in_words(truth: Hidden) -> str:
     """``gyroscope/g-sensitivity on xy, 0.0512 °/s/g``."""
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
     unit = HIDDEN_TERMS[truth.sensor][truth.term].unit
-    times = "× " if unit[:1].isdigit() else ""
-    return f"{prefix}{truth.term} on {truth.letters}, {truth.size:g} {times}{unit}"
+    return f"{prefix}{truth.term} on {truth.letters}, {with_unit(f'{truth.size:g}', unit)}"
 
 
 def _salt() -> bytes:

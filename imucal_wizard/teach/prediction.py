@@ -114,14 +114,24 @@ def judge_prediction(
         judged.append(JudgedAnswer(agreement, answer, found))
 
     suspect = guessed.suspect
-    if suspect is not None and suspect.trial is not None and suspect.candidate is not None:
-        name = suspect.candidate.names[suspect.largest]
+    names = () if suspect is None or suspect.candidate is None else suspect.candidate.names
+    if names and prediction.parameter not in (ANY, *names):
+        raise UsageError(
+            f"{guessed.term} has no parameter {prediction.parameter!r}; it has {', '.join(names)}"
+        )
+    missing = best.term != NOTHING
+    if missing and names and suspect is not None and suspect.trial is not None:
+        name = names[suspect.largest]
         if prediction.parameter != ANY:
             judge(prediction.parameter, name, f"the data: {name} stands out")
         if prediction.sign != ANY:
             positive = suspect.trial.size[suspect.largest] > 0
-            judge(prediction.sign, "+" if positive else "−", f"the data: {suspect_size(guessed)}")
-    now, then, unit = bench.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
+            judge(
+                prediction.sign,
+                "+" if positive else "−",
+                f"the data: {suspect_size(guessed, bench.sensor)}",
+            )
+    now, then, unit = findings.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
     if prediction.held_out and now is not None and then is not None:
         found = f"with it: {quantity(now, unit)} → {quantity(then, unit)}"
         judge(f"it {prediction.held_out}", f"it {STAYS if guessed.rises else FALLS}", found)

@@ -31,10 +31,17 @@ _GC_OLD_GENERATION = 2
 
 @dataclass(frozen=True)
 class Saved:
-    """The place of a saved calibration, and the text to print when the app has closed."""
+    """A saved calibration.
+
+    Attributes:
+        path: the file.
+        says: the text to print when the app has closed.
+        report: the fit that the file holds; None in tests that save nothing.
+    """
 
     path: Path
     says: tuple[str, ...] = ()
+    report: "FitReport | None" = None
 
 
 class Services(Protocol):
@@ -170,18 +177,12 @@ class WizardServices:
         from imucal_wizard.report.text import summary
 
         now = datetime.now().astimezone()
-        models = {} if benches is None else benches.models()
-        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"), models)
+        report = report if benches is None else benches.fitted()
+        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
         path = self._written(made)
-        found: list[str] = []
-        says: list[str] = []
-        if benches is not None:
-            diagnoses = self.diagnose(benches).values()
-            says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses]
-            found += [
-                f"{one}: with {', '.join(benches.found(one))} from the bench" for one in models
-            ]
-        return Saved(path, (summary(report, says), *found, f"saved: {path}"))
+        diagnoses = {} if benches is None else self.diagnose(benches)
+        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
+        return Saved(path, (summary(report, says), f"saved: {path}"), report)
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""

@@ -37,7 +37,8 @@ class WizardState:
     Attributes:
         source: the present source, or None.
         snapshot: the newest snapshot that was shown, or None.
-        report: the newest fit, or None while the data change.
+        report: the newest fit without effects, or None while the data change.
+        result: the same with the effects that the bench has added.
         diagnoses: of each sensor of the newest fit; empty until they are known.
         benches: the bench as it was left; None before it was opened.
         sensor: the sensor whose bench was open last.
@@ -57,6 +58,7 @@ class WizardState:
         self.source: SampleSource | None = None
         self.snapshot: Snapshot | None = None
         self.report: FitReport | None = None
+        self.result: FitReport | None = None
         self.diagnoses: Mapping[str, Diagnosis] = {}
         self.benches: Benches | None = None
         self.sensor = ""
@@ -113,7 +115,8 @@ class WizardState:
     def enter(self, step: str) -> None:
         """Note the present step; a step that changes the data invalidates the fit."""
         if step not in _FITTED:
-            self.report, self.diagnoses = None, {}
+            self.report = self.result = None
+            self.diagnoses = {}
 
     def fit(self) -> "FitReport":
         """Fit the measurements. Slow: call it in a thread.
@@ -127,21 +130,25 @@ class WizardState:
 
     def fitted(self, report: "FitReport") -> None:
         """Take the fit of the measurements."""
-        self.report, self.diagnoses = report, {}
+        self.report = self.result = report
+        self.diagnoses = {}
 
-    def diagnose(self) -> "Mapping[str, Diagnosis]":
-        """Diagnose each sensor of the newest fit. Slow: call it in a thread.
+    def judge(self) -> "tuple[FitReport, Mapping[str, Diagnosis]]":
+        """The fit with the bench's effects, and the diagnoses. Slow: call it in a thread.
+
+        An exercise has no diagnoses: a verdict would tell the answer.
 
         Raises:
             DataError: the data determine no model.
         """
         benches = self.bench()
         with self._bench_lock:
-            return self.services.diagnose(benches)
+            told = {} if self.settings.predict else self.services.diagnose(benches)
+            return benches.fitted(), told
 
-    def diagnosed(self, diagnoses: "Mapping[str, Diagnosis]") -> None:
-        """Take the diagnoses."""
-        self.diagnoses = diagnoses
+    def judged(self, result: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
+        """Take the fit with the bench's effects, and the diagnoses."""
+        self.result, self.diagnoses = result, diagnoses
 
     def compare(self) -> "Sequence[MethodRow]":
         """Fit the measurements by every method. Slow: call it in a thread.
@@ -179,11 +186,6 @@ class WizardState:
         wanted, self.resume_bench = self.resume_bench, False
         return wanted
 
-    def found(self) -> dict[str, tuple[str, ...]]:
-        """The models to which the bench has added effects, by sensor."""
-        models = {} if self.benches is None else self.benches.models()
-        return {name: model.model for name, (model, _) in models.items()}
-
     def save(self) -> Saved:
         """Write the calibration with the bench's effects. Slow: call it in a thread.
 
@@ -191,12 +193,20 @@ class WizardState:
             UsageError: the place cannot be written.
         """
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
-        benches = self.bench() if self.found() else self.benches
+        benches = None if self.benches is None else self.bench()
         return self.services.save(self.report, benches)
 
     def wrote(self, saved: Saved) -> None:
         """Note that the calibration is on disk."""
-        self.saved = saved
+        self.saved, self.result = saved, saved.report or self.result
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether the bench has another model than the saved file."""
+        if self.saved is None or self.saved.report is None or self.result is None:
+            return False
+        there, here = self.saved.report.sensors, self.result.sensors
+        return any(there[name].model != fit.model for name, fit in here.items())
 
     def export(self, target: str) -> "Exported":
         """Write the saved calibration for another program. Slow: call it in a thread.

@@ -81,8 +81,11 @@ STYLES = {
     "key": Style(color="cyan", bold=True),
 }
 """The styles of a row, in the colours of the theme. Colour only repeats a word or a sign."""
-_SIGNS = {"◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good"}
-"""Style of each sign of a plot."""
+_SIGNS = {
+    "◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good",
+    "▸": "accent", "▼": "good", "▲": "warn", **dict.fromkeys("█▉▊▋▌▍▎▏»", "accent"),
+}  # fmt: skip
+"""Style of each sign of a plot or table."""
 
 
 def rich_text(rows: Iterable[Line]) -> Text:
@@ -91,9 +94,8 @@ def rich_text(rows: Iterable[Line]) -> Text:
     return Text("\n").join(Text.assemble(*row) for row in spans)
 
 
-def by_sign(row: str) -> Line:
-    """A row of a plot, each sign in its style; the axis and its label are quiet."""
+def by_sign(row: str, rest: str = "quiet") -> Line:
+    """A row of a plot or table, each sign in its style, the rest in another one."""
     return tuple(
-        ("".join(same), style)
-        for style, same in groupby(row, lambda sign: _SIGNS.get(sign, "quiet"))
+        ("".join(same), style) for style, same in groupby(row, lambda sign: _SIGNS.get(sign, rest))
     )

@@ -226,3 +226,23 @@ def test_the_names_of_the_pictures_are_listed_also_after_a_wrong_one(
     assert "force-x" in answer
     assert "suspect-TERM" in answer
     assert len(answer) < 400
+
+
+def test_a_guess_of_a_parameter_that_the_effect_lacks_is_refused(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["bench", str(recording), "--guess"]
+    assert cli.main([*arguments, "second-order:q"]) == 2
+    assert "second-order has no parameter 'q'; it has x, y, z" in capsys.readouterr().err
+    assert cli.main([*arguments, "second-order:x:+"]) == 0
+    assert capsys.readouterr().out.count("✓ you") == 3
+
+
+def test_no_axis_is_said_to_stand_out_where_nothing_is_missing(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["bench", str(recording), "--add", "second-order", "--guess", "asymmetry:x:+"]
+    assert cli.main(arguments) == 0
+    told = capsys.readouterr().out
+    assert "nothing is missing" in told
+    assert "stands out" not in told

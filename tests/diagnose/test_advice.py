@@ -10,12 +10,12 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import (
-    Explained,
     brings,
     missing_directions,
     next_requests,
     separating_poses,
 )
+from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import difference_at_one_g
 from imucal_wizard.estimate.accelerometer import BASE

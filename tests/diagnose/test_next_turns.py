@@ -8,10 +8,10 @@ import pytest
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.next_poses import (
+from imucal_wizard.diagnose.next_poses import next_requests
+from imucal_wizard.diagnose.optimal_design import (
     Explained,
     apart_length,
-    next_requests,
     rotation_patterns,
     size_needed,
 )

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.suspects import try_effect
+from tests.diagnose.recordings import fitted
 from tests.diagnose.sessions import session
 
 
@@ -67,10 +69,30 @@ def test_an_effect_that_is_not_there_does_not_help_what_is_held_out() -> None:
     candidate = next(one for one in misfit.candidates if one.term == "cross-product")
     better = []
     for _ in range(40):
-        noisy = replace(misfit, residual=rng.standard_normal(len(misfit)))
+        noise = rng.standard_normal(len(misfit))
+        noisy = replace(misfit, residual=noise, reported=noise)
         plain, more = try_effect(noisy, ()), try_effect(noisy, (candidate,))
         assert more.rms_fitted < plain.rms_fitted
         assert more.rms_held_out is not None
         assert plain.rms_held_out is not None
         better.append(more.rms_held_out < plain.rms_held_out)
     assert np.mean(better) < 0.3
+
+
+@pytest.mark.parametrize("sensor", ["accelerometer", "gyroscope"])
+@pytest.mark.parametrize("hidden", ["second-order:5:x", "gyroscope/g-sensitivity:0.1:xy"])
+def test_a_promised_error_is_the_one_that_adding_brings(sensor: str, hidden: str) -> None:
+    """Also where the gyroscope's reference is wrong, by what the accelerometer lacks.
+
+    A trial weighs rows by their measured noise and moves once; the fit estimates their noise again.
+    """
+    bench = Benches(*fitted(hidden, rotations=3, seed=3)).bench(sensor)
+    assert bench is not None
+    tried = [one for one in bench.look().suspects if one.trial is not None][:3]
+    for one in tried:
+        assert one.trial is not None
+        assert one.candidate is not None
+        rung = bench.add(one.term, one.candidate.variant)
+        assert one.trial.rms_fitted == pytest.approx(rung.rms_fitted, rel=0.15)
+        assert one.trial.rms_held_out == pytest.approx(rung.rms_held_out, rel=0.15)
+        bench.undo()

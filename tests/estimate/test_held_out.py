@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from imucal_wizard.core.directions import group_directions
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.distributions import chi_square
+from imucal_wizard.estimate.fit import WITHIN_NINETY
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.hold_search import judge
 from tests.estimate.motions import experiment, hand_turns
@@ -14,6 +18,7 @@ from tests.estimate.truth import (
     TWENTY_SIX,
     even_directions,
     holds_of,
+    random_triangular,
     tilted,
     typical_accelerometer,
     typical_gyroscope,
@@ -149,3 +154,35 @@ def test_a_rest_in_pieces_is_judged_as_one() -> None:
     together = judge(broken, GRAVITY, np.concatenate([np.zeros(4, int), numbers]))
     assert together == pytest.approx(judge(holds, GRAVITY), rel=1e-9)
     assert together != pytest.approx(judge(broken, GRAVITY), rel=1e-3)
+
+
+def test_chi_square_is_that_of_the_tables() -> None:
+    """Wilson and Hilferty's approximation against SciPy."""
+    for freedom in (4.0, 9.5, 30.0, 200.0):
+        for deviations in (-WITHIN_NINETY, WITHIN_NINETY):
+            exact = chi2.ppf(norm.cdf(deviations), freedom) / freedom
+            assert chi_square(deviations, freedom) == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(
+    ("up", "sigma"),
+    [(EIGHTEEN, 3e-3), (np.concatenate([TWENTY_SIX, TWENTY_SIX[:12]]), 3e-4)],
+    ids=["18 poses", "26 + 12 poses"],
+)
+def test_the_interval_holds_the_error_of_new_holds(up: FloatArray, sigma: float) -> None:
+    """Of 300 units nine in ten; between 87 and 93 % and 2.5 binomial deviations to either side."""
+    rng = np.random.default_rng(31)
+    units, inside = 300, 0
+    for _ in range(units):
+        truth = random_triangular(rng)
+        placed = tilted(up, 1.0, rng)
+        noise = sigma * rng.standard_normal((len(up), 3))
+        fit = fit_accelerometer(holds_of(truth, placed, noise=noise, sigma=sigma), GRAVITY, "m/s^2")
+        read = truth.readings(GRAVITY * even_directions(400, rng))
+        read += sigma * rng.standard_normal(read.shape)
+        errors = np.linalg.norm((read - fit.bias) @ fit.matrix.T, axis=1) - GRAVITY
+        low, high = fit.held_out_interval or (np.inf, -np.inf)
+        inside += low <= np.sqrt((errors**2).mean()) <= high
+    spread = 2.5 * np.sqrt(0.9 * 0.1 / units)
+    assert 0.87 - spread < inside / units < 0.93 + spread

@@ -117,6 +117,19 @@ def test_a_hold_keeps_nothing_of_the_shake_that_ends_it() -> None:
         assert np.abs(hold.accelerometer - 32768.0).max() < 5 * 4.0 / np.sqrt(hold.samples)
 
 
+@given(st.floats(5.0, 4000.0), st.floats(0.0, 1e4))
+def test_a_hold_finds_its_own_samples_at_every_rate(rate: float, begin: float) -> None:
+    """The end may round past the next sample."""
+    cutter = BlockCutter(rate)
+    time = begin + np.arange(7 * cutter.size) / rate
+    series = Series(time, np.zeros((len(time), 3)), "m/s^2")
+    blocks = cutter.feed(Readings(series))
+    hold = hold_from(blocks.select(slice(1, 6)))
+    np.testing.assert_array_equal(
+        hold.readings(series).time, time[cutter.size : cutter.size + hold.samples]
+    )
+
+
 def test_moments_of_counts_far_from_zero_keep_their_variance() -> None:
     rng = np.random.default_rng(0)
     pieces = 32768.0 + rng.normal(0.0, 0.3, (50, 10, 3))

@@ -23,7 +23,7 @@ def errors(values: FloatArray, gravity: float) -> float:
 
 def written(benches: Benches, path: Path) -> Path:
     """The calibration that the wizard saves after the bench."""
-    return from_report(benches.report, "a test", "2026-01-01", benches.models()).save(path)
+    return from_report(benches.fitted(), "a test", "2026-01-01").save(path)
 
 
 def means(bench: Bench) -> FloatArray:
@@ -59,6 +59,21 @@ def test_what_the_bench_added_is_saved_after_the_data_are_fitted_again(tmp_path:
     again = Benches(fit_readings(readings), readings, before=benches)
     saved = load(written(again, tmp_path / "c.json")).sensors["accelerometer"]
     assert saved.model[-1] == "second-order"
+
+
+def test_the_gyroscope_is_saved_against_the_gravity_of_the_completed_accelerometer(
+    tmp_path: Path,
+) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    plain = load(written(benches, tmp_path / "plain.json"))["gyroscope"].rms_held_out
+    benches.accelerometer.add("second-order")
+    saved = load(written(benches, tmp_path / "c.json"))["gyroscope"].rms_held_out
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    assert saved == bench.fit.rms_held_out
+    assert saved is not None
+    assert plain is not None
+    assert saved < 0.7 * plain
 
 
 def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:
@@ -129,6 +144,7 @@ def test_the_alignment_of_the_second_stage_is_applied_once_with_the_bench_and_wi
         assert saved.frame == "accelerometer"
         assert scatter_of_dip(saved, benches) < 0.1
     assert benches.report.magnetic is not None
-    assert benches.found("magnetometer") == ("bias-drift",)
+    (term,) = benches.fitted().sensors["magnetometer"].terms
+    assert term.name == "bias-drift"
     own = sensor_record(benches.report.magnetic.fit)
     assert scatter_of_dip(own, benches) > 0.5

@@ -329,8 +329,8 @@ class FakeServices:
 def services(source: FakeSource, path: Path = Path("calibration.json")) -> FakeServices:
     """Services around one fake source."""
 
-    def save(_report: FitReport, _benches: Benches | None = None) -> Saved:
-        return Saved(path, (f"saved {path}",))
+    def save(fitted: FitReport, benches: Benches | None = None) -> Saved:
+        return Saved(path, (f"saved {path}",), fitted if benches is None else benches.fitted())
 
     def open_source(_choice: SourceChoice) -> FakeSource:
         return source

@@ -168,6 +168,11 @@ def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
     assert "┼" in rows[3]
 
 
+def test_a_counted_axis_ends_in_whole_numbers() -> None:
+    counted = scatter(np.arange(1.0, 41.0), np.ones(40), 40, 8)
+    assert counted[-1].split() == ["1", "40"]
+
+
 def test_every_kind_of_event_has_a_sound() -> None:
     assert set(PATTERNS) == {str(kind) for kind in EventKind}
 

@@ -38,6 +38,8 @@ _STAMP = re.compile(
 """Timestamps of serial monitors: ``[10:00:00.123]``, ``10:00:00.123 ->``."""
 _MIN_STAMPED_SHARE = 0.5
 """Share of lines with a timestamp from which a serial monitor is assumed."""
+_RESULT = re.compile(rb'\s*\{\s*"schema":\s*"imucal-wizard/')
+"""Beginning of a calibration, and of everything that ``--json`` writes."""
 _MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
 
 _AS_TEXT = "switch the device to text (ASCII) output, or export the log as CSV with its own program"
@@ -128,7 +130,10 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
 
     Raises:
         NotTextError: the bytes are not text.
+        RecordingError: they are a result of this program.
     """
+    if _RESULT.match(data):
+        raise RecordingError("this is a result of this program; give the recording it was made of")
     if message := foreign_format_text(data):
         raise NotTextError(message)
     if encoding := _utf16(data):

@@ -23,6 +23,7 @@ from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
     with_surroundings,
 )
+from imucal_wizard.estimate.magnetometer.start import CROSS_NAMES
 from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)
 SOFT_IRON = tuple(f"soft_iron_{AXES[i]}{AXES[j]}" for i, j in TRIANGLE)
-OFF_DIAGONAL = ("soft_iron_xy", "soft_iron_xz", "soft_iron_yz")
 DIAGONAL = (0, 4, 8)
 
 
@@ -217,7 +217,7 @@ class MagnetometerExperiment(Experiment):
         own = "soft-iron" in base and model.scales
         cross = own and model.cross
         columns, names = self._directions(bias="bias" in base, scales=own, cross=cross)
-        dropped = [*(BIASES if "bias" not in base else ()), *(OFF_DIAGONAL if not cross else ())]
+        dropped = [*(BIASES if "bias" not in base else ()), *(CROSS_NAMES if not cross else ())]
         terms = model.terms if tuple(base) == self.base_terms else tuple(base)
         terms += ("misalignment",) * (self._alignment is not None)
         reason = model.reason if "soft-iron" in base else ""

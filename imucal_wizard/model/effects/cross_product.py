@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
-    AXES,
     DEGREE,
     GYROSCOPE,
     MILLI_G,

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import (
-    AXES,
     DEGREE,
     MAGNETOMETER,
     Circumstances,

@@ -19,11 +19,8 @@ from imucal_wizard.model.rows.source import (
     hold_influences,
     hold_place,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of
+from imucal_wizard.model.terms import CONVERGED, MAX_PASSES, Term, Terms, columns_of
 
-MAX_PASSES = 30
-CONVERGED = 1e-13
-"""Change of x, in units of gravity, at which the fixed point is reached."""
 DIVERGED = 1e6
 """Factor on the residual where effects are so large that x is not determined."""
 STEP = 1e-4

@@ -1,17 +1,8 @@
 """The panels of the bench as rows: plot, suspects, model, ladder."""
 
-import math
-
 import numpy as np
 
-from imucal_wizard.core.quantities import (
-    number,
-    plus_minus,
-    readable,
-    size_with_unit,
-    unit_sign,
-    with_unit,
-)
+from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING, Entry
@@ -19,10 +10,16 @@ from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.model.effect import Effect
-from imucal_wizard.report.bench_text import suspect_name, suspect_size
+from imucal_wizard.report.bench_text import (
+    ladder_rows,
+    suspect_details,
+    suspect_head,
+    suspect_name,
+    suspect_row,
+)
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
-from imucal_wizard.tui.text import Line, Span, by_sign, clock, line, wrapped
+from imucal_wizard.tui.text import Line, by_sign, clock, line, wrapped
 
 
 def picture_rows(
@@ -50,11 +47,6 @@ def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:
     return (("◆ ", "accent"), (where, "strong"), (f"  {left}  ", ""), (read, "quiet"))
 
 
-BLIND = "no size"
-WIDE_TABLE = 100
-"""Columns from which the table has columns for detectable size and similar effects."""
-
-
 def order(snapshot: BenchSnapshot, *, hidden: bool = False) -> tuple[Entry, ...]:
     """The entries as shown; in alphabetical order while the answer is hidden."""
     by_name = (*sorted(snapshot.entries, key=lambda entry: entry.term), Entry(NOTHING))
@@ -73,114 +65,30 @@ def table_rows(
         chosen: index of the selected suspect.
         hidden: show only the names, so that the user guesses first.
     """
-    entries = order(snapshot, hidden=hidden)
-    about = [] if chosen is None else about_rows(entries[chosen], width, hidden=hidden)
+    entries, fit = order(snapshot, hidden=hidden), snapshot.fit
+    head, details = suspect_head(fit, width), ""
+    if chosen is not None:
+        details = suspect_details(entries[chosen], fit, width)
+    if hidden:
+        head, details = ["  what may be missing", ""], "enter: commit to this one   l: its lesson"
+    about = wrapped(f"  {details}", width, "quiet", indent="  ") if details else []
     about = about[: max(1, height - 5)]
     room = max(2, height - 2 - len(about))
     first = 0 if chosen is None else min(max(0, chosen - room + 1), max(0, len(entries) - room))
-    rows = [
-        entry_row(snapshot, entry, width, here=first + k == chosen, hidden=hidden)
-        for k, entry in enumerate(entries[first : first + room])
-    ]
+    rows = []
+    for k, entry in enumerate(entries[first : first + room], first):
+        lead = "▸ " if k == chosen else "  "
+        row = f"{lead}{suspect_name(entry)}" if hidden else suspect_row(entry, fit, width, lead)
+        rows.append(by_sign(row, "strong" if k == chosen else "quiet" if entry.lacking else ""))
     rows += [line("")] * (room - len(rows))
-    return [*head_rows(snapshot, width, hidden=hidden), *rows, *about]
+    return [line(head[0], "quiet"), line(head[1], "strong"), *rows, *about]
 
 
-def head_rows(snapshot: BenchSnapshot, width: int, *, hidden: bool = False) -> list[Line]:
-    """Column titles, and the present errors."""
-    if hidden:
-        return [line("  what may be missing", "quiet"), line("")]
-    fit = snapshot.fit
-    _, unit = readable(fit.unit)
-    wide = f"  {'seen from':<12}{'looks like'}" if width >= WIDE_TABLE else ""
-    names = f"  {'with it, error would be':<24}{'fitted':>8}{'held out':>9}   "
-    return [
-        line(f"{names}{'p':<7}{'largest size ± error':<26}{wide}"[:width], "quiet"),
-        (
-            (f"  {'now':<24}", "quiet"),
-            (f"{_in_unit(fit.rms_fitted, fit.unit):>8}", "strong"),
-            (f"{_in_unit(fit.rms_held_out, fit.unit):>9}", "strong"),
-            (f" {unit}", "quiet"),
-        ),
-    ]
-
-
-def entry_row(
-    snapshot: BenchSnapshot, entry: Entry, width: int, *, here: bool, hidden: bool = False
-) -> Line:
-    """One suspect."""
-    mark: Span = ("▸ " if here else "  ", "accent")
-    name: Span = (f"{suspect_name(entry):<24}", "strong" if here else "")
-    if hidden or entry.lacking:
-        told = "" if hidden else f"  cannot be seen here: {entry.lacking}"
-        return mark, name, (told[: max(0, width - 26)], "quiet")
-    unit, room = snapshot.fit.unit, max(0, width - 53)
-    falls = _falls(entry)
-    spans: list[Span] = [
-        mark,
-        name,
-        (f"{_in_unit(entry.rms_fitted, unit):>8}", ""),
-        (f"{_in_unit(entry.rms_held_out, unit):>9}", "good" if falls == "▼" else ""),
-        (f" {falls} ", "good" if falls == "▼" else "warn"),
-        (f"{p_text(entry):<7}", "strong" if entry.significant else "quiet"),
-        (f"{suspect_size(entry, room):<26}"[:room], ""),
-    ]
-    if width >= WIDE_TABLE:
-        spans.append((f"  {_seen_from(entry):<12}{', '.join(_like(entry))}"[: width - 79], "quiet"))
-    return tuple(spans)
-
-
-def p_text(entry: Entry) -> str:
-    """The p-value, to the resolution of the simulations."""
-    if entry.suspect is None:
-        return "base"
-    return "<0.003" if entry.suspect.p < 0.003 else f"{entry.suspect.p:.2g}"
-
-
-def about_rows(entry: Entry, width: int, *, hidden: bool = False) -> list[Line]:
-    """Details of the selected suspect."""
-    if hidden:
-        text = "enter: commit to this one   l: its lesson, with its plot"
-        return wrapped(f"  {text}", width, "quiet", indent="  ")
-    words = [] if entry.effect is None else [entry.effect.title]
-    if entry.suspect is None and entry.effect is None:
-        words.append("a term of the base model that every sensor needs")
-    elif entry.term == "disturbed":
-        words.append("one hold is wrong: somebody touched it. Measure it again")
-    if entry.lacking:
-        words.append(f"cannot be seen here: {entry.lacking}")
-    elif _seen_from(entry) == BLIND:
-        words.append("these data cannot show it at any size")
-    elif _seen_from(entry):
-        words.append(f"these data show it from {_seen_from(entry)}")
-    if _like(entry):
-        words.append(f"looks the same here as {', '.join(_like(entry))}")
-    elif entry.suspect is not None and entry.suspect.candidate is not None:
-        words.append("nothing else looks like it here")
-    if entry.rms_held_out is not None and _falls(entry) == "▲":
-        words.append("▲ the held-out error would not fall")
-    return wrapped("  " + "; ".join(words), width, "quiet", indent="  ")
-
-
-def _in_unit(value: float | None, unit: str) -> str:
-    return number(None if value is None else value * readable(unit)[0])
-
-
-def _falls(entry: Entry) -> str:
-    return "▼" if entry.falls else "▲" if entry.rises else " "
-
-
-def _seen_from(entry: Entry) -> str:
-    if entry.suspect is None or entry.suspect.candidate is None:
-        return ""
-    size = entry.detectable or 0.0
-    if not math.isfinite(size):
-        return BLIND
-    return size_with_unit(size, entry.suspect.candidate.unit)
-
-
-def _like(entry: Entry) -> tuple[str, ...]:
-    return () if entry.suspect is None else entry.suspect.like
+def ladder_lines(snapshot: BenchSnapshot, width: int, height: int | None = None) -> list[Line]:
+    """The ladder; see ``report.bench_text.ladder_rows``."""
+    rows = ladder_rows(snapshot.ladder, snapshot.fit.unit, width, height)
+    styles = {0: "quiet", len(rows) - 1: "quiet"}
+    return [by_sign(row, styles.get(k, "")) for k, row in enumerate(rows)]
 
 
 _WORDS = {
@@ -327,93 +235,3 @@ def model_rows(
     upto = [row for group in groups[: (chosen or 0) + 1] for row in group]
     first = max(0, len(head) + len(upto) - height) if chosen is not None else 0
     return [*head, *[row for group in groups for row in group][first:]]
-
-
-_EIGHTHS = " ▏▎▍▌▋▊▉"
-MAX_BAR_RATIO = 12.0
-"""The longest bar over the present error; longer bars are cut and end in an arrow."""
-_NAME = 22
-
-
-def ladder_rows(snapshot: BenchSnapshot, width: int, height: int | None = None) -> list[Line]:
-    """One row per model, then the floor.
-
-    Args:
-        snapshot: of the bench.
-        width: columns available.
-        height: rows available; the oldest models are left out.
-    """
-    unit = snapshot.fit.unit
-    factor, shown = readable(unit)
-    rungs, last = snapshot.ladder, snapshot.ladder[-1]
-    errors = [e for rung in rungs for e in (rung.rms_fitted, rung.rms_held_out) if e is not None]
-    noise = last.floor_fitted, last.floor
-    present = max(last.rms_fitted, last.rms_held_out or 0.0, *(one or 0.0 for one in noise))
-    top = min(max(errors), MAX_BAR_RATIO * present) or 1.0
-    room = max(4, (width - _NAME - 2 - 2 * 9) // 2)
-    rows: list[Line] = []
-    for place in range(len(rungs)):
-        rows.append(_rung(snapshot, place, factor, top, room))
-        if snapshot.refuted(place):
-            rows.append(line("    ▲ only the fitted error fell: u takes it back", "warn"))
-    if height is not None:
-        rows = rows[-max(1, height - 2) :]
-    head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
-    foot: Span = (f"  {'noise alone':<{_NAME}}", "quiet")
-    bars = _bars(noise, ("quiet", "quiet", "quiet"), factor, top, room)
-    return [line(head[:width], "quiet"), *rows, (foot, *bars)]
-
-
-def _rung(snapshot: BenchSnapshot, place: int, factor: float, top: float, room: int) -> Line:
-    """One model with both errors, as numbers and as bars of at most ``room`` columns."""
-    rung, last = snapshot.ladder[place], place == len(snapshot.ladder) - 1
-    style = "strong" if last else ""
-    return (
-        ("▸ " if last else "  ", "accent"),
-        (f"{step_name(snapshot, place):<{_NAME}.{_NAME}}", style),
-        *_bars((rung.rms_fitted, rung.rms_held_out), (style, "quiet", "accent"), factor, top, room),
-    )
-
-
-def _bars(
-    errors: tuple[float | None, float | None],
-    styles: tuple[str, str, str],
-    factor: float,
-    top: float,
-    room: int,
-) -> Line:
-    """An error fitted and one held out, each as a number and as a bar.
-
-    Args:
-        errors: both, None where there is none.
-        styles: of the numbers, of the first bar and of the second.
-        factor: shown unit per unit of the errors.
-        top: error whose bar fills the room.
-        room: columns of a bar.
-    """
-    spans: list[Span] = []
-    for error, style in zip(errors, styles[1:], strict=True):
-        text = "–" if error is None else number(error * factor, 3)
-        bar = "" if error is None else blocks(error, top, room)
-        spans += [(f"{text:>8} ", styles[0]), (f"{bar:<{room}}", style)]
-    return tuple(spans)
-
-
-def step_name(snapshot: BenchSnapshot, place: int) -> str:
-    """The change of a rung: ``+ second-order``, ``− scale``, or the first model."""
-    rung = snapshot.ladder[place]
-    if place == 0:
-        full = len(rung.model) == 3
-        return "bias scale non-orth." if full else " ".join(rung.model) or "nothing"
-    if rung.added is not None:
-        return f"+ {rung.added}"
-    gone = [term for term in snapshot.ladder[place - 1].model if term not in rung.model]
-    return f"− {', '.join(gone)}"
-
-
-def blocks(value: float, top: float, width: int) -> str:
-    """A bar of ``value``, if ``top`` fills ``width``; a cut bar ends in an arrow."""
-    if value > 1.001 * top:
-        return "█" * (width - 1) + "»"
-    eighths = round(8.0 * width * value / top)
-    return ("█" * (eighths // 8) + _EIGHTHS[eighths % 8]).rstrip() or "▏"

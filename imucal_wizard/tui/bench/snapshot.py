@@ -51,11 +51,6 @@ class BenchSnapshot:
         """The parts of the data with plots."""
         return tuple(dict.fromkeys(view.part for view in self.views))
 
-    def refuted(self, place: int) -> bool:
-        """Whether a rung added a term that the held-out data do not confirm."""
-        rung = self.ladder[place]
-        return rung.confirmed is False and rung.rms_held_out is not None
-
     @property
     def style(self) -> str:
         """Style in which the verdict is shown."""

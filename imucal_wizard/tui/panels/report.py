@@ -11,6 +11,7 @@ from rich.text import Text
 from imucal_wizard.core.quantities import (
     decimals,
     fixed,
+    limits_text,
     number,
     quantity,
     readable,
@@ -18,7 +19,6 @@ from imucal_wizard.core.quantities import (
     unit_sign,
     value_and_error,
 )
-from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
 from imucal_wizard.report.plot import scatter
@@ -65,14 +65,25 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     return Group(*parts, *hold_table(report))
 
 
-def bench_rows(benches: Benches | None, width: int) -> list[Line]:
-    """A row for each sensor to whose model the bench has added effects."""
+def bench_rows(report: FitReport | None, width: int, *, saved: bool) -> list[Line]:
+    """A row for each sensor to whose model the bench has added effects.
+
+    Args:
+        report: the fit with them, or None.
+        width: columns there are.
+        saved: the saved file has them.
+    """
     rows: list[Line] = []
-    for name, (model, _) in (benches.models() if benches is not None else {}).items():
-        terms, unit = " + ".join(benches.found(name) if benches else ()), model.unit
-        errors = f"{quantity(model.rms_fitted, unit)} fitted, {quantity(model.rms_held_out, unit)}"
-        words = f"✓ from the bench: {name} + {terms}, {errors} held out; saved with it"
-        rows += wrapped(words, width, "good", indent="  ")
+    for name, fit in (report.sensors if report is not None else {}).items():
+        if fit.terms:
+            terms = " + ".join(term.name for term in fit.terms)
+            words = f"from the bench: {name} + {terms}; {'saved' if saved else 'not saved yet'}"
+            rows += wrapped(
+                f"{'✓' if saved else '▸'} {words}",
+                width,
+                "good" if saved else "accent",
+                indent="  ",
+            )
     return rows
 
 
@@ -101,8 +112,14 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
+    likely = [
+        f"{fit.sensor} {limits}"
+        for fit in report.sensors.values()
+        if (limits := limits_text(fit.held_out_interval, fit.unit))
+    ]
+    intervals = [Text(f" held out, 90 % interval: {', '.join(likely)}", "dim")] if likely else []
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
-    return Group(table, *new)
+    return Group(table, *intervals, *new)
 
 
 def _validation(fit: SensorFit) -> Text:

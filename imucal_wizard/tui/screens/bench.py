@@ -19,7 +19,7 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
-    ladder_rows,
+    ladder_lines,
     model_rows,
     picture_rows,
     point_row,
@@ -208,7 +208,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self._lines("model").draw(
             lambda width, height: model_rows(snapshot, width, height, selection.term_place)
         )
-        self._lines("ladder").draw(lambda width, height: ladder_rows(snapshot, width, height))
+        self._lines("ladder").draw(lambda width, height: ladder_lines(snapshot, width, height))
         view = selection.view()
         if view is not None:
             self._lines("compare").draw(
@@ -317,7 +317,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         else:
             self.selection.show(snapshot)
             self.selection.select(choose)
-            if snapshot.refuted(len(snapshot.ladder) - 1):
+            if snapshot.ladder[-1].confirmed is False:
                 self.note = (_ROSE, "warn")
         self.busy = ""
         self.redraw()

@@ -16,6 +16,7 @@ from textual.widgets import Static
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.screens.bench import BenchScreen
@@ -76,7 +77,7 @@ class FitScreen(LiveScreen):
 
     def refresh_page(self) -> None:
         """Show the newest state."""
-        report = self.state.report
+        report = self.state.result
         self.lines("news").draw(lambda width, _: self.news(width))
         self.query_one("#fit", Static).update(
             "" if report is None else fit_summary(report, self.state.diagnoses)
@@ -85,19 +86,17 @@ class FitScreen(LiveScreen):
 
     @work(exclusive=True, group="diagnose")
     async def diagnose(self) -> None:
-        """Diagnose the models in a thread.
-
-        Not in an exercise: the verdict would tell the answer.
-        """
-        if self.state.settings.predict:
+        """Fit and diagnose the models in a thread; not in an exercise that has no bench yet."""
+        if self.state.settings.predict and self.state.benches is None:
             return
         with suppress(ImucalError):  # the bench shows the reason
-            self.state.diagnosed(await in_thread(self.state.diagnose))
+            self.state.judged(*await in_thread(self.state.judge))
             self.refresh_page()
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
-        rows = bench_rows(self.state.benches, width)
+        saved = self.state.saved is not None and not self.state.unsaved
+        rows = bench_rows(self.state.result, width, saved=saved)
         if self.state.report is not None and not self.state.diagnoses:
             exercise = self.state.settings.predict
             words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
@@ -124,11 +123,17 @@ class FitScreen(LiveScreen):
         if state.report is not None:
             predict = state.settings.predict and not state.sensor
             screen = BenchScreen(state.bench, state.sensor, live=state.live, predict=predict)
-            self.app.push_screen(screen, lambda asked: state.leave_bench(screen.sensor, asked))
+
+            def leave(asked: tuple[MeasurementRequest, ...] | None) -> None:
+                state.leave_bench(screen.sensor, asked)
+                if not asked:
+                    self.diagnose()
+
+            self.app.push_screen(screen, leave)
 
     def action_table(self) -> None:
         """Show every parameter with its standard error."""
-        report = self.state.report
+        report = self.state.result
         if report is not None:
             title = "parameters ± one standard error (? says what they are)"
             page = PageScreen(title, parameter_table(report), "t", about="parameters")
@@ -273,10 +278,6 @@ class SaveScreen(FitScreen):
     ]
     step = StepKind.SAVE
 
-    def __init__(self, state: WizardState) -> None:
-        super().__init__(state)
-        self._models: dict[str, tuple[str, ...]] = {}
-
     def body(self) -> ComposeResult:
         """The outcome in large letters, the place, and the result."""
         yield BigText(id="instruction")
@@ -298,7 +299,7 @@ class SaveScreen(FitScreen):
             self.problem = str(error)
             self.post_message(Failed(error))
         else:
-            self.problem, self._models = "", state.found()
+            self.problem = ""
         if being_left(self):
             return
         word = ("NOT SAVED", "bad") if self.problem else ("SAVED", "good")
@@ -309,16 +310,15 @@ class SaveScreen(FitScreen):
         elif state.report is not None:
             self.diagnose()
 
-    @property
-    def _changed(self) -> bool:
-        """Whether the bench has another model than the file."""
-        return self.state.saved is not None and self.state.found() != self._models
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Enable saving again only for another model."""
         if action == "export":
             return self.state.saved is not None and not self.problem
-        return self._changed if action == "save_again" else super().check_action(action, parameters)
+        return (
+            self.state.unsaved
+            if action == "save_again"
+            else super().check_action(action, parameters)
+        )
 
     def action_export(self) -> None:
         """Show the export targets."""
@@ -335,7 +335,7 @@ class SaveScreen(FitScreen):
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
         elif self.state.saved is not None:
             rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
-            if self._changed:
+            if self.state.unsaved:
                 words = "▲ The bench has another model than this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")
         return [*rows, *super().news(width), line("")]

@@ -22,6 +22,7 @@ from tests.acquire.files.lines import HEADER, samples
         (b"# only a comment\n", "no line of data"),
         (HEADER.encode() + b"\n", "no line of data"),
         (bytes(range(32)) * 200, "this is not text"),
+        (b'{\n "schema": "imucal-wizard/calibration/1"}', "give the recording it was made of"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(200), "it is a picture"),
         (b"\x1f\x8b" + bytes(200), "compressed by gzip and damaged"),
         (b"1.0," * 100_000, "no line of data"),
