@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import cast
 
 import numpy as np
 
 from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
@@ -18,7 +17,7 @@ from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Fitted, LongRest, in_session, long_rest, spans_of
+from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
@@ -44,6 +43,8 @@ FIRST_NOISE = 1e-6
 """Of gravity; by it the first fit tells whether its steps still matter."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
+MIN_REPEATS = 4
+"""Repeats of poses that show how the biases change with time."""
 NEGLIGIBLE_DOUBT = 1e-12
 """Share of the largest variance below which an error of the calibration is rounding."""
 
@@ -96,6 +97,11 @@ class AccelerometerExperiment(Experiment):
             component=np.zeros(len(holds), np.int64),
         )
         own = np.maximum(noise.accelerometer * gain**2, (MIN_NOISE * gravity) ** 2)
+        self.long_rest = (
+            None if readings is None else long_rest(readings.accelerometer, holds, gain)
+        )
+        repeats = len(distinct(labels.visit)) - len(distinct(group))
+        self.slow_noise_measured = repeats >= MIN_REPEATS or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 
@@ -199,18 +205,13 @@ class AccelerometerExperiment(Experiment):
             alike=rows.direction @ rows.direction.T,
             pull=basis @ found.pull()[free],
         )
-        by_errors = in_session(spans_of(self.holds), fitted, self.long_rest)
+        by_errors = in_session(
+            spans_of(self.holds), fitted, bool(self.slow_noise_measured), self.long_rest
+        )
         if by_errors is None:
             return None
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
         return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
-
-    @cached_property
-    def long_rest(self) -> LongRest | None:
-        """A rest that shows slow noise by itself, if there is one and its samples are at hand."""
-        if self.readings is None:
-            return None
-        return long_rest(self.readings.accelerometer, self.holds, self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""

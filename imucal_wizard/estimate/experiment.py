@@ -93,6 +93,8 @@ class Experiment(ABC):
         settled: parameters that another fit has determined and that are reported with these.
         needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
             cannot be judged before that model is complete.
+        slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
+            where that is not asked.
     """
 
     sensor: str
@@ -110,6 +112,7 @@ class Experiment(ABC):
     at_rest: bool = True
     settled: "tuple[Parameter, ...]" = ()
     needs_reference: bool = False
+    slow_noise_measured: bool | None = None
 
     @abstractmethod
     def under(

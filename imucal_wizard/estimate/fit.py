@@ -391,6 +391,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
         repeat_rms=_repeat_rms(found, repeats),
         repeat_degrees_of_freedom=repeat_freedom,
+        slow_noise_measured=experiment.slow_noise_measured,
         suspects=() if odd is None else (odd.index,),
         not_held_out="" if out is not None else _why_none(found),
         base=found.base,

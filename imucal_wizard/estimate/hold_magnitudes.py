@@ -161,7 +161,8 @@ class HoldMagnitudes:
                 alike=rows.direction[kept] @ rows.direction[kept].T,
                 pull=pull[:, kept],
             )
-            covariance = in_session(spans_of([experiment.holds[k] for k in kept]), fitted)
+            spans = spans_of([experiment.holds[k] for k in kept])
+            covariance = in_session(spans, fitted, bool(experiment.slow_noise_measured))
         if covariance is not None:
             whole = np.zeros((ENTRIES, ENTRIES))
             whole[np.ix_(ENTRY_OF, ENTRY_OF)] = covariance
@@ -207,6 +208,7 @@ class HoldMagnitudes:
             iterations=found.iterations,
             warnings=(self.reason,) if self.reason else (),
             degrees_of_freedom=max(freedom, 0),
+            slow_noise_measured=experiment.slow_noise_measured,
             unused=unused,
             not_held_out=why,
             reference=reference,

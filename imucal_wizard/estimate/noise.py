@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
+from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.measurement.holds import Hold
 
 BATCH_FREEDOM = 4
@@ -19,6 +20,10 @@ OUTLYING = 4.0
 """Standard deviations by which a hold's noise exceeds that of all others if something moved it."""
 MIN_CHANCE = 1e-6
 """Least variance by chance of a logarithm, where a share is nearly the whole."""
+EQUAL_P = 0.05
+"""Probability of variances that differ as much by chance, above which they are taken as equal."""
+EXACT = 1e6
+"""Degrees of freedom of a variance that is known."""
 SHRINKING_ROUNDS = 30
 SHRUNK_TO = 1e-4
 """Change of the variance beyond chance, relative, that no longer matters."""
@@ -85,9 +90,9 @@ def shrunk(
 ) -> FloatArray:
     """Variances, each moderated by all others: empirical Bayes on their logarithms.
 
-    If they differ no more than chance makes them, all become their mean; if they differ much more,
-    each keeps its own. One that is far larger than all others (a bump) keeps its own, too, and does
-    not count for how much the others differ. Those not known or zero become the mean.
+    Where a 5 % test finds them equal, all become their mean; where they differ much more than by
+    chance, each keeps its own. One that is far larger than all others (a bump) keeps its own, too,
+    and does not count for how much the others differ. Those not known or zero become the mean.
 
     Args:
         values: distributed as χ²/ν about the variances, shape (n,).
@@ -97,9 +102,9 @@ def shrunk(
     known = (values > 0.0) & (values < np.inf) & (freedom > 0)
     if not known.any():
         return np.zeros(len(values))
-    offset, chance = _log_moments(np.maximum(freedom, 1))
+    offset, chance = log_moments(np.maximum(freedom, 1))
     if of is not None:
-        whole = _log_moments(of)
+        whole = log_moments(of)
         offset, chance = offset - whole[0], np.maximum(chance - whole[1], MIN_CHANCE)
     logs = np.where(known, np.log(np.where(known, values, 1.0)) - offset, 0.0)
     middle = median(logs[known])
@@ -113,7 +118,12 @@ def shrunk(
         centre = float((weight * logs).sum() / weight.sum())
         squares = weight * (logs - centre) ** 2
         slope = float((weight * squares).sum())
-        step = (float(squares.sum()) - (int(kept.sum()) - 1)) / slope if slope > 0.0 else 0.0
+        more, freedom_left = float(squares.sum()), int(kept.sum()) - 1
+        if not beyond and (
+            freedom_left < 1 or exceeded(more / freedom_left, freedom_left, EXACT) > EQUAL_P
+        ):
+            break
+        step = (more - freedom_left) / slope
         before, beyond = beyond, max(beyond + step, 0.0)
         if abs(beyond - before) <= SHRUNK_TO * (beyond + float(chance.min())):
             break
@@ -127,14 +137,14 @@ def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool
     known &= np.isfinite(along) & np.isfinite(across)
     if not known.any():
         return False
-    first, second = (_log_moments(k * freedom[known]) for k in (1, 2))
+    first, second = (log_moments(k * freedom[known]) for k in (1, 2))
     ratio = np.log(across[known] / along[known]) - (second[0] - first[0])
     # the variance of a median is π/2 times that of a mean
     doubt = np.sqrt(0.5 * np.pi * float((first[1] + second[1]).mean()) / len(ratio))
     return bool(median(ratio) > max(np.log(TREMBLING), SURE * float(doubt)))
 
 
-def _log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]:
+def log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean and variance of the logarithm of χ²/ν, by the digamma and trigamma functions.
 
     Their asymptotic series (Abramowitz & Stegun 6.3.18, 6.4.12); from one step up, so that they

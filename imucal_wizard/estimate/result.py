@@ -119,6 +119,8 @@ class SensorFit:
         repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
             what no model can explain; None without repeats.
         repeat_degrees_of_freedom: of ``repeat_rms``.
+        slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
+            biases, which else is told from what the fit leaves; None where that is not asked.
         suspects: which of the residuals stand out from all others: to be measured again.
         unused: which of the residuals are of holds that the method does not look at, so that they
             are held out as they are.
@@ -160,6 +162,7 @@ class SensorFit:
     degrees_of_freedom: int = 0
     repeat_rms: float | None = None
     repeat_degrees_of_freedom: int = 0
+    slow_noise_measured: bool | None = None
     suspects: tuple[int, ...] = ()
     unused: tuple[int, ...] = ()
     not_held_out: str = ""
@@ -177,6 +180,13 @@ class SensorFit:
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None
+
+    @property
+    def slow_noise_note(self) -> str:
+        """What the errors of the biases rest on where slow noise was not measured, or ""."""
+        if self.slow_noise_measured is not False:
+            return ""
+        return "slow noise of the biases was not measured: repeat some poses or rest for a minute"
 
     @property
     def not_determined(self) -> tuple[str, ...]:

@@ -45,10 +45,12 @@ PIECE = 3.0
 """Seconds of each of these averages."""
 MOMENTS = 6
 """Parts of each of them, whose scatter is white noise."""
-ALL_WHITE = 0.65
-"""Probability that no error of a session's holds is slow ..."""
+ALL_WHITE = 0.85, 0.6
+"""Probability that no error of a session's holds is slow, where nothing measures slow noise and
+where repeats or a long rest do: slow errors move the parameters less than white ones of the same
+size, and without a measurement what a fit leaves hardly tells the two apart ..."""
 FLICKER = 0.75
-"""... and, of those that are, that they are flicker noise and not a random walk."""
+"""... and the probability that slow errors are flicker noise and not a random walk."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -171,7 +173,7 @@ class Fitted:
 
 
 def in_session(
-    spans: FloatArray, fitted: Fitted, rest: LongRest | None = None
+    spans: FloatArray, fitted: Fitted, measured: bool, rest: LongRest | None = None
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
@@ -183,6 +185,7 @@ def in_session(
     Args:
         spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
         fitted: the fit.
+        measured: whether repeats or a rest show slow noise apart from the model.
         rest: a rest so long that it shows slow noise by itself.
 
     Returns:
@@ -207,7 +210,8 @@ def in_session(
         added = fitted.pull @ slow @ fitted.pull.T / size
         square = (vectors.T @ turned) ** 2
         parts = np.append(0.0, PARTS)
-        prior = share * np.append(ALL_WHITE, np.full(len(PARTS), (1.0 - ALL_WHITE) / len(PARTS)))
+        all_white = ALL_WHITE[measured]
+        prior = share * np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
         variance = 1.0 + np.outer(parts, values / size)
         scale = (square / variance).sum(axis=1) / freedom
         log = np.log(prior) - 0.5 * np.log(variance).sum(axis=1)

@@ -110,6 +110,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_held_out: error on directions or rotations left out one at a time, or None.
         held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
             or None.
+        slow_noise_measured: whether repeats or a long rest show how slow noise moves the biases;
+            None of a sensor of which that is not asked.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
@@ -136,6 +138,7 @@ class Sensor(msgspec.Struct, frozen=True):
     floor: float | None = None
     floor_fitted: float | None = None
     held_out_interval: tuple[float, float] | None = None
+    slow_noise_measured: bool | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     not_determined: list[str] = []
@@ -302,6 +305,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         floor=fit.floor,
         floor_fitted=fit.floor_fitted,
         held_out_interval=fit.held_out_interval,
+        slow_noise_measured=fit.slow_noise_measured,
         rms_validation=fit.validation_rms,
         repeatability=fit.repeat_rms,
         not_determined=list(fit.not_determined),

@@ -77,7 +77,8 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
-    lines += textwrap.wrap(text, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
+    for told in (text, fit.slow_noise_note and f"  {fit.slow_noise_note}"):
+        lines += textwrap.wrap(told, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
     return lines
 
 

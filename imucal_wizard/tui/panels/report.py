@@ -118,8 +118,13 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
         if (limits := limits_text(fit.held_out_interval, fit.unit))
     ]
     intervals = [Text(f" held out, 90 % interval: {', '.join(likely)}", "dim")] if likely else []
+    slow = [
+        Text(f" {fit.sensor}: {fit.slow_noise_note}", "dim")
+        for fit in report.sensors.values()
+        if fit.slow_noise_note
+    ]
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
-    return Group(table, *intervals, *new)
+    return Group(table, *intervals, *slow, *new)
 
 
 def _validation(fit: SensorFit) -> Text:
