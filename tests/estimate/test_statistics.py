@@ -98,8 +98,8 @@ def test_a_hold_that_drifts_counts_by_its_batches() -> None:
 def test_a_longer_hold_is_quieter() -> None:
     """White noise: four times as long, a quarter of the variance."""
     rng = np.random.default_rng(23)
-    noise = hold_noise([_sampled(1e-3, seconds, rng) for seconds in 9 * (2.0, 8.0)]).accelerometer
-    assert noise[0::2] == pytest.approx(4.0 * noise[1::2], rel=1e-6)
+    noise = hold_noise([_sampled(1e-3, seconds, rng) for seconds in 50 * (2.0, 8.0)]).accelerometer
+    assert noise[0::2].mean() == pytest.approx(4.0 * noise[1::2].mean(), rel=0.05)
 
 
 def test_equal_noise_is_found_equal_and_unequal_noise_is_kept() -> None:
