@@ -43,7 +43,7 @@ FIRST_NOISE = 1e-6
 """Of gravity; by it the first fit tells whether its steps still matter."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
-MIN_REPEATS = 4
+MIN_REPEATS_OF_POSES = 4
 """Repeats of poses that show how the biases change with time."""
 NEGLIGIBLE_DOUBT = 1e-12
 """Share of the largest variance below which an error of the calibration is rounding."""
@@ -101,7 +101,7 @@ class AccelerometerExperiment(Experiment):
             None if readings is None else long_rest(readings.accelerometer, holds, gain)
         )
         repeats = len(distinct(labels.visit)) - len(distinct(group))
-        self.slow_noise_measured = repeats >= MIN_REPEATS or self.long_rest is not None
+        self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 

@@ -32,7 +32,6 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Fitted, in_session, spans_of
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
@@ -153,17 +152,7 @@ class HoldMagnitudes:
         variance = float(used @ used) / freedom if freedom > 0 else None
         covariance = whole = None
         if variance is not None and not biased:
-            kept = [k for k in range(len(points)) if k not in unused]
-            fitted = Fitted(
-                errors=rows.residual[kept],
-                columns=rows.base_columns()[np.ix_(kept, [ENTRY_OF[place] for place in self.free])],
-                variance=np.ones(len(kept)),
-                alike=rows.direction[kept] @ rows.direction[kept].T,
-                pull=pull[:, kept],
-            )
-            spans = spans_of([experiment.holds[k] for k in kept])
-            covariance = in_session(spans, fitted, bool(experiment.slow_noise_measured))
-        if covariance is not None:
+            covariance = variance * pull @ pull.T
             whole = np.zeros((ENTRIES, ENTRIES))
             whole[np.ix_(ENTRY_OF, ENTRY_OF)] = covariance
 
@@ -208,7 +197,6 @@ class HoldMagnitudes:
             iterations=found.iterations,
             warnings=(self.reason,) if self.reason else (),
             degrees_of_freedom=max(freedom, 0),
-            slow_noise_measured=experiment.slow_noise_measured,
             unused=unused,
             not_held_out=why,
             reference=reference,

@@ -73,7 +73,7 @@ def test_eighteen_poses_cover_by_students_t(method: str) -> None:
             inside[parameter.name] += off < quantile(0.95, 9)
             normal += off < 1.96 and not parameter.name.startswith("bias")
     _check(inside, repetitions)
-    # 1.96 of them would hold it 91.8 % of the time only; a bias has a doubt of its own
+    # 1.96 of them would hold it 91.8 % of the time only
     assert normal / repetitions / 6 < 0.94
 
 
@@ -168,7 +168,6 @@ def test_the_six_position_method_has_its_own_standard_errors() -> None:
     _check(inside, repetitions)
 
 
-@pytest.mark.usefixtures("all_white")
 def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
     """Against a shift of each hold in turn, with gains that differ and faces repeated unequally."""
     gains = np.array([1.0, 1.15, 0.9])
