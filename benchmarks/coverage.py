@@ -86,7 +86,8 @@ def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float,
     """Share within t, of biases, within ±1.96; rms error in standard errors; freedom."""
     off, reach, bias, freedom = [], [], [], 0
     for fit, truth in trials:
-        freedom = fit.repeat_degrees_of_freedom if repeats else fit.degrees_of_freedom
+        own = fit.repeatability
+        freedom = own.freedom if repeats and own is not None else fit.degrees_of_freedom
         for parameter in fit.parameters:
             error = parameter.standard_error_repeats if repeats else parameter.standard_error
             if error:

@@ -2,9 +2,10 @@
 
 import statistics
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from benchmarks.measure import PYTHON, machine
+from benchmarks.measure import HERE, PYTHON, machine, program_environment
 from benchmarks.terminal import Terminal
 
 RUNS = 11
@@ -26,9 +27,9 @@ class Outcome:
     cpu: float
 
 
-def first_screen(command: list[str], words: str) -> Outcome:
+def first_screen(command: list[str], words: str, environment: Mapping[str, str]) -> Outcome:
     """Run a program until its screen shows these words."""
-    with Terminal(command, 80, 24) as terminal:
+    with Terminal(command, 80, 24, environment) as terminal:
         wall = terminal.wait_for(words) - terminal.started
         return Outcome(wall, terminal.cpu)
 
@@ -37,7 +38,8 @@ def main() -> None:
     """Print the time to the list of sources, and what a Textual app without anything takes."""
     print(machine())
     print(f"{'':38}{'median s':>9}{'fastest':>9}{'slowest':>9}{'CPU s':>8}")
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as bytecode:
+        environment = program_environment(HERE, bytecode)
         programs = {
             "wizard, until the list of sources": (
                 [PYTHON, "-m", "imucal_wizard", "--sessions", folder],
@@ -48,7 +50,7 @@ def main() -> None:
         runs: dict[str, list[Outcome]] = {name: [] for name in programs}
         for _ in range(RUNS + 1):  # by turns, so that a busy machine disturbs both alike
             for name, (command, words) in programs.items():
-                runs[name].append(first_screen(command, words))
+                runs[name].append(first_screen(command, words, environment))
     medians = []
     for name, outcomes in runs.items():
         walls = [one.wall for one in outcomes[1:]]

@@ -8,7 +8,7 @@ import signal
 import struct
 import termios
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -26,13 +26,20 @@ class Terminal:
         command: program and arguments.
         columns: width.
         rows: height.
+        environment: variables of the program, this process's where none are given.
 
     Attributes:
         started: when the program was started, on ``time.monotonic``.
         drawn: what came, and when.
     """
 
-    def __init__(self, command: Sequence[str], columns: int, rows: int) -> None:
+    def __init__(
+        self,
+        command: Sequence[str],
+        columns: int,
+        rows: int,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         self.drawn: list[tuple[float, bytes]] = []
         self._size = struct.pack("HHHH", rows, columns, 0, 0)
         self._all = bytearray()
@@ -40,8 +47,9 @@ class Terminal:
         self._pid, self._fd = pty.fork()
         if self._pid == 0:
             fcntl.ioctl(0, termios.TIOCSWINSZ, self._size)
-            environment = {**os.environ, "TERM": "xterm-256color", "COLORTERM": "truecolor"}
-            os.execvpe(command[0], list(command), environment)  # noqa: S606 - the command is this project's own
+            colours = {"TERM": "xterm-256color", "COLORTERM": "truecolor"}
+            variables = {**(os.environ if environment is None else environment), **colours}
+            os.execvpe(command[0], list(command), variables)  # noqa: S606 - the command is this project's own
 
     @property
     def cpu(self) -> float:

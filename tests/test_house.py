@@ -21,8 +21,6 @@ DISCOVERED = {
     "parser": "each command in cli/ has one",
 }
 """Names that each discovered module of a folder defines, by its folder's convention."""
-LOCAL = ("AS_GOOD", "BLIND", "CONVERGED", "MAX_PASSES", "SHORTEST", "SIZE")
-"""Names of numeric constants that two modules of the estimator define for themselves."""
 ASKING = ("estimate/compensated.py",)
 """Modules that judge how each sensor compensates itself."""
 KEYS = r"\b(press|hit|key) [`'\"]?([A-Za-z?]|enter|space|tab|esc(ape)?)[`'\"]?(?=[ .,;:)]|$)"
@@ -63,8 +61,7 @@ def test_a_limit_is_defined_once() -> None:
         for target in _targets(node)
         if re.fullmatch(r"_?[A-Z][A-Z0-9_]+", target.id) and _is_number(node)
     )
-    found = repeated((name.lstrip("_"), place) for name, place in constants)
-    assert set(found) <= set(LOCAL)
+    assert repeated((name.lstrip("_"), place) for name, place in constants) == {}
 
 
 def _targets(node: ast.stmt) -> list[ast.Name]:

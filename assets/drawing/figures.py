@@ -6,8 +6,8 @@ from assets.drawing.solid import COLOURS, View, axis_arrows, cube
 from assets.drawing.svg import INK, QUIET, Point, Style, arrow, path, rectangle, text
 from assets.drawing.vectors import across, cross, scaled, standing, total, unit
 from imucal_wizard.core.poses import AXES, NAMED, START_POSES
+from imucal_wizard.guide.operator_view import Matrix, Vector, about, times
 from imucal_wizard.guide.wording import label
-from imucal_wizard.tui.drawing import Matrix, Vector, about, times
 
 _MIDDLE: Style = {"text_anchor": "middle"}
 _BOLD: Style = {"text_anchor": "middle", "font_weight": "bold"}
@@ -102,15 +102,11 @@ def rotation_figure(axis: str, size: float) -> list[str]:
 
 
 def _senses(rod: Vector, view: View, colour: str) -> list[str]:
-    """A bow round the axis with a head at either end, and which of them is left."""
+    """A bow round the axis with a head at either end."""
     size, centre = view.size, scaled(rod, 2.3)
     up: Vector = (0.0, 0.0, 1.0)
     bow = [view.paper(total(centre, times(about(rod, math.radians(a)), up))) for a in _ARC]
     drawn = [path(bow[1:-1], stroke=colour, stroke_width=0.1 * size)]
-    for before, end, words, x, y in (
-        (bow[-3], bow[-1], "left", -0.1, 0.65),
-        (bow[2], bow[0], "right", 0.95, -0.1),
-    ):
+    for before, end in ((bow[-3], bow[-1]), (bow[2], bow[0])):
         drawn += arrow(before, end, 0.1 * size, colour, 0.45 * size)
-        drawn.append(text((end[0] + x * size, end[1] + y * size), words, 0.52 * size, **_MIDDLE))
     return drawn

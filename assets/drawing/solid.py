@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from assets.drawing.svg import INK, Point, Style, area, arrow, text
 from assets.drawing.vectors import cross, scaled, total, unit
-from imucal_wizard.tui.drawing import Matrix, Vector, times
+from imucal_wizard.guide.operator_view import Matrix, Vector, times
 
 TOP, LIGHT, SHADE = "#ffd54a", "#f4f6f7", "#dde2e6"
 """A face that points up; one that does not; the same turned from the light."""

@@ -1,6 +1,6 @@
 """Three-vectors as tuples, for what a drawing needs of them."""
 
-from imucal_wizard.tui.drawing import Matrix, Vector
+from imucal_wizard.guide.operator_view import Matrix, Vector
 
 
 def scaled(v: Vector, by: float) -> Vector:

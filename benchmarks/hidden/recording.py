@@ -10,6 +10,7 @@ from benchmarks.hidden.designs import BATCHES, Plan, Schedule, drawn_schedule
 from benchmarks.hidden.noise import MILLI_G, Colour, averaged_rounding, batch_noise
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.rounded import with_rounding
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate import forward
 from imucal_wizard.simulate.hidden import Hidden
@@ -28,11 +29,36 @@ class Recorded:
         holds: the holds, n of them.
         vibration: mean square in each as measured, (m/s²)², shape (n,).
         schedule: what truly happened.
+        foreign: true error of the input that no effect makes, m/s², shape (n, 3).
+        noise: true error of each hold's mean by noise, m/s², shape (n, 3).
     """
 
     holds: tuple[Hold, ...]
     vibration: FloatArray
     schedule: Schedule
+    foreign: FloatArray
+    noise: FloatArray
+
+
+@dataclass(frozen=True)
+class Device:
+    """What differs from device to device beside the colour of its noise.
+
+    Attributes:
+        rate: samples per second.
+        bits: of the converter over ±4 g.
+    """
+
+    rate: float = RATE
+    bits: int = 14
+
+    @property
+    def step(self) -> float:
+        """Least significant bit, m/s²."""
+        return float(8.0 * STANDARD_GRAVITY / 2**self.bits)
+
+
+USUAL = Device()
 
 
 def record(
@@ -41,6 +67,7 @@ def record(
     hidden: Sequence[Hidden],
     rng: np.random.Generator,
     extra: "Extra | None" = None,
+    device: Device = USUAL,
 ) -> Recorded:
     """One session.
 
@@ -50,6 +77,7 @@ def record(
         hidden: the effects.
         rng: chance.
         extra: what is no effect of the catalogue.
+        device: its converter and sampling rate.
     """
     schedule = drawn_schedule(plan, rng)
     sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
@@ -60,18 +88,22 @@ def record(
     error = np.zeros((len(schedule.up), 3))
     for one in hidden:
         error += one.error(c)
+    foreign = np.zeros_like(error)
     if extra is not None:
-        error += extra.error(schedule, rng) * MILLI_G
+        foreign = extra.error(schedule, rng) * MILLI_G
+    error += foreign
     felt = STANDARD_GRAVITY * schedule.up + error
     vibration = schedule.vibration * STANDARD_GRAVITY**2
-    dither = np.sqrt((colour.density * MILLI_G) ** 2 * RATE / 2.0 + vibration / 3.0)[:, None]
+    dither = np.sqrt((colour.density * MILLI_G) ** 2 * device.rate / 2.0 + vibration / 3.0)
+    dither = dither[:, None]
     means = (felt[:, None, :] + noise) @ sensor.sensitivity.T + sensor.bias
     rounded = np.stack(
-        [averaged_rounding(means[:, k], sensor.step, dither) for k in range(BATCHES)], axis=1
+        [averaged_rounding(means[:, k], device.step, dither) for k in range(BATCHES)], axis=1
     )
-    measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * RATE / 2.0
+    measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * device.rate / 2.0
     measured = measured * (1.0 + 0.03 * rng.standard_normal(len(measured)))
-    return Recorded(_holds(schedule, rounded), measured, schedule)
+    holds = _holds(schedule, rounded, device)
+    return Recorded(holds, measured, schedule, foreign, noise.mean(axis=1))
 
 
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:
@@ -91,11 +123,11 @@ def circumstances(schedule: Schedule, step: float, settling: float) -> forward.T
     )
 
 
-def _holds(schedule: Schedule, batches: FloatArray) -> tuple[Hold, ...]:
+def _holds(schedule: Schedule, batches: FloatArray, device: Device) -> tuple[Hold, ...]:
     temperature = np.round(schedule.temperature * 16.0) / 16.0
     centred = batches - batches.mean(axis=1, keepdims=True)
     scatter = np.einsum("nbi,nbj->nij", centred, centred) / (BATCHES * (BATCHES - 1))
-    return tuple(
+    holds = tuple(
         Hold(
             start=float(start),
             end=float(end),
@@ -103,13 +135,14 @@ def _holds(schedule: Schedule, batches: FloatArray) -> tuple[Hold, ...]:
             accelerometer_covariance=covariance,
             gyroscope=None,
             gyroscope_covariance=None,
-            samples=int((end - start) * RATE),
+            samples=int((end - start) * device.rate),
             temperature=float(warm),
         )
         for start, end, batch, covariance, warm in zip(
             schedule.start, schedule.end, batches, scatter, temperature, strict=True
         )
     )
+    return tuple(with_rounding(holds, (np.full(3, device.step), None)))
 
 
 class Extra(ABC):

@@ -92,3 +92,67 @@ class Disturbed(Extra):
         hold = int(rng.integers(len(error)))
         error[hold] = self.size * rng.choice((-1.0, 1.0)) * schedule.up[hold]
         return error
+
+
+@dataclass(frozen=True)
+class Swing(Extra):
+    """A bias that swings slowly, one to four periods in the session."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        share = (schedule.middle - schedule.start[0]) / (schedule.end[-1] - schedule.start[0])
+        phase = 2.0 * np.pi * (rng.uniform(1.0, 4.0) * share + rng.random())
+        return _on(_axis(rng), self.size * np.sin(phase))
+
+
+@dataclass(frozen=True)
+class Scatter(Extra):
+    """Each placing is off by chance, ``size`` its standard deviation on each axis."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On all axes."""
+        return np.asarray(self.size * rng.standard_normal(schedule.up.shape))
+
+
+@dataclass(frozen=True)
+class Stiction(Extra):
+    """A mass that sticks short of its place, on the side from which it came."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        axis = _axis(rng)
+        came = np.tanh((schedule.up - schedule.previous)[:, axis] / 0.3)
+        return _on(axis, -self.size * came)
+
+
+@dataclass(frozen=True)
+class Bump(Extra):
+    """A bump of the characteristic of one axis, about 0.15 g wide."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """At an input between −0.9 and 0.9 g."""
+        axis = _axis(rng)
+        away = (schedule.up[:, axis] - rng.uniform(-0.9, 0.9)) / 0.15
+        return _on(axis, self.size * np.exp(-0.5 * away**2))
+
+
+@dataclass(frozen=True)
+class ScaleStep(Extra):
+    """A scale that changes once in the session, by ``size`` in mg/g."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance, in the middle half of the session."""
+        axis = _axis(rng)
+        length = schedule.end[-1] - schedule.start[0]
+        late = schedule.middle > schedule.start[0] + rng.uniform(0.25, 0.75) * length
+        return _on(axis, self.size * schedule.up[:, axis] * late)

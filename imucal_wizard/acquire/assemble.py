@@ -237,10 +237,10 @@ class MissingValues:
     def sift(self, values: FloatArray) -> BoolArray:
         """Which rows are complete, shape (n,)."""
         there = np.isfinite(values[:, self._needed])
-        good = np.asarray(there.all(axis=1), np.bool_)
-        if good.all():
+        if there.all():
             self._running = 0
-            return good
+            return np.ones(len(values), np.bool_)
+        good = np.asarray(there.all(axis=1), np.bool_)
         self.count += int((~good).sum())
         self._each += (~there).sum(axis=0)
         numbered = np.flatnonzero(good)

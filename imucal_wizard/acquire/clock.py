@@ -232,8 +232,9 @@ class SplitLineFilter:
             earlier = ticks[:i][whole[:i]]
             before = float(earlier[-1]) if len(earlier) else self._last
             whole[i] = before is None or not self._alone(before, *ticks[i : i + 2].tolist())
-        self.count += int(np.sum(~whole))
-        values = values[whole]
+        if not whole.all():
+            self.count += int(np.sum(~whole))
+            values = values[whole]
         if len(values):
             self._last = float(values[-1, self._place])
         return values

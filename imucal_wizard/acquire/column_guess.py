@@ -14,7 +14,7 @@ from imucal_wizard.core.gravity import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import lengths, median
 
 _MAX_GRAVITY_DEVIATION = 0.15
 """Relative deviation of gravity up to which a column is an accelerometer without asking."""
@@ -90,7 +90,7 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
     """The unit in which the Earth's field has the observed magnitude."""
-    size = median(np.linalg.norm(values, axis=1))
+    size = median(lengths(values))
     for low, high, unit in _FIELD_RANGES:
         if low <= size <= high:
             return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
@@ -216,7 +216,7 @@ def _is_temperature(column: FloatArray) -> bool:
 
 def _order(triples: list[FloatArray]) -> tuple[str, bool]:
     """The sensor of each triple of columns, and whether gravity identifies it clearly."""
-    sizes = [median(np.linalg.norm(three, axis=1)) for three in triples]
+    sizes = [median(lengths(three)) for three in triples]
     plain = [i for i, three in enumerate(triples[:2]) if _is_gravity(three, sizes[i])]
     order = "gam" if plain == [1] else "agm"
     if len(plain) != 1:
@@ -230,7 +230,7 @@ def _order(triples: list[FloatArray]) -> tuple[str, bool]:
 
 def _is_gravity(three: FloatArray, size: float) -> bool:
     """Whether a triple shows 1 g in m/s², g or mg: steadily, and in more than whole steps of it."""
-    steady = float(np.std(np.linalg.norm(three, axis=1))) < _MAX_SIZE_VARIATION * size
+    steady = float(np.std(lengths(three))) < _MAX_SIZE_VARIATION * size
     fine = size > _MIN_WHOLE_GRAVITY or not are_whole_numbers(three)
     return steady and fine and unit_of_gravity(size, _MAX_GRAVITY_DEVIATION) is not None
 

@@ -1,6 +1,5 @@
 """``imucal-wizard fit``: a recording in, a calibration out, without a screen."""
 
-import gc
 from collections.abc import Sequence
 
 from imucal_wizard.cli.arguments import (
@@ -48,16 +47,12 @@ def run(argv: Sequence[str]) -> int:
         "gyroscope": arguments.gyro_method,
         "magnetometer": arguments.mag_method,
     }
-    gc.disable()  # one fit is done before collecting garbage would pay
-    try:
-        fit = calibrated(arguments, "fit", methods)
-        diagnosis = {}
-        if not arguments.no_verdict:
-            from imucal_wizard.api import diagnose
+    fit = calibrated(arguments, "fit", methods)
+    diagnosis = {}
+    if not arguments.no_verdict:
+        from imucal_wizard.api import diagnose
 
-            diagnosis = diagnose(fit)
-    finally:
-        gc.enable()
+        diagnosis = diagnose(fit)
     says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
     if arguments.save:
         fit.judged(diagnosis).save(arguments.save)

@@ -66,10 +66,10 @@ class RotationSamples:
         for ends, around in ((first, first + 1), (last, last - 1)):
             near = w[:, around + np.array([[-1], [0], [1]])]
             slope[:, ends] = (near * self.slope[:, ends]).sum(axis=1)
-        w0, w1 = w.take(self.first, axis=1), w.take(self.second, axis=1)
-        bent = slope.take(self.first, axis=1) - slope.take(self.second, axis=1)
-        twelfth = self.dt * self.dt / 12.0
-        return np.asarray(0.5 * self.dt * (w0 + w1) + twelfth * (bent + cross(w0, w1)))
+        w0, w1, dt = w[:, :-1], w[:, 1:], np.diff(self.time)
+        bent = slope[:, :-1] - slope[:, 1:]
+        phi = 0.5 * dt * (w0 + w1) + dt * dt / 12.0 * (bent + cross(w0, w1))
+        return np.asarray(phi.take(self.first, axis=1) * (self.first < self.second))
 
     def sample_weights(self, steps: FloatArray) -> FloatArray:
         """``Σ steps · w`` as weights of the samples' w, with w at the middle of each step.

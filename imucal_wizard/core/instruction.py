@@ -11,11 +11,15 @@ class RotationRequest:
         axis: ``x``, ``y`` or ``z`` of the body.
         start_pose: name of the pose to start from.
         done: signed angles of the rotations already measured about this axis, degrees.
+        angle: signed angle that is asked for next, degrees.
+        fastest: peak rate that is asked for, °/s.
     """
 
     axis: str
     start_pose: str
     done: tuple[float, ...] = ()
+    angle: float = 90.0
+    fastest: float = 120.0
 
 
 @dataclass(frozen=True)

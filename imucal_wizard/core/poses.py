@@ -124,20 +124,3 @@ def direction_in_words(up: FloatArray) -> str:
     if size[third] > 0.5 * size[second]:
         towards += f" and {face(int(third))}"
     return f"the {face(int(first))} face on top, tilted {angle:.0f}° towards {towards}"
-
-
-def rotation_towards(now: FloatArray, wanted: FloatArray) -> tuple[str, str, float]:
-    """Body axis, sense and angle of the rotation that brings ``wanted`` on top.
-
-    The smallest rotation is about ``wanted × now`` (body frame, from ``du/dt = u × w``); its
-    largest component is named. Senses are as seen with that axis pointing at the viewer.
-
-    Returns:
-        Axis ``x``, ``y`` or ``z``; ``left`` (counter-clockwise) or ``right``; degrees.
-    """
-    angle = angle_between(now, wanted)
-    turn = np.cross(wanted, now)
-    if np.linalg.norm(turn) < 1e-9 and angle > 1.0:  # upside down: any perpendicular axis will do
-        turn = np.eye(3)[int(np.argmin(np.abs(now)))]
-    axis = int(np.argmax(np.abs(turn)))
-    return AXES[axis], "left" if turn[axis] > 0 else "right", float(np.degrees(angle))

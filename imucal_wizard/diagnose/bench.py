@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
@@ -17,7 +18,7 @@ from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
 from imucal_wizard.diagnose.suspects import Suspect, rank
-from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
+from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.result import SensorFit
@@ -113,6 +114,21 @@ class BenchFindings:
         return self.suspects[0].p if self.suspects else 1.0
 
 
+@dataclass(frozen=True)
+class Found:
+    """A term that was added because the evidence carries it and data held out confirm it.
+
+    Attributes:
+        term: its name.
+        reason: why it was added, in words.
+        decided_by: the data that decided it.
+    """
+
+    term: str
+    reason: str
+    decided_by: str
+
+
 class Bench:
     """Models of one sensor, from one measurement.
 
@@ -147,6 +163,32 @@ class Bench:
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
+        self._found: list[Found] = []
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """Terms of the present model that were added by the evidence, in order."""
+        return tuple(one for one in self._found if one.term in self.fit.model)
+
+    @property
+    def left_out_unit(self) -> str:
+        """What is left out to check the model."""
+        return "rotations" if self.fit.unit == "rad" else "directions"
+
+    def state(self, added: Terms, families: Sequence[Terms]) -> None:
+        """Write down why the newest terms were added.
+
+        Args:
+            added: the newest terms.
+            families: for each of them the members among which these data cannot choose.
+        """
+        unit = self.fit.unit
+        ends = (self.ladder[-1 - len(added)].rms_held_out, self.ladder[-1].rms_held_out)
+        before, after = (quantity(one, unit) for one in ends)
+        for name, members in zip(added, families, strict=True):
+            family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
+            reason = f"{family}the error held out falls from {before} to {after}"
+            self._found.append(Found(name, reason, f"{self.left_out_unit} left out"))
 
     @property
     def fit(self) -> SensorFit:
@@ -174,9 +216,23 @@ class Bench:
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
             suspects = rank(misfit, hypotheses, posterior)
-            opinion = judge_misfit(misfit, hypotheses, posterior)
+            opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
             self._findings = BenchFindings(self.fit, misfit, suspects, opinion)
         return self._findings
+
+    def plainest(self, families: Sequence[Terms]) -> Terms:
+        """The plainest member of each family, by the order of the catalogue."""
+        order = [effect.name for effect in self.catalogue]
+        return tuple(min(members, key=order.index) for members in families)
+
+    def _if_confirmed(self, opinion: Opinion, suspects: tuple[Suspect, ...]) -> Opinion:
+        """The opinion; what is named alone is only probable where data held out are against it."""
+        now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
+        if now is None or len(chosen) != 1:
+            return opinion
+        trial = next((one.trial for one in suspects if one.term == chosen[0]), None)
+        then = None if trial is None else trial.rms_held_out
+        return unconfirmed(opinion) if then is not None and then >= now else opinion
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -294,7 +350,7 @@ class Bench:
         return self.ladder[-1]
 
 
-NOTHING = "nothing is missing"
+NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
 LOWER = 0.97
 """A predicted error held out is called lower from this share of the present one on."""
@@ -337,7 +393,7 @@ class Entry:
     @property
     def addable(self) -> bool:
         """Whether it can be added to the model."""
-        return not self.lacking and self.term not in (DISTURBED, NOTHING)
+        return not self.lacking and self.term not in (DISTURBED, NOTHING_MISSING)
 
 
 def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import Bench, BenchFindings, Rung
+from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Terms, Verdict
 from imucal_wizard.estimate.result import FitReport
@@ -66,6 +66,7 @@ class Diagnosis:
         findings: those that the verdict is about; None without a bench.
         ladder: the models tried so far, the base model first.
         added: terms that have been added to the model that the findings are about.
+        found: terms of the model that the evidence has added, each with its reason.
         lacking: why the data are insufficient, or "".
         disturbed_holds: numbers of disturbed holds, from 0.
         disturbed_rotations: numbers of disturbed rotations, from 0.
@@ -83,6 +84,7 @@ class Diagnosis:
     findings: BenchFindings | None = None
     ladder: tuple[Rung, ...] = ()
     added: tuple[str, ...] = ()
+    found: tuple[Found, ...] = ()
     lacking: str = ""
     disturbed_holds: tuple[int, ...] = ()
     disturbed_rotations: tuple[int, ...] = ()

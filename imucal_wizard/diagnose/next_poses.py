@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.procedure import ROTATION_RATES
 from imucal_wizard.core.poses import (
     AXES,
     CORNERS,
@@ -29,7 +30,6 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.optimal_design import (
-    ROTATION_RATES,
     ROTATIONS_PER_AXIS,
     WARMER,
     Explained,
@@ -95,9 +95,9 @@ def rotations_about(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis}, left and right, each "
+            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis} both ways, each "
             f"slowly, faster and fast ({rates} °/s): {why}",
-            brief=f"turn it about {axis}, left and right, each at {rates} °/s",
+            brief=f"turn it about {axis} both ways, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
         )
@@ -144,6 +144,8 @@ def next_requests(
         return repeat_disturbed(table, findings), ()
     if verdict is Verdict.UNEXPLAINED:
         return corners_and_repeats(table), ()
+    if verdict is Verdict.NOT_REPEATABLE:
+        return worst_again(table), ()
     if verdict is Verdict.INSUFFICIENT:
         if bench.measured.needs_reference:
             return first_requests(bench.sensor), ()
@@ -233,8 +235,13 @@ def repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
 
 def corners_and_repeats(table: ResidualTable) -> Requests:
     """Corners that were not held, then the holds that fit worst once more."""
+    new = _corners_not_held(_ups(table)[1], "a direction that no hold has seen yet")
+    return (*new, *worst_again(table))
+
+
+def worst_again(table: ResidualTable) -> Requests:
+    """The holds that fit worst once more."""
     numbers, ups = _ups(table)
-    new = _corners_not_held(ups, "a direction that no hold has seen yet")
     rest = ~table.moving
     white = (table.residual / table.floor)[rest] ** 2
     size = np.sqrt([white[table.index[rest] == one].mean() for one in numbers])
@@ -244,7 +251,7 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
         if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
             why = f"{words} again: off by {size[place]:.1f} times the noise; does it repeat?"
             chosen[words] = request(ups[place], why)
-    return (*new, *chosen.values())
+    return tuple(chosen.values())
 
 
 def more_of_all(table: ResidualTable) -> Requests:
@@ -315,7 +322,7 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
                 "once more, half of it with the motors on, tells a current from what is slow"
             )
         return circles("once more with the device warmer tells a drift from warmth", warm=True)
-    if verdict is Verdict.UNEXPLAINED:
+    if verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE):
         return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
     if verdict is Verdict.DISTURBED:
         # faces on which a circle sees the directions that are accused

@@ -13,11 +13,13 @@ from typing import TypeVar, cast
 import numpy as np
 
 from imucal_wizard.core.attitude import rotation_samples
+from imucal_wizard.core.limits.procedure import ROTATION_RATES
 from imucal_wizard.core.poses import AXES, DIRECTIONS, NAMED, START_POSES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.measurement.rotation_angle import soft_rotation
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, Circumstances, Effect
 from imucal_wizard.model.identifiability import design
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
@@ -27,9 +29,6 @@ from imucal_wizard.model.terms import Term, Terms
 
 T = TypeVar("T")
 
-ROTATION_RATES = (50.0, 120.0, 220.0)
-"""Rates of the rotations that are asked for, °/s: an error that grows with the rate shows in the
-difference between them, and the smallest usual range ends at 250."""
 ROTATIONS_PER_AXIS = 2 * len(ROTATION_RATES)
 """Each rate in both senses."""
 ROTATION_ANGLE = 120.0
@@ -209,12 +208,16 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
     closure, along = closure_of(table), np.eye(3)[AXES.index(axis)]
     start, angle = DIRECTIONS[START_POSES[axis]], np.radians(ROTATION_ANGLE)
     end = start * np.cos(angle) - np.cross(along, start) * np.sin(angle)
-    pulses = [_pulse(np.radians(rate), angle) for rate in ROTATION_RATES]
-    rates = [sense * pulse[:, None] * along for pulse in pulses for sense in (1.0, -1.0)]
-    before = np.array([start, end] * len(pulses))
-    after = np.array([end, start] * len(pulses))
+    pulses = [
+        soft_rotation(sense * angle, np.radians(rate), SAMPLE_INTERVAL)
+        for rate in ROTATION_RATES
+        for sense in (1.0, -1.0)
+    ]
+    rates = [pulse[:, None] * along for _, pulse in pulses]
+    before = np.array([start, end] * len(ROTATION_RATES))
+    after = np.array([end, start] * len(ROTATION_RATES))
     inverse = np.linalg.inv(fit.matrix)
-    times = [np.asarray(SAMPLE_INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
+    times = [time for time, _ in pulses]
     samples = rotation_samples(times, [rate @ inverse.T + fit.bias for rate in rates])
     known, force = closure.motion, gravity * before[samples.rotation]
     # right after the session, at its last temperature
@@ -239,13 +242,6 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
     )
-
-
-def _pulse(fastest: float, angle: float) -> FloatArray:
-    """Rates of a rotation that begins and ends softly: ``fastest · sin²``, rad/s."""
-    count = max(round(2.0 * angle / fastest / SAMPLE_INTERVAL), 4)
-    phase = np.pi * np.arange(count + 1) / count
-    return np.asarray(angle / (SAMPLE_INTERVAL * count / 2.0) * np.sin(phase) ** 2)
 
 
 def _doubt(closure: GravityClosure, up: FloatArray) -> FloatArray:

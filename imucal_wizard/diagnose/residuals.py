@@ -12,6 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.model.rows.table import ResidualTable
@@ -96,6 +97,24 @@ class WhitenedResiduals:
 
     def __len__(self) -> int:
         return len(self.residual)
+
+    @property
+    def visits(self) -> Visits:
+        """Which rows repeat one another.
+
+        A direction of the field comes again at another place of the room, which is no noise.
+        """
+        return Visits.of(self.kind < RowKind.ROTATION, self.group, self.visit, self.axis)
+
+    def lack_of_fit(self) -> LackOfFit:
+        """Whether measured noise makes what is left."""
+        return lack_of_fit(self.residual, self.base, self.sigma, self.visits)
+
+    def lack_without(self, source: int) -> LackOfFit:
+        """The same without the rows of one hold or rotation."""
+        kept = self.source != source
+        visits = self.visits.kept(kept)
+        return lack_of_fit(self.residual[kept], self.base[kept], self.sigma[kept], visits)
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}

@@ -8,7 +8,7 @@ from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
-from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, nameless, unconfirmed
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.effect import SENSORS
@@ -29,7 +29,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
 
     Returns:
         The findings that led to the last step: those of the model before it where something was
-        added and nothing is left to say, so that the verdict names what was missing.
+        added and no shape is left, so that they name what was missing.
     """
     _complete_base(bench)
     below = len(bench.ladder)
@@ -42,12 +42,15 @@ def add_by_itself(bench: Bench) -> BenchFindings:
             break
         added = _try(bench, named)
         if not added:
-            break
+            # what data held out do not confirm is not missing for certain
+            return replace(found, opinion=unconfirmed(found.opinion))
+        bench.state(added, [next(m for m in named if name in m) for name in added])
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()
-    if last.opinion.verdict is Verdict.COMPLETE:
+    if last.opinion.shapeless:
         return said
-    if last.opinion.verdict is Verdict.UNEXPLAINED and _resembles_only(bench, below):
+    without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+    if without_name and _resembles_only(bench, below):
         return _withdrawn(bench, below)
     return last
 
@@ -70,14 +73,13 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     Returns:
         What was added.
     """
-    order = [effect.name for effect in bench.catalogue]
-    chosen = tuple(min(members, key=order.index) for members in families)
+    chosen = bench.plainest(families)
     near = {name: bench.likeliest_variant(name) for name in chosen}
     alone = [(name,) for name in chosen] if len(chosen) > 1 else []
     for names in (*alone, chosen):
         for name in names:
             bench.add(name, near=near[name])
-        enough = names == chosen or bench.look().opinion.verdict is Verdict.COMPLETE
+        enough = names == chosen or bench.look().opinion.shapeless
         if bench.confirmed(len(names)) and enough:
             return names
         for _ in names:
@@ -120,10 +122,15 @@ def _withdrawn(bench: Bench, below: int) -> BenchFindings:
     while len(bench.ladder) > below:
         bench.undo()
     found = bench.look()
-    nameless = replace(
-        found.opinion, verdict=Verdict.UNEXPLAINED, families=(), terms=(), explanations=()
+    opinion = replace(
+        found.opinion,
+        verdict=nameless(found.opinion.lack),
+        families=(),
+        terms=(),
+        explanations=(),
+        probable=(),
     )
-    return replace(found, opinion=nameless)
+    return replace(found, opinion=opinion)
 
 
 def diagnose_benches(
@@ -182,7 +189,7 @@ def diagnosis_of(
     findings = findings or bench.look()
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
-    verdict = _verdict(findings, lacking, waiting, whole)
+    verdict = _verdict(bench, findings, lacking, waiting, whole)
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())
     disturbed: tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]
     disturbed = (), (), ()
@@ -198,6 +205,7 @@ def diagnosis_of(
         findings=findings,
         ladder=tuple(bench.ladder),
         added=tuple(term for term in bench.fit.model if term not in before),
+        found=bench.found,
         lacking=lacking,
         disturbed_holds=disturbed[0],
         disturbed_rotations=disturbed[1],
@@ -207,8 +215,12 @@ def diagnosis_of(
     return replace(found, says=verdict_text(found))
 
 
-def _verdict(findings: BenchFindings, lacking: str, waiting: bool, whole: bool) -> Verdict:
-    """The word.
+def _verdict(
+    bench: Bench, findings: BenchFindings, lacking: str, waiting: bool, whole: bool
+) -> Verdict:
+    """The word for the model at the end.
+
+    What was added is not missing any more; that its family cannot be told apart stays to be said.
 
     While a part of the base is left out nothing is named: what it leaves looks like any effect.
     While the accelerometer is not complete, what it lacks tilts the reference: nothing is the
@@ -219,6 +231,10 @@ def _verdict(findings: BenchFindings, lacking: str, waiting: bool, whole: bool) 
     if waiting:
         return Verdict.WAITING
     verdict = findings.opinion.verdict
+    if findings.fit is not bench.fit:
+        last = bench.look().opinion.verdict
+        open_ = verdict is Verdict.AMBIGUOUS and last is Verdict.COMPLETE
+        verdict = verdict if open_ else last
     return verdict if whole or verdict is Verdict.COMPLETE else Verdict.UNEXPLAINED
 
 

@@ -6,20 +6,22 @@ the probability, and when it takes away more of the misfit than an unknown effec
 would.
 """
 
+import itertools
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import StrEnum
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
 Terms = tuple[str, ...]
 _Key = TypeVar("_Key")
@@ -148,17 +150,20 @@ MAX_UNKNOWN_PROBABILITY = 0.1
 some rippled characteristics are bent ones within the noise."""
 MAX_NOISE_PROBABILITY = 0.1
 """Probability of noise alone above which nothing is claimed."""
-MAX_NOISE_WITHOUT_REPEATS = 3.0
-"""Noise, in units of that within the holds, that is believed only when poses were repeated."""
+MIN_LEFT_OF_FIELD = 3.0
+"""What all effects together leave of a magnetometer's misfit, rms in units of the noise, below
+which the room is no better explanation."""
 MAX_SHARE_LEFT = 0.3
 """Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
 that they are not linear leave some."""
-MIN_REPEATS = 6
-"""Repeats that show how large the noise is."""
 MIN_LISTED_PROBABILITY = 0.02
 """Explanations below this share of the probability are not listed."""
 MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
+
+
+MIN_PROBABLE = 0.5
+"""Probability from which on an effect that is not certain enough to be named is called probable."""
 
 
 class Verdict(StrEnum):
@@ -168,6 +173,7 @@ class Verdict(StrEnum):
     MISSING = "missing"
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
+    NOT_REPEATABLE = "not-repeatable"
     DISTURBED = "disturbed"
     INSUFFICIENT = "insufficient"
     WAITING = "waiting"
@@ -185,6 +191,10 @@ class Opinion:
         holds: indices of disturbed holds or rotations.
         noise: the noise in units of what was measured within the holds.
         wandering: probability that the bias wanders between holds, which is noise and no drift.
+        lack: whether measured noise makes what is left.
+        shapeless: what is left has no shape: noise alone, however large, explains it.
+        probable: members of the likeliest family that is not certain enough to be named, the
+            likeliest first; empty where none is likelier than everything else.
     """
 
     verdict: Verdict
@@ -194,6 +204,9 @@ class Opinion:
     holds: tuple[int, ...]
     noise: float
     wandering: float
+    lack: LackOfFit
+    shapeless: bool
+    probable: Terms
 
 
 def judge_misfit(
@@ -209,20 +222,58 @@ def judge_misfit(
     shares = shares_of(hypotheses, posterior)
     best = ExplainedVariance(misfit, hypotheses, posterior)
     own = discriminability(misfit, hypotheses.frame)
-    verdict, families = decide_verdict(evidence_of(misfit, shares, best, own))
+    lack = misfit.lack_of_fit()
+    evidence = evidence_of(shares, best, own, lack)
+    verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
         holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
+    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds[0]).within_noise:
+        # where the others do not agree either, there is no reason to accuse one of them
+        verdict, holds = nameless(lack), ()
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     terms = tuple(_within(shares, family_of, family) for family in families)
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
-    noise, wandering = best.noise, posterior.wandering
-    return Opinion(verdict, families, terms, listed, holds, noise, wandering)
+    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
+        listed = tuple(tuple(sorted(one)) for one in itertools.product(*terms)) if terms else listed
+    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
+        verdict = nameless(lack)
+    likely = [one for one in shares.present().items() if one[0] in family_of.values()]
+    first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
+    probable = _within(shares, family_of, first) if share > MIN_PROBABLE and not families else ()
+    return Opinion(
+        verdict,
+        families,
+        terms,
+        listed,
+        holds,
+        best.noise,
+        posterior.wandering,
+        lack,
+        evidence.shapeless,
+        probable,
+    )
+
+
+def nameless(lack: LackOfFit) -> Verdict:
+    """The verdict on more than noise to which no name is given."""
+    return Verdict.NOT_REPEATABLE if lack.not_repeatable else Verdict.UNEXPLAINED
+
+
+def unconfirmed(opinion: Opinion) -> Opinion:
+    """The opinion where data held out do not confirm what it names: that is only probable."""
+    return replace(
+        opinion,
+        verdict=nameless(opinion.lack),
+        families=(),
+        terms=(),
+        probable=tuple(dict.fromkeys(term for members in opinion.terms for term in members)),
+    )
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
@@ -233,7 +284,7 @@ def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bo
     """
     if not (misfit.kind >= RowKind.FIELD).any():
         return False
-    return best.left_by_all > max(MAX_NOISE_WITHOUT_REPEATS, MAX_SHARE_LEFT * best.left)
+    return best.left_by_all > max(MIN_LEFT_OF_FIELD, MAX_SHARE_LEFT * best.left)
 
 
 @dataclass(frozen=True)
@@ -244,41 +295,36 @@ class Evidence:
         present: probability that each family takes part.
         taken: squares of the noise that each likely family takes away beside the others.
         strongest: the same for the likeliest effects together.
-        noise: in units of that within the holds.
-        repeats: visits to a direction beyond the first: they show how large the noise is.
         discriminability: of another characteristic, that no bent one imitates (see ``rivals``).
+        lack: whether measured noise makes what is left.
     """
 
     present: dict[str, float]
     taken: dict[str, float]
     strongest: float
-    noise: float
-    repeats: int
     discriminability: float
+    lack: LackOfFit
+
+    @property
+    def shapeless(self) -> bool:
+        """Whether noise alone, however large, may be all there is."""
+        return self.present[NOTHING] > MAX_NOISE_PROBABILITY
 
 
-def evidence_of(
-    misfit: WhitenedResiduals, shares: Shares, best: ExplainedVariance, own: float
-) -> Evidence:
+def evidence_of(shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit) -> Evidence:
     """Everything that the decision is made from."""
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})
     taken = best.taken_away(tuple(one for one in likely if present[one] > 0.5))
-    if (misfit.kind >= RowKind.FIELD).any():
-        # a direction of the field that comes again comes from another place of the room, and a
-        # field that wanders is the room's: neither shows how large the sensor's noise is
-        return Evidence(present, taken, best.strongest(), max(best.noise, best.left), 0, own)
-    rest = misfit.visit >= 0
-    repeats = len(distinct(misfit.visit[rest])) - len(distinct(misfit.group[rest]))
-    return Evidence(present, taken, best.strongest(), best.noise, repeats, own)
+    return Evidence(present, taken, best.strongest(), own, lack)
 
 
 def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and the families named; a disturbed hold counts as one."""
     present, taken = evidence.present, evidence.taken
-    if present[NOTHING] > MAX_NOISE_PROBABILITY:
-        loud = evidence.noise > MAX_NOISE_WITHOUT_REPEATS and evidence.repeats < MIN_REPEATS
-        return (Verdict.UNEXPLAINED if loud else Verdict.COMPLETE), ()
+    without_name = nameless(evidence.lack)
+    if evidence.shapeless:
+        return (Verdict.COMPLETE if evidence.lack.within_noise else without_name), ()
     named = tuple(
         family
         for family, squares in taken.items()
@@ -286,12 +332,12 @@ def decide_verdict(evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
         and squares > needed(family, evidence.discriminability)
     )
     if present.get(UNKNOWN, 0.0) > MAX_UNKNOWN_PROBABILITY:
-        return Verdict.UNEXPLAINED, ()
+        return without_name, ()
     if named:
         return (Verdict.DISTURBED if named == (DISTURBED,) else Verdict.MISSING), named
     if evidence.strongest > MIN_MISFIT_TAKEN:
         return Verdict.AMBIGUOUS, ()
-    return Verdict.UNEXPLAINED, ()
+    return without_name, ()
 
 
 def needed(family: str, discriminability: float) -> float:

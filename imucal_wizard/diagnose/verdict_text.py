@@ -14,6 +14,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
+from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
 
@@ -62,11 +63,14 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None:
+        if diagnosis.added and diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
+            parts += _missing(diagnosis, bench)
         told = {
             Verdict.COMPLETE: _complete,
             Verdict.MISSING: _missing,
             Verdict.AMBIGUOUS: _ambiguous,
             Verdict.UNEXPLAINED: _unexplained,
+            Verdict.NOT_REPEATABLE: _not_repeatable,
             Verdict.DISTURBED: _disturbed,
             Verdict.WAITING: _waiting,
         }[diagnosis.verdict]
@@ -93,7 +97,14 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if diagnosis.base_left_out:
         return [f"The error is {_against_noise(bench)}."]
-    return [f"The model is complete: {_against_noise(bench)}."]
+    return [f"The model is complete: {_against_noise(bench)}.", *_not_measured(bench)]
+
+
+def _not_measured(bench: Bench) -> list[str]:
+    """That no pose was repeated; a field that comes again is at another place of the room."""
+    if not bench.measured.at_rest or bench.ladder[-1].floors.repeats is not None:
+        return []
+    return ["No pose was held twice, so repeatability was not measured."]
 
 
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -144,21 +155,70 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"perhaps that was the wrong one. Take {known} out and look again."
             )
         ]
-    known = ", ".join(term.name for term in bench.fit.terms)
-    none = (
-        f"No effect known here explains what {known} leaves, so nothing more is named."
-        if known
-        else "No effect known here explains it, so none is named and none added."
-    )
-    advice = "Corners and repeats would show whether it is the sensor or the way it was held."
+    opinion, advice = _opinion(diagnosis), "The next poses show whether it repeats."
     if not bench.measured.at_rest:
         advice = (
             f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
             "room's field does not."
         )
+    if opinion.probable:
+        return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
+    known = ", ".join(term.name for term in bench.fit.terms)
+    if opinion.shapeless:
+        none = (
+            f"It is {opinion.lack.ratio:.1f} times the noise within the holds and has the shape of "
+            "no effect tested here."
+        )
+    elif known:
+        none = f"No effect tested here explains what {known} leaves, so nothing more is named."
+    else:
+        none = "No effect tested here explains it, so none is named and none added."
+    advice = " ".join([*_not_measured(bench), advice])
     report = diagnosis.report
     odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
     return [left, none, *([f"{_capital(odd)}."] * bool(odd)), advice]
+
+
+def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """The likeliest effect where it is not certain enough to be named."""
+    likely = _opinion(diagnosis).probable
+    effect = next(one for one in bench.catalogue if one.name == likely[0])
+    sizes = sizes_text(effect, bench.sensor, *_sizes(diagnosis, bench, effect))
+    return [f"It is probably {_or(likely)} ({likely[0]} {sizes}), but that is not certain yet."]
+
+
+_COURSES = {
+    "time": "It follows the time: the bias wanders during the session",
+    "order": "It follows the pose before: each pose is read as its predecessor left the sensor",
+    "repetition": "It follows neither time nor the pose before: each placing is off by chance",
+}
+"""What the difference between repeats was seen against."""
+MIN_WANDERING = 0.9
+"""Probability from which on the repeats are said to follow the time."""
+
+
+def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """How much the same pose differs, and against what."""
+    opinion, floors = _opinion(diagnosis), bench.ladder[-1].floors
+    repeats = floors.repeats
+    assert repeats is not None, "repeats were tested"  # noqa: S101 (narrows the type)
+    order = [one for one in diagnosis.suspects if one.term == "hysteresis"]
+    course = "repetition"
+    if opinion.wandering > MIN_WANDERING:
+        course = "time"
+    elif order and order[0] is diagnosis.suspects[0] and order[0].p <= TEST_LEVEL:
+        course = "order"
+    size, within = (quantity(one, floors.unit) for one in (repeats.rms, floors.within))
+    low, high = (quantity(one, floors.unit) for one in repeats.interval)
+    interval = f"90 % interval {low} to {high}, {repeats.freedom} degrees of freedom"
+    return [
+        (
+            f"The same pose does not repeat: {size} from visit to visit ({interval}), where the "
+            f"noise within a hold makes {within}."
+        ),
+        f"{_COURSES[course]}.",
+        f"No model of the pose can be judged below that. The error is {_against_noise(bench)}.",
+    ]
 
 
 def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
@@ -205,8 +265,13 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
 def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """What limits the verdict, and what the user did that the data do not support."""
     floors, told = bench.ladder[-1].floors, [bench.measured.assumption]
-    if floors.repeatable is False and diagnosis.verdict in _NOTHING_KNOWN_IS_MISSING:
-        repeats, within = (quantity(size, floors.unit) for size in (floors.repeats, floors.within))
+    found = floors.repeats
+    if (
+        found is not None
+        and not found.repeatable
+        and diagnosis.verdict in _NOTHING_KNOWN_IS_MISSING
+    ):
+        repeats, within = (quantity(size, floors.unit) for size in (found.rms, floors.within))
         if not bench.measured.at_rest:
             where = f"{repeats} from one time to another, {within} within each"
             told.append(f"The same direction does not repeat: {where}.")
@@ -222,7 +287,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
-        told.append(f"There are too few {held_out_unit(bench)} to predict one that is left out.")
+        told.append(f"There are too few {bench.left_out_unit} to predict one that is left out.")
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
         told.append(
             f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "
@@ -311,7 +376,7 @@ def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
 
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """How the error on data held out fell, or would fall."""
-    unit, now, out = bench.fit.unit, bench.fit.rms_held_out, held_out_unit(bench)
+    unit, now, out = bench.fit.unit, bench.fit.rms_held_out, bench.left_out_unit
     if diagnosis.added:
         below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
         return [
@@ -399,7 +464,7 @@ def _against_noise(bench: Bench) -> str:
     """The error on data held out, beside the noise."""
     rung, unit = bench.ladder[-1], bench.fit.unit
     held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
-    return f"{held} on {held_out_unit(bench)} left out, where noise makes {noise}"
+    return f"{held} on {bench.left_out_unit} left out, where noise makes {noise}"
 
 
 def _change(bench: Bench) -> str:
@@ -407,11 +472,6 @@ def _change(bench: Bench) -> str:
     below, above, unit = bench.ladder[-2], bench.ladder[-1], bench.fit.unit
     before, after = quantity(below.rms_held_out, unit), quantity(above.rms_held_out, unit)
     return f"{before} before, {after} with it"
-
-
-def held_out_unit(bench: Bench) -> str:
-    """What is left out to check the model."""
-    return "rotations" if bench.fit.unit == "rad" else "directions"
 
 
 def _opinion(diagnosis: Diagnosis) -> Opinion:

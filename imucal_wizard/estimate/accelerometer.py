@@ -21,14 +21,20 @@ from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spa
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
-from imucal_wizard.model.identifiability import Identifiable, identifiable
+from imucal_wizard.model.identifiability import (
+    BIAS,
+    NON_ORTHOGONALITY,
+    SCALE,
+    Identifiable,
+    identifiable,
+)
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 BASE = ("bias", "scale", "non-orthogonality")
 ENTRY_OF = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 """Which of the twelve entries the nine parameters are: biases, then M's xx, xy, xz, yy, yz, zz."""
-PLACES = {"bias": (0, 1, 2), "scale": (3, 6, 8), "non-orthogonality": (4, 5, 7)}
+PLACES = {"bias": BIAS, "scale": SCALE, "non-orthogonality": NON_ORTHOGONALITY}
 """Which of the nine belong to each term."""
 PARAMETERS = {
     "bias": ("bias_x", "bias_y", "bias_z"),
@@ -39,7 +45,7 @@ NAMES = ("bias_x", "bias_y", "bias_z", "xx", "xy", "xz", "yy", "yz", "zz")
 MIN_HOLDS = 4
 MIN_NOISE = 1e-7
 """Of gravity; no average is better, and data without any noise keep a weight."""
-FIRST_NOISE = 1e-6
+FIRST_NOISE = 1e-5
 """Of gravity; by it the first fit tells whether its steps still matter."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""

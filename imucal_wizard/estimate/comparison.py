@@ -14,7 +14,7 @@ from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.field_quality import without_repeats
 
-AS_GOOD = 1.02
+EQUAL_ERROR_RATIO = 1.02
 """Errors whose ratio is less than this are the same."""
 
 
@@ -176,4 +176,4 @@ def least_held_out(rows: Sequence[MethodRow]) -> tuple[MethodRow, ...]:
         if row.fit is not None and row.fit.unit == unit and row.fit.rms_held_out is not None
     ]
     least = min((error for error, _ in known), default=0.0)
-    return tuple(row for error, row in known if error <= AS_GOOD * least)
+    return tuple(row for error, row in known if error <= EQUAL_ERROR_RATIO * least)

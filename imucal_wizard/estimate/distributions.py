@@ -49,6 +49,10 @@ def quantile(level: float, freedom: int) -> float:
     return 0.5 * (low + high)
 
 
+WITHIN_NINETY = 1.6449
+"""Standard deviations to either side that hold nine in ten of a normal distribution."""
+
+
 def chi_square(deviations: float, freedom: float) -> float:
     """Chi square over its degrees of freedom where a normal variable is so many deviations away.
 

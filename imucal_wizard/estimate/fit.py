@@ -16,11 +16,13 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
-from imucal_wizard.estimate.distributions import chi_square
+from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
 from imucal_wizard.estimate.experiment import Directions, Experiment
+from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.parameters import with_errors
-from imucal_wizard.estimate.result import Parameter, SensorFit, Witness
+from imucal_wizard.estimate.repeatability import repeatability_of
+from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.variance_components import (
     Balance,
     System,
@@ -57,8 +59,6 @@ EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
-WITHIN_NINETY = 1.6449
-"""Standard deviations to either side that hold nine in ten of a normal distribution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,16 +326,6 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     covariance, in_session = found.covariance(), experiment.in_session(found)
     free, sizes = slice(0, len(found.directions)), found.sizes
     of_entries = of_sizes = by_repeats = None
-    repeats, repeat_freedom = _repeats(found)
-    if covariance is not None:
-        basis = found.directions.columns
-        of_entries = in_session
-        if of_entries is None:
-            of_entries = basis @ covariance[free, free] @ basis.T + experiment.slow_noise(found)
-        of_sizes = covariance[sizes, sizes]
-        if repeats is not None:
-            share = repeats / float((found.white_variance / found.balance.variance).mean())
-            by_repeats = share * of_entries
     errors = found.errors
     left_out = _left_out(found)
     out = None if left_out is None else left_out.errors
@@ -351,11 +341,26 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         variance=found.balance.variance,
         own=found.system.own,
     )
+    repeats = repeatability_of(table)
+    if covariance is not None:
+        basis = found.directions.columns
+        of_entries = in_session
+        if of_entries is None:
+            of_entries = basis @ covariance[free, free] @ basis.T + experiment.slow_noise(found)
+        of_sizes = covariance[sizes, sizes]
+        # repeats tell the scatter of the rows fitted only where all of these are such rows
+        if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
+            share = repeats.rms**2 / float(found.white_variance.mean())
+            by_repeats = share * of_entries
     items = _items(found)
     size_errors = np.full(len(terms), np.nan)
     if of_sizes is not None:
         size_errors = np.sqrt(np.maximum(np.diag(of_sizes), 0.0))
     odd = outlier_of(found)
+    if odd is not None:
+        # where the others do not agree either, there is no reason to accuse one of them
+        accused = items.rows[items.item == odd.index]
+        odd = odd if lack_without(table, accused).within_noise else None
     kept = list(experiment.covariance_entries)
     return SensorFit(
         sensor=experiment.sensor,
@@ -389,8 +394,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
-        repeat_rms=_repeat_rms(found, repeats),
-        repeat_degrees_of_freedom=repeat_freedom,
+        repeatability=repeats,
         slow_noise_measured=experiment.slow_noise_measured,
         suspects=() if odd is None else (odd.index,),
         not_held_out="" if out is not None else _why_none(found),
@@ -401,7 +405,6 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         size_covariance=of_sizes,
         rows=table,
         rms_late=_rms_later(found),
-        witnesses=_witnesses(found),
         reference=experiment.reference(found),
         experiment=experiment,
         outlier=odd,
@@ -609,33 +612,6 @@ def _why_none(found: Minimum[Experiment]) -> str:
     )
 
 
-def _repeats(found: Minimum[Experiment]) -> tuple[float | None, int]:
-    """Variance of the rows about the mean of their direction, over that found; and its freedom."""
-    system, variance = found.system, found.balance.variance
-    sources = found.experiment.sources
-    noise = np.concatenate(
-        [np.full(len(s.labels), s.judged and s.repeats_are_noise) for s in sources]
-    )
-    single = np.concatenate([s.labels.axis < 0 for s in sources])
-    rows = np.flatnonzero(noise & single & (found.groups >= 0))
-    if not len(rows):
-        return None, 0
-    label = np.unique(found.groups[rows], return_inverse=True)[1]
-    weight = 1.0 / variance[rows]
-    mean = np.bincount(label, weight * system.residual[rows]) / np.bincount(label, weight)
-    freedom = int((np.bincount(label) - 1).sum())
-    scatter = float((weight * (system.residual[rows] - mean[label]) ** 2).sum())
-    return (scatter / freedom, freedom) if freedom else (None, 0)
-
-
-def _repeat_rms(found: Minimum[Experiment], repeats: float | None) -> float | None:
-    """Scatter of repeated holds about the mean of their direction, in the row's unit."""
-    if not repeats:
-        return None
-    items = _items(found)
-    return float(np.sqrt(repeats)) * items.mean(found.balance.variance)
-
-
 def _rms_later(found: Minimum[Experiment]) -> float | None:
     """Rms error of the later holds or rotations under the fit of the early part of the session.
 
@@ -654,11 +630,11 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     if refit is None:
         return None
     known = moving & found.reported
-    errors = found.errors + found.system.columns[:, known] @ refit.sizes[known[moving]]
+    errors = found.errors + found.system.columns[:, known] @ refit[known[moving]]
     return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
 
 
-def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> Witness | None:
+def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
     """Change of some parameters when some rows alone speak; None where these do not know them."""
     system, balance = found.system, found.balance
     columns = system.columns[np.ix_(rows, moving)]
@@ -666,34 +642,8 @@ def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) ->
     normal = columns.T @ weighted + np.diag(balance.precision[moving])
     if not determined(normal):
         return None
-    covariance = inverted(normal)
     pull = weighted.T @ system.residual[rows] + (balance.precision * system.value)[moving]
-    return Witness(-covariance @ pull, covariance)
-
-
-def _witnesses(found: Minimum[Experiment]) -> tuple[Witness, ...]:
-    """What each kind of rows alone says of the sizes, where there are several kinds.
-
-    Rows whose errors are not reported (means at rest) do not know the gains, which are kept.
-    """
-    sources = found.experiment.sources
-    if not len(found.terms) or len(sources) < 2:
-        return ()
-    number = np.repeat(np.arange(len(sources)), [len(source.labels) for source in sources])
-    out = []
-    for place, source in enumerate(sources):
-        moving = np.ones(len(found.system.precision), bool)
-        if not source.judged:
-            moving[: len(found.directions)] = found.directions.slow
-        told = _refitted(found, number == place, moving)
-        if told is None:
-            return ()
-        own = np.zeros(len(moving), bool)
-        own[found.sizes] = True
-        own = own[moving]
-        sizes = found.calibration.sizes + told.sizes[own]
-        out.append(Witness(sizes, told.covariance[np.ix_(own, own)]))
-    return tuple(out)
+    return np.asarray(-inverted(normal) @ pull)
 
 
 def outlier_of(found: Minimum[Experiment]) -> Outlier | None:

@@ -17,7 +17,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
@@ -179,7 +179,7 @@ def rotation_set(
     up = None
     if len(forces) == len(turned):
         force = (np.concatenate(forces) - accelerometer.bias) @ accelerometer.matrix.T
-        length = np.linalg.norm(force, axis=1)[:, None]
+        length = lengths(force)[:, None]
         up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
     return RotationSet(
         samples, table[:, 0], table[:, 1], table[:, 2], up, rate_shift(holds, turned)

@@ -11,7 +11,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
@@ -192,7 +192,7 @@ def _named(
             continue
         rate = (rotation.rate - found.bias) @ found.matrix.T
         total = integral(rate, rotation.time)
-        turned = float(integral(np.linalg.norm(rate, axis=1)[:, None], rotation.time)[0])
+        turned = float(integral(lengths(rate)[:, None], rotation.time)[0])
         axis = int(np.argmax(np.abs(total)))
         about = abs(total[axis]) > ONE_AXIS_SHARE * np.linalg.norm(total)
         clear = about and abs(total[axis]) > SMALLEST_ROTATION and abs(up[place, axis]) < LEVEL

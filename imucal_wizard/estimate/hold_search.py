@@ -6,17 +6,23 @@ import numpy as np
 
 from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.stillness import MIN_SELECTED_RATIO, MIN_SPEED_RATIO
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
 from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.segmentation import loose_candidates, rest_numbers, usual_candidates
-from imucal_wizard.measurement.stillness import reduce_recording
+from imucal_wizard.measurement.segmentation import (
+    loose_candidates,
+    rest_numbers,
+    turning_rates,
+    usual_candidates,
+)
+from imucal_wizard.measurement.stillness import ReducedRecording, reduce_recording
 from imucal_wizard.model.identifiability import expected_error
 
-AS_GOOD = 1.1
+EQUAL_EXPECTED_RATIO = 1.1
 """Expected errors that differ by less say nothing: each comes from about thirty residuals, which
 know a spread to 13 % at best."""
 GOOD_ENOUGH = 1e-3
@@ -40,11 +46,29 @@ def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
         errors += [judge(holds, gravity, rest_numbers(holds)) for holds in looser]
     best = _best(found, errors)
     odd = disturbed(best, gravity)
-    if odd is None:
-        return best, steps
-    # a hold that was disturbed is so under every limit and must not decide between them
-    others = [_without(holds, best[odd]) for holds in found]
-    return _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others]), steps
+    if odd is not None:
+        # a hold that was disturbed is so under every limit and must not decide between them
+        others = [_without(holds, best[odd]) for holds in found]
+        best = _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others])
+    _refuse_slow_motion(stream, best)
+    return best, steps
+
+
+def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None:
+    """Refuse holds that are only the slow moments of a device that is never put down.
+
+    Raises:
+        DataError: they turn nearly as fast as the device does between them.
+    """
+    within, between = turning_rates(stream, holds)
+    share = sum(hold.end - hold.start for hold in holds) / stream.seconds
+    selected = MIN_SELECTED_RATIO * np.sqrt(2.0 / share) if share > 0.0 else 0.0
+    if between < max(MIN_SPEED_RATIO, selected) * within:
+        raise DataError(
+            f"the device was never at rest: it turns at {np.degrees(within):.2g} °/s where it is "
+            f"calmest and at {np.degrees(between):.2g} °/s otherwise. Put it down or lean it on "
+            "something in each position, and leave it alone there for two seconds"
+        )
 
 
 def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
@@ -56,7 +80,11 @@ def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
     least = min(errors)
     if not np.isfinite(least):
         return max(found, key=_directions)
-    equal = [one for one, error in zip(found, errors, strict=True) if error <= AS_GOOD * least]
+    equal = [
+        one
+        for one, error in zip(found, errors, strict=True)
+        if error <= EQUAL_EXPECTED_RATIO * least
+    ]
     return max(equal, key=lambda holds: sum(one.end - one.start for one in holds) / len(holds))
 
 

@@ -161,7 +161,7 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     return notes
 
 
-UNITS = (
+MISTAKEN_UNITS = (
     ("g", 1.0 / STANDARD_GRAVITY),
     ("mg", 1e3 / STANDARD_GRAVITY),
     ("m/s^2", STANDARD_GRAVITY),
@@ -174,7 +174,7 @@ FAR = 0.3
 
 def _unit_notes(scale: float) -> list[str]:
     reads = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²"
-    for unit, size in UNITS:
+    for unit, size in MISTAKEN_UNITS:
         if abs(np.log(scale * size)) < NEAR:
             return [f"{reads}: the accelerations are in {unit}; give {unit} as their unit"]
     if abs(np.log(scale)) > FAR:

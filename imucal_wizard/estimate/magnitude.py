@@ -12,7 +12,6 @@ from imucal_wizard.core.records import dataclass
 
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Places of the six entries of a triangular or symmetric matrix, in the order of the parameters."""
-SIZE = 9
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.outliers import Outlier
+    from imucal_wizard.estimate.repeatability import Repeatability
     from imucal_wizard.estimate.second_stage.found import SecondStage
     from imucal_wizard.model.rows.table import ResidualTable
 
@@ -32,7 +33,7 @@ class Parameter:
         unit: unit word.
         carried: False when the data do not carry it, so that it stays at its nominal value.
         standard_error_repeats: the same from the repeats alone, with the fit's
-            ``repeat_degrees_of_freedom``; None where there are none.
+            ``repeatability.freedom``; None where there are none.
     """
 
     name: str
@@ -41,19 +42,6 @@ class Parameter:
     unit: str
     carried: bool = True
     standard_error_repeats: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Witness:
-    """What one kind of rows alone says of the sizes of effects.
-
-    Attributes:
-        sizes: of all effects one after the other, shown units, shape (p,).
-        covariance: of the sizes, shape (p, p).
-    """
-
-    sizes: FloatArray
-    covariance: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,9 +104,8 @@ class SensorFit:
             the truth 95 times in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of
             ``distributions`` times the standard error to either side; 1.96 only where there are
             many.
-        repeat_rms: scatter of repeated holds about the mean error of their direction, in ``unit``:
-            what no model can explain; None without repeats.
-        repeat_degrees_of_freedom: of ``repeat_rms``.
+        repeatability: how far the same pose differs from one visit to the next: what no model of
+            the pose can explain; None where no pose was repeated.
         slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
             biases, which else is told from what the fit leaves; None where that is not asked.
         suspects: which of the residuals stand out from all others: to be measured again.
@@ -133,8 +120,6 @@ class SensorFit:
         rows: the residual table; None of a method of the papers.
         rms_late: error of the later part of the session under the fit of the earlier part; None
             where the earlier part does not determine the model.
-        witnesses: what each kind of rows alone says of all sizes; empty without effects, or with
-            one kind only.
         reference: of an accelerometer, up in each hold.
         experiment: the rows that were fitted, for a fit of the same data with other terms.
         outlier: the hold or rotation that does not fit with all others, if one stands out.
@@ -160,8 +145,7 @@ class SensorFit:
     validation_rms: float | None = None
     warnings: tuple[str, ...] = ()
     degrees_of_freedom: int = 0
-    repeat_rms: float | None = None
-    repeat_degrees_of_freedom: int = 0
+    repeatability: "Repeatability | None" = None
     slow_noise_measured: bool | None = None
     suspects: tuple[int, ...] = ()
     unused: tuple[int, ...] = ()
@@ -176,7 +160,6 @@ class SensorFit:
     size_covariance: FloatArray | None = None
     rows: "ResidualTable | None" = None
     rms_late: float | None = None
-    witnesses: tuple[Witness, ...] = ()
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None

@@ -17,7 +17,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import exceeded
-from imucal_wizard.model.terms import WIDE, widened
+from imucal_wizard.model.terms import WIDE_PRIOR, widened
 
 MAX_ROUNDS = 50
 MIN_FREEDOM_FOR_WIDE_PRIOR = 3.0
@@ -28,7 +28,7 @@ EXCESS_P = 0.01
 """Probability of residuals by own noise alone, below which there is an excess."""
 KNOWN = 1e6
 """Degrees of freedom of a variance that is known."""
-BLIND = 1e-12
+MIN_SHOWN_SHARE = 1e-12
 """Share of a combination of parameters in what the rows show, below which they do not show it."""
 
 
@@ -93,7 +93,7 @@ def balanced(system: System) -> Balance:
     count = np.bincount(system.kinds)
     precision = system.precision.copy()
     for group in system.groups:
-        precision[group] /= WIDE
+        precision[group] /= WIDE_PRIOR
     excess, found = np.zeros(len(count)), solved(system, system.own, precision)
     if found.freedom.min(initial=MIN_FREEDOM_FOR_WIDE_PRIOR) < MIN_FREEDOM_FOR_WIDE_PRIOR:
         precision = system.precision
@@ -160,8 +160,10 @@ def inverted(normal: FloatArray) -> FloatArray:
         return normal
     outer = np.outer(*2 * (_scale(normal),))
     lower = _cholesky(normal / outer)
-    if lower is None or np.diag(lower).min() ** 2 < BLIND:
-        return np.asarray(np.linalg.pinv(normal / outer, rcond=BLIND, hermitian=True) / outer)
+    if lower is None or np.diag(lower).min() ** 2 < MIN_SHOWN_SHARE:
+        return np.asarray(
+            np.linalg.pinv(normal / outer, rcond=MIN_SHOWN_SHARE, hermitian=True) / outer
+        )
     root = np.linalg.inv(lower)
     return np.asarray(root.T @ root / outer)
 
@@ -171,7 +173,7 @@ def determined(normal: FloatArray) -> bool:
     if not (np.diag(normal) > 0.0).all():
         return False
     lower = _cholesky(normal / np.outer(*2 * (_scale(normal),)))
-    return lower is not None and bool(np.diag(lower).min(initial=1.0) ** 2 > BLIND)
+    return lower is not None and bool(np.diag(lower).min(initial=1.0) ** 2 > MIN_SHOWN_SHARE)
 
 
 def _scale(normal: FloatArray) -> FloatArray:

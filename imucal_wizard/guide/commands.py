@@ -52,6 +52,7 @@ class Commands:
         Raises:
             UsageError: there is no such command or step.
         """
+        self._context.last_event = None  # what happened before may not fit what is asked now
         if name == "goto":
             self._goto(argument)
         elif name == "measure":
@@ -88,7 +89,6 @@ class Commands:
 
     def _validate(self) -> None:
         self._machine.enter(StepKind.VALIDATE)
-        self._context.last_event = None  # events before the result do not concern this step
 
     def _save(self) -> None:
         """Save now; an incomplete validation is skipped."""
@@ -204,7 +204,7 @@ class Commands:
             watch.rest()
             self._say(f"The limits are {watch.loosened:.0f} times wider now.")
         else:
-            self._say("The limits cannot be wider: take the hold hand-held instead.")
+            self._say("The limits cannot be wider.")
 
     def _take(self) -> None:
         """Keep the newest seconds as a hold, marked hand-held."""
@@ -226,7 +226,7 @@ class Commands:
             return
         machine.return_to = machine.step
         machine.enter(StepKind.SETTLE)
-        self._say("The noise is measured again: put the device down.")
+        self._say("The noise is measured again.")
 
     def _count_faces(self) -> None:
         machine, context = self._machine, self._context

@@ -73,7 +73,7 @@ class HoldCapture:
 
     def hold(self) -> Hold | None:
         """The present hold without its guards, or None."""
-        return self._builder.hold()
+        return self._builder.hold(self._context.up_estimate.radius)
 
     def newest(self, seconds: float) -> Hold | None:
         """A hold of the newest seconds after the last kept hold, still or not; None if too few."""
@@ -120,7 +120,7 @@ class HoldCapture:
         kept = context.run.kept
         if kept is None or kept.dropped or context.run.complete:
             return
-        hold = self._builder.hold()
+        hold = self._builder.hold(self._context.up_estimate.radius)
         if hold is not None:
             kept.update(hold)
         if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
@@ -142,7 +142,7 @@ class HoldCapture:
     def collected(self) -> Collected:
         """All measurements; a hold in progress has its present length."""
         run, own = self._context.run, self._context.measurements
-        kept, grown = run.kept, self._builder.hold()
+        kept, grown = run.kept, self._builder.hold(self._context.up_estimate.radius)
         if kept is None or kept.dropped or run.complete or grown is None:
             return own.collected()
         before = kept.hold

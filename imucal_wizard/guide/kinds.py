@@ -21,6 +21,27 @@ class StepKind(StrEnum):
     SAVE = "save"
 
 
+class Act(StrEnum):
+    """What the operator is to do now; exactly one at any moment."""
+
+    WAIT = "wait"
+    CONNECT = "connect"
+    """No samples arrive."""
+    ENDED = "ended"
+    """The source has ended; nothing more can be measured."""
+    LAY_DOWN = "lay-down"
+    POSE = "pose"
+    """Bring a direction on top."""
+    HOLD = "hold"
+    LIFT = "lift"
+    """Lift it, and put it back in the same way."""
+    ROTATE = "rotate"
+    CIRCLE = "circle"
+    """Turn it round on the table, or tumble it."""
+    DONE = "done"
+    """The step has all that it needs."""
+
+
 class EventKind(StrEnum):
     """Kinds of events, each with its own sound."""
 

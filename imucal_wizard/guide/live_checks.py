@@ -53,7 +53,7 @@ def fault_of(
 ) -> str | None:
     """The fault of the samples of a motion: a gap or clipping; None for none."""
     if missing:
-        return "samples are missing in it: turn again"
+        return "samples are missing in it"
     axis = clipped_axis(motion.rate, resting_rate(motion), full_scale, unit)
     return None if axis is None else CLIPPED_ROTATION.format(axis=axis)
 

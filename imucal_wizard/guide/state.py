@@ -8,9 +8,11 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.limits.procedure import FAST_RATE, SLOW_RATE
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
+from imucal_wizard.guide.operator_view import Turn, Vector
 
 GOOD = {"gaps": 15.0, "variance": 4.5, "wobble": 4.0, "fit_error": 5.0}
 """Per cent below which each figure is good; the limits of MotionCal. The limit of the gaps is for
@@ -154,7 +156,8 @@ class RotationStatus:
         wanted: number of rotations needed about this axis.
         senses: rotations in both senses have been taken.
         speeds: number of different speeds taken (slow, medium, fast).
-        advice: what is still missing ("turn to the left too", "go slower"), or "".
+        wanted_angle: signed angle of the rotation that tells the fit most, degrees.
+        wanted_rate: its peak rate, °/s.
         range_known: whether ``range_limit`` is the gyroscope's own.
         clips: the present rotation nearly reaches ``range_limit``.
     """
@@ -169,9 +172,17 @@ class RotationStatus:
     wanted: int = 6
     senses: bool = False
     speeds: int = 0
-    advice: str = ""
+    wanted_angle: float = 90.0
+    wanted_rate: float = 120.0
     range_known: bool = True
     clips: bool = False
+
+    @property
+    def asked(self) -> str:
+        """Angle and speed that are asked for: "120°, fast"."""
+        rate = self.wanted_rate
+        speed = "slow" if rate <= SLOW_RATE else "fast" if rate >= FAST_RATE else "medium"
+        return f"{abs(self.wanted_angle):.0f}°, {speed}"
 
 
 @dataclass(frozen=True)
@@ -197,7 +208,11 @@ class Status:
         instruction: what to do now, in a few capitals ("TURN +X −Y UP").
         detail: the same in words.
         reason: why it is needed, if that is not obvious; or "".
-        guidance: the way to the wanted pose ("23° away: turn it about z, to the left"), or "".
+        act: what the operator is to do; ``instruction``, ``detail`` and ``guidance`` say this and
+            nothing else.
+        guidance: the way there ("23° away: tip it towards you"), or "".
+        aim: up direction in the body frame of the pose that is asked for, or None.
+        turn: the turn that is asked for, as the operator sees it, or None.
         still: whether the device is still, and why not.
         up: up direction in the body frame, or None if not known.
         wanted: name of the wanted pose, or None.
@@ -218,15 +233,17 @@ class Status:
         skipped: steps that were skipped, with the consequence.
         steps: all steps of this procedure, in order; () for the standard ones.
         poses: number of poses that the pose step needs.
-        counts_here: a hold that begins now counts for the step.
     """
 
     step: StepKind = StepKind.SOURCE
     elapsed: float = 0.0
-    instruction: str = ""
+    instruction: str = "ONE MOMENT"
     detail: str = ""
     reason: str = ""
+    act: Act = Act.WAIT
     guidance: str = ""
+    aim: Vector | None = None
+    turn: Turn | None = None
     still: StillStatus = field(default_factory=StillStatus)
     up: tuple[float, float, float] | None = None
     wanted: str | None = None
@@ -247,4 +264,3 @@ class Status:
     skipped: tuple[tuple[StepKind, str], ...] = ()
     steps: tuple[StepKind, ...] = ()
     poses: int = 18
-    counts_here: bool = False

@@ -23,6 +23,7 @@ from imucal_wizard.guide.field.checks import left_out_spans
 from imucal_wizard.guide.field.samples import FieldRecord
 from imucal_wizard.guide.field.step import FieldStage
 from imucal_wizard.guide.hold_capture import HoldCapture
+from imucal_wizard.guide.instruction import present
 from imucal_wizard.guide.kinds import MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Procedure
@@ -206,7 +207,7 @@ class StateMachine:
         """Follow a device at rest."""
         run = self.context.run
         if began and self.asking and not run.used:
-            self.context.emit(EventKind.STILL, "Still: hold it.")
+            self.context.emit(EventKind.STILL, "Still.")
         if run.kept is not None:
             self.capture.rest_in(run.kept)
 
@@ -220,7 +221,7 @@ class StateMachine:
         elif self.asking and not run.used:
             what = "Moved" if block.full else "Interrupted"
             self._broke = self._why_not_still(block)
-            text = f"{what} after {self.capture.seconds:.1f} s: {self._broke}. Hold it again."
+            text = f"{what} after {self.capture.seconds:.1f} s: {self._broke}."
             context.emit(EventKind.HOLD_BROKEN, text)
         self.capture.fresh()
 
@@ -390,20 +391,22 @@ class StateMachine:
         if self._status is None:
             context, own, noise = self.context, self.context.measurements, self.settle.noise
             up = context.up
-            self._status = replace(
-                self.stage.view(),
-                step=self.step,
-                elapsed=self.elapsed,
-                still=self._still_status(),
-                up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
-                noise="" if noise is None else context.units.noise_text(noise),
-                offers=self._offers(),
-                last_event=context.last_event,
-                holds=len(own.holds) + len(own.validation),
-                rotations=len(own.rotations),
-                skipped=tuple(self.skipped.items()),
-                steps=context.procedure.kinds,
-                poses=len(context.procedure.step(StepKind.POSES).poses),
+            self._status = present(
+                replace(
+                    self.stage.view(),
+                    step=self.step,
+                    elapsed=self.elapsed,
+                    still=self._still_status(),
+                    up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
+                    noise="" if noise is None else context.units.noise_text(noise),
+                    offers=self._offers(),
+                    last_event=context.last_event,
+                    holds=len(own.holds) + len(own.validation),
+                    rotations=len(own.rotations),
+                    skipped=tuple(self.skipped.items()),
+                    steps=context.procedure.kinds,
+                    poses=len(context.procedure.step(StepKind.POSES).poses),
+                )
             )
         return self._status
 
@@ -461,7 +464,11 @@ class StateMachine:
         return Instruction(
             status.step,
             pose,
-            None if asked is None else RotationRequest(asked.axis, asked.start_pose, asked.done),
+            None
+            if asked is None
+            else RotationRequest(
+                asked.axis, asked.start_pose, asked.done, asked.wanted_angle, asked.wanted_rate
+            ),
             field is not None,
             None if field is None else field.face,
             status.still.held,

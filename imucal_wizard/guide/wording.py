@@ -1,13 +1,18 @@
 """The texts of the procedure."""
 
-from imucal_wizard.core.poses import NAMED, TILT_SIGN, rotation_towards
+from imucal_wizard.core.poses import TILT_SIGN
 from imucal_wizard.core.quantities import true_minus
-from imucal_wizard.core.readings import FloatArray
 
 PUT_BACK = "lift it and put it back the same way"
 """Guidance if the wanted pose is the present one, whose hold no longer counts."""
 
 
+THERE = "there: hold it still"
+"""Guidance in the wanted pose."""
+HOLD_STILL, ALL_TAKEN = "HOLD STILL", "ALL TAKEN"
+"""Instructions: hold it where it is; the step has all that it needs."""
+DISTURBED, NO_FIELD = "DISTURBED", "NO FIELD"
+"""Headlines while iron or a magnet changes the field, and while the magnetometer sends nothing."""
 TURN_ROUND, TUMBLE = "TURN IT ROUND", "TUMBLE IT"
 """Instructions: a circle on the face that is down; any motion."""
 
@@ -28,23 +33,6 @@ def turn_up(pose: str) -> str:
 def lay_down(face: str) -> str:
     """The instruction to lay a face on the table: "LAY −Z DOWN"."""
     return f"LAY {label(face)} DOWN"
-
-
-def how_to_turn(up: FloatArray, pose: str) -> str:
-    """The way to a pose: "23° away: turn it about z, to the left"."""
-    return how_to_reach(up, NAMED[pose])
-
-
-def how_to_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same for a direction without a name."""
-    axis, sense, angle = rotation_towards(up, wanted)
-    return f"{angle:.0f}° away: turn it about {axis}, to the {sense}"
-
-
-def lift_and_reach(up: FloatArray, wanted: FloatArray) -> str:
-    """The same for a spent placement: "lift it, then turn it about z, to the left"."""
-    axis, sense, _ = rotation_towards(up, wanted)
-    return f"lift it, then turn it about {axis}, to the {sense}"
 
 
 def signed(degrees: float) -> str:

@@ -22,6 +22,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_FORCE_STEP,
     MAX_GRAVITY_ERROR,
     MAX_GRAVITY_SPREAD,
+    MAX_IDLE_VALUES,
     MAX_JITTER_SHARE,
     MAX_QUIET_RATIO,
     MAX_RATE_STEP,
@@ -52,7 +53,7 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
-from imucal_wizard.core.statistics import median, sample_quantile
+from imucal_wizard.core.statistics import lengths, median, sample_quantile, true_on_all_axes
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -82,8 +83,8 @@ def inertial_sensors(readings: Readings) -> list[tuple[str, Series]]:
 
 def repeated_samples(readings: Readings) -> str:
     """Warning about samples that repeat the previous one on every axis."""
-    values = _together(readings)
-    share = float(np.mean(np.all(np.diff(values, axis=0) == 0, axis=1)))
+    same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
+    share = float(np.mean(np.logical_and.reduce(same)))
     if not MAX_REPEATED_SHARE < share < 1.0:
         return ""
     return (
@@ -95,8 +96,7 @@ def repeated_samples(readings: Readings) -> str:
 
 def frozen_values(readings: Readings) -> str:
     """Warning if no value ever changes."""
-    values = _together(readings)
-    if not bool(np.all(values == values[0])):
+    if not all((one == one[0]).all() for one in _together(readings)):
         return ""
     return (
         "No value changes at all: the sensor does not answer and its last values are repeated, or "
@@ -104,20 +104,17 @@ def frozen_values(readings: Readings) -> str:
     )
 
 
-def _together(readings: Readings) -> FloatArray:
-    gyroscope = readings.gyroscope
-    if gyroscope is None or len(gyroscope) != len(readings):
-        return readings.accelerometer.values
-    return np.hstack((readings.accelerometer.values, gyroscope.values))
+def _together(readings: Readings) -> list[FloatArray]:
+    """The values of the sensors that are read together."""
+    return [one.values for _, one in inertial_sensors(readings) if len(one) == len(readings)]
 
 
 def dead_axes(sensor: str, series: Series) -> str:
     """Warning about axes that never change while another one does, or that are identical."""
     values = series.values
-    spans = np.ptp(values, axis=0)
-    lively = max(len(distinct(values[:, axis])) for axis in range(3)) > 5
-    dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0] if lively else []
-    if dead:
+    spans = [np.ptp(column) for column in values.T]
+    dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0]
+    if dead and max(len(distinct(values[:, axis])) for axis in range(3)) > MAX_IDLE_VALUES:
         return (
             f"The {sensor}'s {' and '.join(dead)} axis never changes: it is dead, or another "
             f"column was taken for it. Check the columns and the sensor."
@@ -136,9 +133,9 @@ def zero_rate(readings: Readings) -> str:
     gyroscope = readings.gyroscope
     if gyroscope is None or not len(gyroscope):
         return ""
-    if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
+    if float(np.mean(true_on_all_axes(gyroscope.values == 0.0))) <= MAX_ZERO_RATE_SHARE:
         return ""
-    if float(np.mean(np.all(gyroscope.values == 0.0, axis=1))) <= MAX_ZERO_RATE_SHARE:
+    if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
         return ""
     return (
         "The gyroscope reads exactly zero at rest: the device removes its own bias (BNO055 in a "
@@ -198,8 +195,8 @@ def _quietest_noise(values: FloatArray) -> float:
 def wrong_gravity(readings: Readings) -> str:
     """Warning if the magnitude of gravity at rest does not fit the unit."""
     series = readings.accelerometer
-    size = _gravity_at_rest(series)
-    if series.unit == COUNT or size is None:
+    size = None if series.unit == COUNT else _gravity_at_rest(series)
+    if size is None:
         return ""
     if size < MIN_GRAVITY and _feels_gravity(readings.gyroscope):
         return (
@@ -222,7 +219,7 @@ def wrong_gravity(readings: Readings) -> str:
 
 def _gravity_at_rest(series: Series) -> float | None:
     """Median magnitude in the blocks in which it is steady; None if it never is."""
-    sizes = np.linalg.norm(series.values, axis=1)
+    sizes = lengths(series.values)
     length = max(4, round(GRAVITY_BLOCK_SECONDS * series.rate))
     count = len(sizes) // length
     blocks = sizes[: count * length].reshape(count, length)
@@ -235,7 +232,7 @@ def _feels_gravity(series: Series | None) -> bool:
     """Whether rates steadily have the magnitude of 1 g in a common unit."""
     if series is None or series.unit == COUNT or not len(series):
         return False
-    sizes = np.linalg.norm(series.values, axis=1)
+    sizes = lengths(series.values)
     size = median(sizes)
     near = any(unit_of_gravity(size / factor, 0.15) for factor in RATE_UNITS.values())
     return near and float(np.std(sizes)) < 0.05 * size
@@ -330,11 +327,11 @@ def _flat_top(values: FloatArray) -> bool:
     """
     if len(values) <= MIN_PLATEAU:
         return False
-    steps = np.abs(np.diff(values))
-    resolution = float(steps[steps > 0.0].min(initial=np.inf))
     at_top = np.flatnonzero(values == values.max())
     if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
         return False
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min(initial=np.inf))
     for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
         jump = steps[plateau[0] - 1] / resolution
         if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
@@ -438,10 +435,11 @@ def refuse_without_gravity(readings: Readings) -> None:
             settings=("columns",),
         )
     series = readings.accelerometer
+    if series.unit == COUNT:
+        return
     size = median_magnitude(series.values)
-    without = series.unit == "m/s^2" and size < MAX_REMOVED_GRAVITY * STANDARD_GRAVITY
     if (
-        without
+        size < MAX_REMOVED_GRAVITY * STANDARD_GRAVITY
         and acceleration_unit(size, whole=False) is None
         and _feels(series) < MIN_POSITION_RATIO
     ):
@@ -456,9 +454,11 @@ def refuse_without_gravity(readings: Readings) -> None:
 def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     """Whether the gyroscope's columns respond to gravity and the accelerometer's do not."""
     felt = _feels(gyroscope)
-    sizes = np.linalg.norm(_rests(gyroscope)[0], axis=1)
-    even = len(sizes) > 0 and float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
-    return felt > MIN_POSITION_RATIO and even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
+    if not felt > MIN_POSITION_RATIO:
+        return False
+    sizes = lengths(_rests(gyroscope)[0])
+    even = float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
+    return even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
 
 
 def _feels(series: Series) -> float:

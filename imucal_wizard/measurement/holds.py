@@ -1,15 +1,27 @@
 """Holds and rotations, summarised so that their samples are not needed again."""
 
 from collections import deque
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
     COVARIANCE_BATCHES,
+    FINER_TIMES,
     GUARD_BLOCKS,
     MAX_SETTLING_SIGMA,
+    MAX_SLOW_TO_FAST,
+    MAX_SWAY,
     MAX_TRIMMED_BLOCKS,
     MIN_BLOCKS_TO_TRIM,
+    MIN_HOLD_SECONDS,
+    MIN_SETTLING,
+    MIN_SETTLING_AXIS,
+    MIN_SWAY,
+    SETTLING_SECONDS,
+    SETTLING_TIMES,
+    TAIL_DOUBT,
     WINDOW_BLOCKS,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
@@ -140,6 +152,45 @@ def hold_from(blocks: Blocks) -> Hold:
     )
 
 
+def hold_at_rest(
+    blocks: Blocks,
+    gravity: float,
+    step_a: FloatArray | float = 0.0,
+    step_g: FloatArray | float | None = 0.0,
+) -> Hold | None:
+    """The hold in a run of still blocks, guards already removed; None if its direction drifts.
+
+    Args:
+        blocks: consecutive blocks.
+        gravity: reading of one gravity.
+        step_a: resolution of the accelerometer, if known.
+        step_g: resolution of the gyroscope, if known.
+    """
+    piece = settled(trim_ends(blocks, step_a, step_g), step_a)
+    return None if drifts(piece, step_a, gravity) else hold_from(piece)
+
+
+def drifts(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
+    """Whether the direction of gravity drifts during a hold: a slow motion is no rest.
+
+    The noise is that within the blocks, which a slow motion hardly changes; the motion is what the
+    block means scatter beyond it. A tremor is fast, a slow motion is not, whatever the sensor.
+
+    Args:
+        blocks: consecutive blocks.
+        step_a: resolution of the accelerometer, 0 if not known.
+        gravity: reading of one gravity.
+    """
+    if len(blocks) < 2:
+        return False
+    rounding = float(np.sum(np.broadcast_to(step_a, 3) ** 2)) / 12.0
+    within = float(blocks.variance[:, :3].mean(axis=0).sum())
+    fast = within * blocks.size / (blocks.size - 1.0) + rounding
+    slow = float(blocks.mean_a.var(axis=0, ddof=1).sum()) - fast / blocks.size
+    least = MIN_SWAY if slow > MAX_SLOW_TO_FAST * fast else MAX_SWAY
+    return slow > (least * gravity) ** 2
+
+
 def trim_ends(
     blocks: Blocks, step_a: FloatArray | float = 0.0, step_g: FloatArray | float | None = 0.0
 ) -> Blocks:
@@ -173,6 +224,69 @@ def trim_ends(
     most = min(MAX_TRIMMED_BLOCKS, count // 4)
     first, past = _quiet_from(off, most), count - _quiet_from(off[::-1], most)
     return blocks.select(slice(first, past))
+
+
+def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
+    """A hold without the settling of the accelerometer at its beginning.
+
+    An exponential with one time constant and an amplitude per axis is fitted to the block means. If
+    it exceeds the noise, the beginning is left out, as long as the doubt about the settling in the
+    rest outweighs the noise of fewer samples, and the fitted settling in the rest is subtracted.
+
+    Args:
+        blocks: consecutive blocks.
+        step_a: resolution of the accelerometer, if known.
+    """
+    seconds = float(blocks.end[0] - blocks.start[0])
+    first = min(len(blocks), round(SETTLING_SECONDS / seconds))
+    if first < MIN_BLOCKS_TO_TRIM:
+        return blocks
+    means = blocks.mean_a[:first] - blocks.mean_a[first - 1]
+    variance = blocks.variance[:first, :3].mean(axis=0)
+    step = np.broadcast_to(np.asarray(step_a, float), 3)
+    noise = np.maximum(variance / blocks.size + rounding_variance(variance, step), 1e-300)
+    size = _settling_shapes(first, SETTLING_TIMES)[1] @ means
+    found = size**2 @ (1.0 / noise)
+    best = int(found.argmax())
+    if not found[best] > MIN_SETTLING:
+        return blocks
+    finer = tuple(SETTLING_TIMES[best] * finer for finer in FINER_TIMES)
+    norms, shapes = _settling_shapes(first, finer)
+    size = shapes @ means
+    best = int((size**2 @ (1.0 / noise)).argmax())
+    fading = np.exp(-np.arange(len(blocks)) / finer[best])
+    own = size[best] ** 2 > MIN_SETTLING_AXIS * noise
+    amplitude = np.where(own, size[best] / norms[best], 0.0)
+    corrected = blocks.mean.copy()
+    corrected[:, :3] -= np.outer(fading, amplitude)
+    # slow noise (a hand that sways, a desk) makes such shapes as well, and at the end of a hold too
+    end = corrected[len(blocks) - first :, :3][::-1]
+    scatter = ((corrected[:first, :3] - corrected[:first, :3].mean(axis=0)) ** 2).sum(axis=0)
+    slow = ((shapes @ (end - end[0])) ** 2).max(axis=0)
+    noise = np.maximum(noise, np.maximum(scatter / (first - 2), slow / 2.0))
+    if not float(size[best] ** 2 @ (1.0 / noise)) > MIN_SETTLING:
+        return blocks
+    least = min(len(blocks), max(round(MIN_HOLD_SECONDS / seconds), MIN_BLOCKS_TO_TRIM))
+    kept = np.arange(len(blocks), least - 1, -1)
+    tail = np.cumsum(fading[::-1])[kept - 1] / kept
+    doubt = (TAIL_DOUBT * tail) ** 2 * float(amplitude @ amplitude) + noise.sum() / kept
+    begin = int(doubt.argmin())
+    return replace(blocks, mean=corrected).select(slice(begin, len(blocks)))
+
+
+@lru_cache(maxsize=64)
+def _settling_shapes(count: int, times: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """Exponentials less their means: their norms, shape (k,), and the unit vectors, (k, count).
+
+    Args:
+        count: blocks.
+        times: time constants in blocks; those above a third of the blocks are left out.
+    """
+    short = np.array([time for time in times if time <= count / 3.0] or times[:1])
+    fading = np.exp(-np.arange(count) / short[:, None])
+    centred = fading - fading.mean(axis=1, keepdims=True)
+    norms = np.sqrt((centred**2).sum(axis=1))
+    return norms, centred / norms[:, None]
 
 
 def _quiet_from(off: BoolArray, most: int) -> int:
@@ -230,10 +344,14 @@ class HoldBuilder:
         else:
             self._run = list(self._recent)
 
-    def hold(self) -> Hold | None:
-        """The hold so far without guards and unsettled ends; None if nothing remains."""
+    def hold(self, gravity: float) -> Hold | None:
+        """The hold so far without guards and unsettled ends; None if it drifts or nothing remains.
+
+        Args:
+            gravity: reading of one gravity.
+        """
         kept = self._run[GUARD_BLOCKS : len(self._run) - GUARD_BLOCKS]
-        return hold_from(trim_ends(join_blocks(kept))) if kept else None
+        return hold_at_rest(join_blocks(kept), gravity) if kept else None
 
     def drop(self) -> None:
         """Drop the current run and the blocks before it."""

@@ -67,6 +67,20 @@ def integrated_rate(time: FloatArray, rate: FloatArray) -> FloatArray:
     return np.asarray((0.5 * (rate[1:] + rate[:-1]) * steps).sum(axis=0), float)
 
 
+def soft_rotation(angle: float, fastest: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """A rotation that begins and ends softly, as by a hand: times and rates, ``fastest · sin²``.
+
+    Args:
+        angle: signed; its unit is that of the rates times seconds.
+        fastest: peak rate, positive.
+        step: seconds between two samples.
+    """
+    count = max(round(2.0 * abs(angle) / fastest / step), 4)
+    phase = np.pi * np.arange(count + 1) / count
+    rate = angle / (step * count / 2.0) * np.sin(phase) ** 2
+    return np.asarray(step * np.arange(count + 1), float), np.asarray(rate, float)
+
+
 class RotationAngle:
     """The angle of a rotation in progress, updated piece by piece."""
 

@@ -17,16 +17,18 @@ from imucal_wizard.core.limits.stillness import (
     MIN_ROTATION_SECONDS,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
+    TIME_TOLERANCE,
     VARIANCE_FACTORS,
 )
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
+from imucal_wizard.core.statistics import median, root_mean_square
+from imucal_wizard.measurement.blocks import Blocks
 from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
 from imucal_wizard.measurement.holds import (
     Hold,
     Rotation,
-    hold_from,
+    hold_at_rest,
     runs_of_still_blocks,
-    trim_ends,
 )
 from imucal_wizard.measurement.stillness import Limits, ReducedRecording
 
@@ -39,15 +41,21 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
 
 
 def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
-    """The hold in a run of still blocks; None if it is too short.
+    """The hold in a run of still blocks; None if it is too short or drifts.
 
     Many limits find the same run, so each is summarised once.
     """
     if run not in stream.holds:
-        piece = trim_ends(stream.blocks.select(slice(*run)), stream.step_a, stream.step_g)
-        long = piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9
-        stream.holds[run] = hold_from(piece) if long else None
+        blocks, hold = stream.blocks.select(slice(*run)), None
+        if _long_enough(blocks):
+            hold = hold_at_rest(blocks, stream.gravity, stream.step_a, stream.step_g)
+        long = hold is not None and hold.end - hold.start >= MIN_HOLD_SECONDS - TIME_TOLERANCE
+        stream.holds[run] = hold if long else None
     return stream.holds[run]
+
+
+def _long_enough(piece: Blocks) -> bool:
+    return bool(piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9)
 
 
 def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:
@@ -92,14 +100,35 @@ def _doubled(stream: ReducedRecording) -> Iterator[tuple[float, Limits]]:
 def _loosest(stream: ReducedRecording) -> Limits:
     """The loosest limits; not stricter than the largest common multiple."""
     least = stream.noise.limits(float(np.sqrt(VARIANCE_FACTORS[-1])))
-    gravity = float(np.ptp(stream.blocks.mean_a, axis=0).max()) / 2.0
-    force = np.maximum(least.accelerometer, MAX_FORCE_LIMIT * gravity)
+    force = np.maximum(least.accelerometer, MAX_FORCE_LIMIT * stream.gravity)
     if least.gyroscope is None or stream.windows.std_g is None:
         return Limits(force)
     shown = stream.windows.std_g[stream.windows.full]
     lively = np.percentile(shown, LIVELY_PERCENTILE, axis=0).max()
     rate = np.maximum(least.gyroscope, MAX_RATE_LIMIT * lively)
     return Limits(force, rate, least.gyroscope_mean, rate)
+
+
+def turning_rates(stream: ReducedRecording, holds: Sequence[Hold]) -> tuple[float, float]:
+    """Rms rate at which gravity's direction turns within the holds and between them, rad/s.
+
+    Rates are taken between the means of neighbouring stretches of half a second, which average a
+    tremor; without such stretches they are NaN.
+    """
+    blocks = stream.blocks
+    seconds = median(blocks.end - blocks.start)
+    length = max(int(0.5 * MIN_HOLD_SECONDS / seconds + TIME_TOLERANCE), 1)
+    sums = np.cumsum(np.vstack([np.zeros(3), blocks.mean_a - blocks.mean_a[0]]), axis=0)
+    means = (sums[length:] - sums[:-length]) / length
+    turned = np.linalg.norm(means[length:] - means[:-length], axis=1) / stream.gravity
+    count = len(turned)
+    start, end = blocks.start[:count], blocks.end[2 * length - 1 : 2 * length - 1 + count]
+    inside = np.zeros(count, bool)
+    for hold in holds:
+        inside |= (start >= hold.start - TIME_TOLERANCE) & (end <= hold.end + TIME_TOLERANCE)
+    rates = [turned[rows] / (length * seconds) for rows in (inside, ~inside)]
+    within, between = (root_mean_square(rate) if len(rate) else np.nan for rate in rates)
+    return within, between
 
 
 def rotations_between(

@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, median_of_rows
+from imucal_wizard.core.statistics import median, median_of_rows, true_on_all_axes
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
@@ -104,12 +104,12 @@ class Windows:
 
     def still(self, limits: Limits) -> BoolArray:
         """Which windows are still under these limits, shape (m,)."""
-        still = self.full & (self.std_a <= limits.accelerometer).all(axis=1)
+        still = self.full & true_on_all_axes(self.std_a <= limits.accelerometer)
         if self.std_g is not None and limits.gyroscope is not None:
-            still &= (self.std_g <= limits.gyroscope).all(axis=1)
+            still &= true_on_all_axes(self.std_g <= limits.gyroscope)
         rest = limits.gyroscope_mean
         if self.mean_g is not None and limits.rate is not None and rest is not None:
-            still &= (np.abs(self.mean_g - rest) <= limits.rate).all(axis=1)
+            still &= true_on_all_axes(np.abs(self.mean_g - rest) <= limits.rate)
         return still
 
 
@@ -310,7 +310,8 @@ class ReducedRecording:
         noise: noise of its quietest two seconds, at least the rounding noise.
         step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
         step_g: resolution of each gyroscope axis, or None.
-        holds: the hold in each run of blocks summarised so far; None if it is too short.
+        gravity: reading of one gravity: half the range of the liveliest axis.
+        holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
     blocks: Blocks
@@ -318,7 +319,13 @@ class ReducedRecording:
     noise: Noise
     step_a: FloatArray
     step_g: FloatArray | None
+    gravity: float
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> float:
+        """Duration of all blocks together, s."""
+        return float((self.blocks.end - self.blocks.start).sum())
 
 
 def reduce_recording(readings: Readings) -> ReducedRecording | None:
@@ -335,7 +342,10 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     step_a = resolution_of(readings.accelerometer.values)
     step_g = None if gyroscope is None else resolution_of(gyroscope.values)
     noise = _quietest(windows, step_a, step_g)
-    return None if noise is None else ReducedRecording(blocks, windows, noise, step_a, step_g)
+    if noise is None:
+        return None
+    gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity)
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:

@@ -102,7 +102,7 @@ def _precision(parameter: EffectParameter) -> float:
     return typical**-2 if 0.0 < typical < np.inf else 0.0
 
 
-WIDE = 100.0
+WIDE_PRIOR = 100.0
 """By how much the variance of a prior is widened to begin with."""
 
 

@@ -12,13 +12,13 @@ from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import SensorFit
 
-SCHEMA = "imucal-wizard/bench/1"
+BENCH_SCHEMA = "imucal-wizard/bench/1"
 
 
 def bench_document(statements: Sequence[Diagnosis], warnings: Sequence[str] = ()) -> dict[str, Any]:
     """The diagnoses as a document of lists and numbers."""
     return {
-        "schema": SCHEMA,
+        "schema": BENCH_SCHEMA,
         "warnings": list(warnings),
         "sensors": {one.sensor: _sensor(one) for one in statements},
     }
@@ -40,6 +40,10 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "verdict": said.verdict.value,
         "families": [] if opinion is None else list(opinion.families),
         "added": list(said.added),
+        "found": [
+            {"term": one.term, "reason": one.reason, "decided_by": one.decided_by}
+            for one in said.found
+        ],
         "p": None if findings is None else findings.p,
         "accelerometer_passed": said.verdict is not Verdict.WAITING,
         "disturbed_holds": list(said.disturbed_holds),
@@ -94,17 +98,17 @@ def _rung(one: Rung) -> dict[str, Any]:
 
 
 def _noise(one: Rung) -> dict[str, Any]:
-    floors = one.floors
+    floors, repeats = one.floors, one.floors.repeats
     return {
         "unit": floors.unit,
         "within_holds": finite_or_none(floors.within),
         "rounding": finite_or_none(floors.rounding),
         "dithered": floors.dithered,
-        "repeats": finite_or_none(floors.repeats),
-        "repeats_without_drift": finite_or_none(floors.steady),
-        "degrees_of_freedom": floors.freedom,
-        "p_repeatable": finite_or_none(floors.p),
-        "repeatable": floors.repeatable,
+        "repeats": None if repeats is None else finite_or_none(repeats.rms),
+        "repeats_interval": None if repeats is None else [*map(finite_or_none, repeats.interval)],
+        "degrees_of_freedom": 0 if repeats is None else repeats.freedom,
+        "p_repeatable": None if repeats is None else finite_or_none(repeats.p),
+        "repeatable": None if repeats is None else repeats.repeatable,
     }
 
 

@@ -130,7 +130,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
     """The size from which the plainest effect that is not in the model would have been seen."""
     if not said.settled:
         return []
-    suspects = {one.term: one for one in said.suspects}
+    suspects = {one.term: one for one in said.suspects if one.term not in bench.fit.model}
     for effect in bench.catalogue:
         if effect.name in suspects and effect.kind == "orientation":
             size = suspects[effect.name].detectable_on_any_axis
@@ -311,12 +311,11 @@ def _floors(rung: Rung) -> str:
     if floors.rounding is not None:
         dithered = ", averaged away by the noise" if floors.dithered else ""
         rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
-    repeats = "no direction was held twice"
-    if floors.repeats is not None:
-        word = "as good as that" if floors.repeatable else "worse than that"
-        repeats = (
-            f"{quantity(floors.repeats, floors.unit)} ({floors.freedom} degrees of freedom), {word}"
-        )
+    repeats, found = "no direction was held twice", floors.repeats
+    if found is not None:
+        word = "as good as that" if found.repeatable else "worse than that"
+        rms = quantity(found.rms, found.unit)
+        repeats = f"{rms} ({found.freedom} degrees of freedom), {word}"
     place = "within directions" if floors.unit == "uT" else "at rest: within holds"
     return f"{place} {quantity(floors.within, floors.unit)}; repeats {repeats}; rounding {rounding}"
 

@@ -11,7 +11,7 @@ from imucal_wizard.report.plot import scatter
 
 VIEW_COLUMNS, VIEW_ROWS = 79, 21
 """Columns and rows of a plot, for a terminal of 80×24."""
-SCHEMA = "imucal-wizard/view/1"
+VIEW_SCHEMA = "imucal-wizard/view/1"
 MAX_NEAR_NAMES = 3
 """Names that a mistyped one is answered with."""
 
@@ -74,7 +74,7 @@ def _group(name: str) -> str:
 def view_document(chosen: Sequence[tuple[str, ResidualView]]) -> dict[str, Any]:
     """Plots as data: lists and numbers only."""
     return {
-        "schema": SCHEMA,
+        "schema": VIEW_SCHEMA,
         "views": [{"sensor": sensor, **_data(view)} for sensor, view in chosen],
     }
 

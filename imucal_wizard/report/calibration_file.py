@@ -24,7 +24,7 @@ from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
 
-SCHEMA = "imucal-wizard/calibration/1"
+CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
 
 class Value(msgspec.Struct, frozen=True):
@@ -115,7 +115,10 @@ class Sensor(msgspec.Struct, frozen=True):
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         rms_validation: error on poses taken after the fit, or None.
-        repeatability: rms between repeats of a pose, or None without repeats.
+        repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
+            rest), or None where no pose was repeated.
+        repeatability_interval: 90 % interval of ``repeatability``, or None.
+        repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
         usable: whether applying it is better than not; None without a verdict.
@@ -141,6 +144,8 @@ class Sensor(msgspec.Struct, frozen=True):
     slow_noise_measured: bool | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
+    repeatability_interval: list[float] | None = None
+    repeatability_unit: str | None = None
     not_determined: list[str] = []
     verdict: str | None = None
     usable: bool | None = None
@@ -287,6 +292,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
                 reference_time=None if where is None else finite_or_none(where.reference_time),
             )
         )
+    repeats = fit.repeatability
     return Sensor(
         model=list(fit.model),
         method=fit.method,
@@ -307,7 +313,11 @@ def sensor_record(fit: SensorFit) -> Sensor:
         held_out_interval=fit.held_out_interval,
         slow_noise_measured=fit.slow_noise_measured,
         rms_validation=fit.validation_rms,
-        repeatability=fit.repeat_rms,
+        repeatability=None if repeats is None else finite_or_none(repeats.rms),
+        repeatability_interval=None
+        if repeats is None or not np.isfinite(repeats.interval).all()
+        else list(repeats.interval),
+        repeatability_unit=None if repeats is None else repeats.unit,
         not_determined=list(fit.not_determined),
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         warnings=list(fit.warnings),
@@ -329,7 +339,7 @@ def from_report(
     """
     known = [hold.temperature for hold in report.holds if hold.temperature is not None]
     return Calibration(
-        schema=SCHEMA,
+        schema=CALIBRATION_SCHEMA,
         program=VERSION,
         created=created,
         source=without_control_characters(source),
@@ -381,10 +391,10 @@ def read_calibration(path: Path) -> Calibration:
     except msgspec.DecodeError as error:
         raise RecordingError(f"{path} is not JSON; give a saved calibration") from error
     schema = loose.get("schema") if isinstance(loose, dict) else None
-    if schema != SCHEMA:
+    if schema != CALIBRATION_SCHEMA:
         raise RecordingError(
-            f"{path} has the schema {schema!r} instead of {SCHEMA!r}: it is no calibration for "
-            "this version"
+            f"{path} has the schema {schema!r} instead of {CALIBRATION_SCHEMA!r}: it is no "
+            "calibration for this version"
         )
     try:
         return msgspec.json.decode(data, type=Calibration)

@@ -192,6 +192,7 @@ class DecodedStream:
             format=intake.format,
             connected=self.link_health.connected,
             problem=self.link_health.problem(intake, unwritten),
+            stalled=bool(self.link_health.stalled(intake)),
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,
             samples=samples,

@@ -10,6 +10,7 @@ from imucal_wizard.core.limits.procedure import MAX_PREVIEW_GRAVITY_ERROR, MIN_P
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.guide.instruction import Flow
 from imucal_wizard.guide.state import Event, Status
 
 
@@ -22,6 +23,7 @@ class StreamStatus:
         format: name of the format, or "" while unknown.
         connected: False while the port is lost or not yet open.
         problem: the problem and what to do, or "".
+        stalled: the port is open, but no samples arrive.
         unwritten: the reason why the data are not being saved, or "".
         rate: samples per second, 0 while unknown.
         samples: number of samples decoded.
@@ -48,6 +50,7 @@ class StreamStatus:
     format: str = ""
     connected: bool = False
     problem: str = ""
+    stalled: bool = False
     unwritten: str = ""
     rate: float = 0.0
     samples: int = 0
@@ -67,6 +70,10 @@ class StreamStatus:
     columns: tuple[Column, ...] = ()
     line: str = ""
     values: tuple[float, ...] = ()
+
+    def flow(self, *, ended: bool) -> Flow:
+        """Whether samples arrive; ``ended``: the source has ended."""
+        return Flow(self.connected, self.stalled, ended)
 
     @property
     def gravity_right(self) -> bool | None:

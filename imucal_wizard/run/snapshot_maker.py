@@ -9,6 +9,8 @@ import numpy as np
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from imucal_wizard.core.units import COUNT
+from imucal_wizard.guide.instruction import present
+from imucal_wizard.guide.operator_view import matrix_of
 from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.up_direction import guessed_offset
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
@@ -243,14 +245,16 @@ class SnapshotMaker:
             return self._latest
         now = status()
         self._draw(now.up)
+        source, drawn = stream(), self._attitude.matrix
+        attitude = None if drawn is None else matrix_of(drawn.tolist())
         self._latest = Snapshot(
             serial=self._latest.serial + 1,
-            stream=self._with_values(stream()),
-            status=now,
+            stream=self._with_values(source),
+            status=present(now, attitude, source.flow(ended=finished)),
             events=events[0],
             event_count=events[1],
             traces=self._latest.traces if self._traces is None else self._traces.drawn(),
-            attitude=self._attitude.matrix,
+            attitude=drawn,
             finished=finished,
         )
         self._dirty = False

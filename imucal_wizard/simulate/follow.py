@@ -10,11 +10,8 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.simulate.actions import Action, PlacePose, Rotate, Shake, direction
 from imucal_wizard.simulate.scripts import (
     CIRCLE_SPEED_DEG,
-    LARGEST_TILT_DEG,
     SHAKEN_EVERY,
-    SPEEDS_DEG,
     VALIDATION,
-    next_angle,
 )
 
 MAX_HOLD_WAIT_SECONDS = 8.0
@@ -98,11 +95,10 @@ class Follower:
         self, asked: Instruction, rotation: RotationRequest, rested: float, up: FloatArray
     ) -> Sequence[Action]:
         request = ("rotations", rotation.axis, len(rotation.done))
-        start = direction(rotation.start_pose)
         axis = "xyz".index(rotation.axis)
         level = abs(np.degrees(np.arcsin(np.clip(up[axis], -1.0, 1.0)))) < START_ERROR_DEG
         if rotation.axis != self._axis or not level:
-            self._axis, self._turns, self._request = rotation.axis, 0, None
+            self._axis, self._request = rotation.axis, None
             return [*self._support("rotations"), PlacePose(rotation.start_pose, error=0.7)]
         counted = request != self._request
         ready = (
@@ -111,23 +107,4 @@ class Follower:
         if not ready:
             return ()
         self._request = request
-        tilt = tilt_about(axis, start, up)
-        angle = next_angle(self._turns, tilt)
-        if (
-            rotation.done
-            and angle * rotation.done[-1] > 0.0
-            and abs(tilt - angle) < LARGEST_TILT_DEG
-        ):
-            angle = -angle  # the wizard requests both senses, and has just measured this one
-        fastest = SPEEDS_DEG[self._turns % len(SPEEDS_DEG)]
-        self._turns += 1
-        return [Rotate(rotation.axis, angle, fastest)]
-
-
-def tilt_about(axis: int, start: FloatArray, up: FloatArray) -> float:
-    """Rotation about a level body axis since ``start`` was up, degrees.
-
-    A rotation by ``+θ`` about the axis carries the up direction in the body frame by ``−θ``.
-    """
-    along = np.eye(3)[axis]
-    return float(np.degrees(np.arctan2(-np.cross(start, up) @ along, start @ up)))
+        return [Rotate(rotation.axis, rotation.angle, rotation.fastest)]

@@ -1,30 +1,8 @@
-"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``, with a table of all terms.
+"""Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``.
 
-Each effect adds its ``ε`` to the true input on one axis; the sizes are:
-
-===================== ============ ================== ===================================
-term                  size         gyroscope          equation on axis i
-===================== ============ ================== ===================================
-second-order          mg/g²        1e-5 /(°/s)        K a_i²
-asymmetry             mg/g         1e-3               K |a_i|
-odd-quadratic         mg/g²        –                  K a_i |a_i|
-third-order           mg/g³        1e-7 /(°/s)²       K a_i³
-cross-product         mg/g²        1e-5 /(°/s)        K a_j a_k
-bias-temperature      mg/°C        °/s/°C             K (T − 25)
-scale-temperature     ppm/°C       ppm/°C             K (T − 25) a_i
-warm-up               mg           °/s                K exp(−t / 3 min)
-bias-drift            mg/min       °/s/min            K t
-bias-step             mg           °/s                K from the step on
-hysteresis            mg/g         –                  K u_i of the pose before
-vibration-rectific.   mg/g²        –                  K |vibration|²
-g-sensitivity         –            °/s/g              K f_j
-g2-sensitivity        –            °/s/g²             K f_j²
-earth-rate            –            °/h                rate about a world axis (z up, x north)
-===================== ============ ================== ===================================
-
-and for the magnetometer: ``misalignment`` ° about axis i, ``bias-temperature`` µT/°C, ``current``
-µT/A, ``bias-drift`` µT/min, ``bias-step`` µT, ``field-gradient`` µT/m (of the room, not of the
-sensor).
+Each effect adds its ``ε`` to the true input on one axis. The tables below have the unit of each
+size; the equations are in ``forward``. ``field-gradient`` of the magnetometer is of the room, not of
+the sensor.
 
 ``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also accept two letters,
 output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-product`` three, output
@@ -109,7 +87,7 @@ class Hidden:
     Attributes:
         sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         term: name of the effect.
-        size: size in the unit of the table above.
+        size: size in the unit of the tables below.
         axes: axes, the output axis first.
     """
 

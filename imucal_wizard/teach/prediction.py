@@ -6,7 +6,7 @@ from enum import StrEnum
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import NOTHING, Entry, entries_of
+from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.report.bench_text import suspect_name, suspect_size
 
@@ -77,7 +77,7 @@ def parse_prediction(text: str) -> tuple[str, Prediction]:
 
 def likeliest(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Entry:
     """The likeliest entry; "nothing is missing" if the model is complete."""
-    return Entry(NOTHING) if diagnosis.settled or not entries else entries[0]
+    return Entry(NOTHING_MISSING) if diagnosis.settled or not entries else entries[0]
 
 
 def judge_prediction(
@@ -98,7 +98,7 @@ def judge_prediction(
         raise UsageError(f"the {diagnosis.sensor} has no evidence to judge a guess by")
     entries = entries_of(bench, findings) if entries is None else entries
     best = likeliest(diagnosis, entries)
-    known = (Entry(NOTHING), *entries, *map(Entry, bench.fit.model))
+    known = (Entry(NOTHING_MISSING), *entries, *map(Entry, bench.fit.model))
     guessed = next((one for one in known if one.term == prediction.term), None)
     if guessed is None:
         there = ", ".join(one.term for one in entries)
@@ -119,7 +119,7 @@ def judge_prediction(
         raise UsageError(
             f"{guessed.term} has no parameter {prediction.parameter!r}; it has {', '.join(names)}"
         )
-    missing = best.term != NOTHING
+    missing = best.term != NOTHING_MISSING
     if missing and names and suspect is not None and suspect.trial is not None:
         name = names[suspect.largest]
         if prediction.parameter != ANY:

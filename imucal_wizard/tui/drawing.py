@@ -1,7 +1,10 @@
 """Pictures in braille dots: the device as a cube with named faces, and a compass card."""
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+
+from imucal_wizard.guide.operator_view import Matrix, Turn, Vector, about, seen, times
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 _EMPTY = 0x2800
@@ -42,6 +45,10 @@ class Canvas:
             if 0 <= first + i < self.columns and 0 <= row < self.rows:
                 self._letters[row, first + i] = character
 
+    def written(self, x: float, y: float) -> bool:
+        """Whether one letter at this dot would hide another one."""
+        return (int(y) >> 2, round(x / 2 - 0.5)) in self._letters
+
     def text(self) -> list[str]:
         """The rows; an empty cell is a space."""
         return ["".join(self._cell(y, x) for x in range(self.columns)) for y in range(self.rows)]
@@ -54,70 +61,20 @@ class Canvas:
         return chr(_EMPTY + bits) if bits else " "
 
 
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
-"""Rows of a rotation matrix."""
-
-_AZIMUTH = math.radians(28.0)
-_ELEVATION = math.radians(24.0)
 _DISTANCE = 7.0
 """Distance of the eye in half-edges; the perspective shows which faces are near."""
 _ORDER = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+_ARROW_RADIUS = 1.5
+"""Distance of the arrow from the centre, half-edges: just above the top face."""
+_ARROW_DEG = range(-50, 51, 4)
+"""The arrow's angles from the vertical; its middle is on top."""
+ARROW_HEADS = "→↗↑↖←↙↓↘"
+"""Heads for eight directions on the screen, counter-clockwise from the right."""
 
 
-def matrix_of(attitude: Sequence[Sequence[float]]) -> Matrix:
-    """Any 3×3 table as plain rows."""
-    a, b, c = ((float(r[0]), float(r[1]), float(r[2])) for r in attitude)
-    return a, b, c
-
-
-def times(matrix: Matrix, v: Vector) -> Vector:
-    """Matrix times vector."""
-    a, b, c = (row[0] * v[0] + row[1] * v[1] + row[2] * v[2] for row in matrix)
-    return a, b, c
-
-
-def product(left: Matrix, right: Matrix) -> Matrix:
-    """Matrix times matrix."""
-    a, b, c = (times(left, (right[0][i], right[1][i], right[2][i])) for i in range(3))
-    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
-
-
-def about(axis: Vector, angle: float) -> Matrix:
-    """Rotation about a unit axis by an angle in radians (Rodrigues)."""
-    x, y, z = axis
-    c, s = math.cos(angle), math.sin(angle)
-    k = 1.0 - c
-    return (
-        (c + x * x * k, x * y * k - z * s, x * z * k + y * s),
-        (y * x * k + z * s, c + y * y * k, y * z * k - x * s),
-        (z * x * k - y * s, z * y * k + x * s, c + z * z * k),
-    )
-
-
-IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-def tilted(attitude: Matrix, up: Vector) -> Matrix:
-    """The attitude after the smallest tilt that brings the body direction ``up`` on top."""
-    x, y, z = times(attitude, up)
-    across = math.hypot(x, y)
-    if across < 1e-9:
-        return attitude if z > 0 else product(about((1.0, 0.0, 0.0), math.pi), attitude)
-    # the tilt is about (world direction) × (world up), which lies in the horizontal plane
-    return product(about((y / across, -x / across, 0.0), math.atan2(across, z)), attitude)
-
-
-def _seen(point: Vector) -> Vector:
-    """World to eye: right, up, towards the eye."""
-    x, y, z = point
-    ca, sa = math.cos(_AZIMUTH), math.sin(_AZIMUTH)
-    ce, se = math.cos(_ELEVATION), math.sin(_ELEVATION)
-    right, away = ca * x + sa * y, ca * y - sa * x
-    return right, ce * z + se * away, se * z - ce * away
-
-
-def cube_rows(attitude: Matrix, columns: int, rows: int, axis: str = "") -> list[str]:
+def cube_rows(
+    attitude: Matrix, columns: int, rows: int, axis: str = "", turn: Turn | None = None
+) -> list[str]:
     """The cube as rows of text.
 
     Args:
@@ -125,6 +82,7 @@ def cube_rows(attitude: Matrix, columns: int, rows: int, axis: str = "") -> list
         columns: width in cells.
         rows: height in cells.
         axis: a body axis to draw through the cube (``x``, ``y``, ``z``), or "".
+        turn: a turn to be made; an arrow over the cube shows where its top moves.
 
     Returns:
         ``rows`` strings of ``columns`` characters.
@@ -139,6 +97,8 @@ def cube_rows(attitude: Matrix, columns: int, rows: int, axis: str = "") -> list
             canvas.letters(*centre, name)
     if axis:
         _axis(canvas, view, "xyz".index(axis))
+    if turn is not None:
+        _arrow(canvas, view, turn)
     return canvas.text()
 
 
@@ -151,10 +111,13 @@ class _Projection:
         self._size = size
 
     def eye(self, point: Vector) -> Vector:
-        return _seen(times(self._attitude, point))
+        return seen(times(self._attitude, point))
 
     def dots(self, point: Vector) -> tuple[float, float]:
-        right, up, near = self.eye(point)
+        return self.world_dots(times(self._attitude, point))
+
+    def world_dots(self, point: Vector) -> tuple[float, float]:
+        right, up, near = seen(point)
         scale = self._size * _DISTANCE / (_DISTANCE - near)
         return self._centre[0] + right * scale, self._centre[1] - up * scale
 
@@ -197,6 +160,22 @@ def _axis(canvas: Canvas, view: _Projection, index: int) -> None:
         )
         hidden = view.eye(_placed(index, sign, 0, 0))[2] < 0
         canvas.line(*inner, *outer, every=3 if hidden else 1)
+
+
+def _arrow(canvas: Canvas, view: _Projection, turn: Turn) -> None:
+    """The way of a point above the device, two dots wide, with a head."""
+    points = [
+        view.world_dots(times(about(turn.axis, math.radians(angle)), (0.0, 0.0, _ARROW_RADIUS)))
+        for angle in _ARROW_DEG
+    ]
+    for (x0, y0), (x1, y1) in itertools.pairwise(points):
+        canvas.line(x0, y0, x1, y1)
+        canvas.line(x0 + 1.0, y0, x1 + 1.0, y1)
+    (x0, y0), (x1, y1) = points[0], points[-1]
+    sector = round(math.degrees(math.atan2(y0 - y1, x1 - x0)) / 45.0)
+    # the head hides no name of a face
+    free = (point for point in reversed(points) if not canvas.written(*point))
+    canvas.letters(*next(free, (x1, y1)), ARROW_HEADS[sector % len(ARROW_HEADS)])
 
 
 Place = Callable[[float, float], tuple[float, float]]

@@ -25,8 +25,9 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
 
 MAX_LISTED_SESSIONS = 4
 """Earlier sessions in the list of sources; with more, the ports would be out of sight."""
-_GC_OLD_GENERATION = 2
-"""Collections of the middle generation between two of the oldest; frequent ones are short."""
+_GC_THRESHOLDS = 700, 10, 2
+"""New objects between two collections of the youngest generation, as in Python; collections between
+two of the next one; and, less than in Python, of the oldest. Frequent collections are short."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,7 @@ class WizardServices:
         """
         gc.freeze()
         gc.collect()  # from here on the collector counts only what is left
-        gc.set_threshold(*gc.get_threshold()[:2], _GC_OLD_GENERATION)
+        gc.set_threshold(*_GC_THRESHOLDS)
 
     def ports(self) -> list[SourceChoice]:
         """The ports with devices."""

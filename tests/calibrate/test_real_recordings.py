@@ -71,9 +71,9 @@ def test_the_xsens_accelerometer_has_its_certificates_sensitivities(xsens: FitRe
 def test_the_xsens_repeats_agree_with_its_residual(xsens: FitReport) -> None:
     """Published for these data: residual 0.115 mg, pure error 0.120 mg with 24 dof."""
     fit = xsens.sensors["accelerometer"]
-    assert fit.repeat_rms is not None
-    assert fit.repeat_rms == pytest.approx(0.12 * MILLI_G, rel=0.15)
-    assert 20 <= fit.repeat_degrees_of_freedom <= 28
+    assert fit.repeatability is not None
+    assert fit.repeatability.rms == pytest.approx(0.12 * MILLI_G, rel=0.15)
+    assert 20 <= fit.repeatability.freedom <= 28
     residual = fit.rms_fitted * np.sqrt(len(xsens.holds) / fit.degrees_of_freedom)
     assert residual == pytest.approx(0.115 * MILLI_G, rel=0.15)
 

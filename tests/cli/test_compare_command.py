@@ -67,7 +67,9 @@ def test_the_document_holds_every_result_whole(
     assert document["schema"] == "imucal-wizard/compare/1"
     for sensor, names in METHODS.items():
         rows = document["sensors"][sensor]
-        assert [row["method"] for row in rows] == names
+        found = [row["method"] for row in rows]
+        assert found[0] == names[0]
+        assert [name for name in found if name in names] == names
         first = rows[0]["result"]
         assert np.shape(first["matrix"]) == (3, 3)
         for row in rows[1:]:
@@ -83,7 +85,8 @@ def test_a_magnetometer_alone_is_compared_too(
     assert cli.main(["compare", files[1], "--json", "-"]) == 0
     sensors = json.loads(capsys.readouterr().out)["sensors"]
     assert list(sensors) == ["magnetometer"]
-    for row in sensors["magnetometer"]:
+    found = {row["method"]: row for row in sensors["magnetometer"]}
+    for row in map(found.__getitem__, METHODS["magnetometer"]):
         assert 0.0005 < row["relative_error"] < 0.015
 
 

@@ -3,19 +3,20 @@
 import pytest
 
 from imucal_wizard.diagnose.verdict import Evidence, Verdict, decide_verdict
+from imucal_wizard.estimate.lack_of_fit import LackOfFit
+
+NOISE = LackOfFit(1.0, 0.5)
+"""What is left where noise makes it."""
 
 
 def evidence(
     present: dict[str, float],
     taken: dict[str, float] | None = None,
     strongest: float = 0.0,
-    noise: float = 1.0,
-    repeats: int = 12,
     discriminability: float = 0.35,
+    lack: LackOfFit = NOISE,
 ) -> Evidence:
-    return Evidence(
-        {"nothing": 0.0, **present}, taken or {}, strongest, noise, repeats, discriminability
-    )
+    return Evidence({"nothing": 0.0, **present}, taken or {}, strongest, discriminability, lack)
 
 
 @pytest.mark.parametrize(
@@ -49,11 +50,22 @@ def test_a_weak_second_family_does_not_spoil_the_first_name() -> None:
     assert decide_verdict(given) == (Verdict.MISSING, ("even-order",))
 
 
-def test_loud_noise_is_believed_only_where_poses_were_repeated() -> None:
-    """Five times the noise within the holds is noise if repeats show it, else a riddle."""
-    assert decide_verdict(evidence({"nothing": 0.9}, noise=5.0)) == (Verdict.COMPLETE, ())
-    given = evidence({"nothing": 0.9}, noise=5.0, repeats=0)
-    assert decide_verdict(given) == (Verdict.UNEXPLAINED, ())
+@pytest.mark.parametrize(
+    ("lack", "verdict"),
+    [
+        (LackOfFit(1.0, 0.5), Verdict.COMPLETE),
+        (LackOfFit(1.6, 1e-6), Verdict.UNEXPLAINED),
+        (LackOfFit(1.6, 1e-6, 2.6, 0.4, 1e-6), Verdict.COMPLETE),
+        (LackOfFit(1.6, 1e-6, 1.1, 1e-4, 0.3), Verdict.UNEXPLAINED),
+        (LackOfFit(4.0, 0.0, 16.0, 0.4, 0.0), Verdict.NOT_REPEATABLE),
+        (LackOfFit(4.0, 0.0, 4.0, 0.02, 0.05), Verdict.UNEXPLAINED),
+    ],
+)
+def test_what_has_no_shape_is_noise_only_where_measured_noise_makes_it(
+    lack: LackOfFit, verdict: Verdict
+) -> None:
+    """By the noise within the holds or by repeats; repeats far above that are no noise either."""
+    assert decide_verdict(evidence({"nothing": 0.9}, lack=lack)) == (verdict, ())
 
 
 @pytest.mark.parametrize(

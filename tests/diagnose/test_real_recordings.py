@@ -45,8 +45,9 @@ def test_the_xsens_gyroscope_feels_gravity_and_without_that_its_turns_close() ->
     assert said.findings is not None
     assert said.bench is not None
     assert said.findings.suspects[0].term == "g-sensitivity"
-    assert said.verdict is Verdict.MISSING
+    assert said.verdict is Verdict.COMPLETE
     assert said.added == ("g-sensitivity",)
+    assert [one.term for one in said.found] == ["g-sensitivity"]
     first, last = said.bench.ladder
     assert first.rms_held_out is not None
     assert last.rms_held_out is not None

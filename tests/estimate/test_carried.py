@@ -83,7 +83,8 @@ def test_repeated_faces_are_judged_by_their_repeats() -> None:
     """Six more holds are no new directions, but six degrees of freedom."""
     fit = _fit(np.concatenate([SIX, SIX]))
     assert _left(fit) == ANGLES
-    assert fit.degrees_of_freedom == fit.repeat_degrees_of_freedom == 6
+    assert fit.repeatability is not None
+    assert fit.degrees_of_freedom == fit.repeatability.freedom == 6
     assert all(p.standard_error for p in fit.parameters if p.carried)
 
 

@@ -83,7 +83,8 @@ def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
     inside: Counter[str] = Counter()
     for _ in range(repetitions):
         truth, fit = _one(rng, np.concatenate([EIGHTEEN, SIX]), "least_squares")
-        assert fit.repeat_degrees_of_freedom == 6
+        assert fit.repeatability is not None
+        assert fit.repeatability.freedom == 6
         true = triangular_parameters(truth.matrix, truth.bias)
         for parameter in fit.parameters:
             assert parameter.standard_error_repeats is not None
@@ -102,9 +103,9 @@ def test_the_repeats_do_not_see_what_the_model_lacks() -> None:
     plain = holds_of(Truth(np.eye(3), np.zeros(3)), up)
     holds = [_with_reading(hold, y) for hold, y in zip(plain, readings, strict=True)]
     fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
-    assert fit.repeat_rms == pytest.approx(SIGMA / 10.0, rel=0.4)
-    assert fit.repeat_rms is not None
-    assert fit.rms_fitted > 10.0 * fit.repeat_rms
+    assert fit.repeatability is not None
+    assert fit.repeatability.rms == pytest.approx(SIGMA / 10.0, rel=0.4)
+    assert fit.rms_fitted > 10.0 * fit.repeatability.rms
     first = fit.parameters[0]
     assert first.standard_error is not None
     assert first.standard_error_repeats is not None
@@ -115,14 +116,15 @@ def _with_reading(hold: Hold, reading: FloatArray) -> Hold:
     return replace(hold, accelerometer=reading)
 
 
-def test_repeat_rms_is_the_scatter_about_the_mean_of_each_direction() -> None:
+def test_repeatability_is_the_scatter_about_the_mean_of_each_direction() -> None:
     """By hand: an ideal sensor, six faces twice, one pair 2 mm/s² apart: s² = 2 · (1e-3)² / 6."""
     holds = holds_of(Truth(np.eye(3), np.zeros(3)), np.concatenate([SIX, SIX]))
     holds[0] = _with_reading(holds[0], np.array([GRAVITY + 1e-3, 0.0, 0.0]))
     holds[6] = _with_reading(holds[6], np.array([GRAVITY - 1e-3, 0.0, 0.0]))
     fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
-    assert fit.repeat_rms == pytest.approx(1e-3 * np.sqrt(2.0 / 6.0), rel=1e-3)
-    assert fit.repeat_degrees_of_freedom == 6
+    assert fit.repeatability is not None
+    assert fit.repeatability.rms == pytest.approx(1e-3 * np.sqrt(2.0 / 6.0), rel=1e-3)
+    assert fit.repeatability.freedom == 6
 
 
 @pytest.fixture

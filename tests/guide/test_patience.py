@@ -62,7 +62,7 @@ def test_the_limits_have_an_end() -> None:
     for _ in range(10):
         machine.command("loosen")
     assert machine.status().still.loosened == MAX_LOOSENED
-    assert "hand-held" in machine.command("loosen")[0].text
+    assert "cannot be wider" in machine.command("loosen")[0].text
 
 
 def test_the_limits_loosen_at_the_operators_word() -> None:

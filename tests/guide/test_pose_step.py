@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.poses import EDGES, FACES
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state_machine import StateMachine
 from tests.guide.device import QUICK, RATE, Device, kinds, machine_at, texts
@@ -86,7 +86,7 @@ def test_an_unnamed_pose_shows_its_distance_and_is_kept_for_the_fit() -> None:
     events = machine.feed(device.hold("+x+y+z").taken())
     wrong = texts(events, EventKind.WRONG_POSE)
     assert len(wrong) == 1
-    assert wrong[0].startswith("35° off")
+    assert wrong[0].startswith("Held 35° off")
     assert machine.status().done == ()
     assert machine.collected().holds[-1].pose is None
     assert machine.collected().poses == ()
@@ -143,7 +143,7 @@ def test_the_status_says_how_far_and_which_way_to_turn() -> None:
     assert status.wanted == "+x"
     assert status.instruction == "TURN +X UP"
     assert status.off_by == pytest.approx(90.0, abs=1.0)
-    assert status.guidance == "90° away: turn it about y, to the right"
+    assert status.guidance == "90° away: tip it to the left"
     machine.feed(device.rotate("y", -90.0).taken())
     assert machine.status().recognised == "+x"
     assert machine.status().guidance == "there: hold it still"
@@ -192,8 +192,8 @@ def test_the_status_says_whether_a_hold_here_counts() -> None:
     device = Device(up="-y")
     machine = machine_at(StepKind.UP_DOWN, device)
     machine.feed(device.rest(0.2).taken())
-    assert not machine.status().counts_here  # it is taken already
+    assert machine.status().act is Act.POSE  # it is taken already
     machine.feed(device.place("+x").rest(0.3).taken())
-    assert machine.status().counts_here
+    assert machine.status().act is Act.HOLD
     machine.feed(device.place("+x+y").rest(0.3).taken())
-    assert not machine.status().counts_here
+    assert machine.status().act is Act.POSE

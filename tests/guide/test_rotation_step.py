@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.live_checks import speeds
+from imucal_wizard.guide.plan import standard
+from imucal_wizard.guide.state import RotationStatus
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.data_quality import clipped_axis
 from tests.guide.device import Device, kinds, machine_at, texts
@@ -56,14 +58,36 @@ def test_the_live_angle_and_rates_follow_the_turn() -> None:
     assert after.angle == 0.0
 
 
-def test_both_senses_and_several_speeds_are_asked_for() -> None:
-    device, machine = rotating()
-    machine.command("goto", "rotations")
-    machine.feed(device.rotate("x", 90.0, 3.0).rest(2.0).taken())
-    rotation = machine.status().rotation
-    assert rotation is not None
-    assert (rotation.senses, rotation.speeds) == (False, 1)
-    assert rotation.advice == "turn to the right too"
+def test_what_is_asked_for_about_each_axis_has_both_senses_and_three_speeds() -> None:
+    """Whoever does what is asked has both ticks at the end, beginning with either sense."""
+    device = Device()
+    machine = machine_at(StepKind.ROTATIONS, device, standard(4, settle_seconds=3.0))
+    machine.feed(device.place("+z").rest(4.0).taken())
+    seen: dict[str, RotationStatus] = {}
+    while machine.status().step is StepKind.ROTATIONS:
+        asked = machine.status().rotation
+        assert asked is not None
+        if machine.status().act is Act.POSE:
+            machine.feed(device.place(asked.start_pose).rest(4.0).taken())
+            continue
+        assert machine.status().act is Act.ROTATE
+        seconds = 2.0 * abs(asked.wanted_angle) / asked.wanted_rate
+        machine.feed(device.rotate(asked.axis, asked.wanted_angle, seconds).taken())
+        done = machine.status().rotation
+        assert done is not None
+        seen[asked.axis] = done
+        machine.feed(device.rest(4.0).taken())
+        after = machine.status().rotation
+        if after is not None and after.axis == asked.axis:
+            assert after.done[-1] == pytest.approx(asked.wanted_angle, abs=1.0)
+            seen[asked.axis] = after
+    assert set(seen) == set("xyz")
+    turned = [one for one in machine.collected().rotations if one.axis]
+    for axis in "xyz":
+        angles = seen[axis].done
+        assert seen[axis].senses, (axis, angles)
+        assert seen[axis].speeds == 3, (axis, angles)
+    assert len(machine.collected().turns) == 12, turned
 
 
 def test_motion_under_the_wrong_axis_is_rejected_and_says_which_it_was() -> None:

@@ -181,6 +181,6 @@ def test_why_a_rest_is_none_is_told_with_the_axis_the_amount_and_the_limit() -> 
     ):
         broken = texts(started().feed(device.taken()), EventKind.HOLD_BROKEN)
         assert broken
-        reason = broken[0].split(" s: ")[1].removesuffix(". Hold it again.")
+        reason = broken[0].split(" s: ")[1].removesuffix(".")
         assert re.fullmatch(r"[xyz] \w+ (by|at) [\d.]+ (mg|°/s), limit [\d.]+", reason), reason
         assert len(reason) <= 33

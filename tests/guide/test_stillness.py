@@ -67,10 +67,10 @@ def streamed(parts: list[Readings], limits: Limits) -> list[Hold]:
         blocks = cutter.feed(part)
         still = maker.feed(blocks).still(limits)
         for index, decision in enumerate(still):
-            if not decision and (hold := builder.hold()) is not None:
+            if not decision and (hold := builder.hold(4096.0)) is not None:
                 holds.append(hold)
             builder.add(blocks.select(slice(index, index + 1)), bool(decision))
-    last = builder.hold()
+    last = builder.hold(4096.0)
     return holds if last is None else [*holds, last]
 
 

@@ -39,36 +39,21 @@ class FourthOrder(Effect):
 '''
 
 
-def test_the_terms_of_the_contract_are_there_in_a_stable_order() -> None:
-    """Accelerometer and gyroscope; the plainest of a family first."""
-    assert [known.name for known in effects_for("accelerometer")] == [
-        "second-order",
-        "asymmetry",
-        "cross-product",
-        "third-order",
-        "odd-quadratic",
-        "bias-temperature",
-        "bias-drift",
-        "warm-up",
-        "bias-step",
-        "scale-temperature",
-        "hysteresis",
-        "vibration-rectification",
-    ]
-    assert [known.name for known in effects_for("gyroscope")] == [
-        "g-sensitivity",
-        "g2-sensitivity",
-        "second-order",
-        "asymmetry",
-        "cross-product",
-        "third-order",
-        "bias-temperature",
-        "bias-drift",
-        "warm-up",
-        "bias-step",
-        "scale-temperature",
-        "earth-rate",
-    ]
+TERMS = {
+    "accelerometer": "second-order asymmetry cross-product third-order odd-quadratic "
+    "bias-temperature bias-drift warm-up bias-step scale-temperature hysteresis "
+    "vibration-rectification",
+    "gyroscope": "g-sensitivity g2-sensitivity second-order asymmetry cross-product third-order "
+    "bias-temperature bias-drift warm-up bias-step scale-temperature earth-rate",
+}
+"""Those of the contract; other effects may stand among them."""
+
+
+@pytest.mark.parametrize("sensor", TERMS)
+def test_the_terms_of_the_contract_are_there_in_a_stable_order(sensor: str) -> None:
+    """The plainest of a family first."""
+    wanted = TERMS[sensor].split()
+    assert [known.name for known in effects_for(sensor) if known.name in wanted] == wanted
 
 
 def test_every_module_is_one_effect_with_a_name_of_its_own() -> None:

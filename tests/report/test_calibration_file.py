@@ -11,7 +11,7 @@ from imucal_wizard.api import load
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.output import encode_json
 from imucal_wizard.report.calibration_file import (
-    SCHEMA,
+    CALIBRATION_SCHEMA,
     Calibration,
     Sensor,
     Value,
@@ -37,7 +37,7 @@ def calibration(matrix: list[list[float]], bias: list[float]) -> Calibration:
         rms_held_out=None,
     )
     return Calibration(
-        schema=SCHEMA,
+        schema=CALIBRATION_SCHEMA,
         program="0",
         created="2026-01-01T00:00:00+00:00",
         source="a test",

@@ -11,7 +11,6 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.simulate.follow import tilt_about
 from imucal_wizard.simulate.hand import REACTION_SECONDS, VirtualHand
 from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.samples import VirtualStream
@@ -163,12 +162,18 @@ def test_turns_keep_within_one_turn_of_the_start() -> None:
     assert len(ANGLES_DEG) == 10
 
 
-def test_the_tilt_is_read_from_where_up_has_gone() -> None:
-    """A turn by +50° about x shows up as +50°."""
+@pytest.mark.parametrize(("angle", "fastest"), [(-150.0, 50.0), (60.0, 220.0)])
+def test_the_hand_makes_the_rotation_that_is_asked_for(angle: float, fastest: float) -> None:
+    """Its axis, sense, angle and speed."""
     hand = VirtualHand()
-    hand.turn("x", 50.0)
+    asked = _asked(StepKind.ROTATIONS, rotation=RotationRequest("x", "+z", (90.0,), angle, fastest))
+    hand.advance(10)
+    _hears(hand, asked)
     hand.advance(300)
-    assert tilt_about(0, np.array([0.0, 0.0, 1.0]), hand.up) == pytest.approx(50.0, abs=2.5)
+    _hears(hand, asked)
+    rate = np.degrees(hand.advance(1200).rate[:, 0])
+    assert rate.sum() / 100.0 == pytest.approx(angle, abs=2.5)
+    assert np.abs(rate).max() == pytest.approx(fastest, rel=0.15)
 
 
 def _all(imu: VirtualImu, reads: int = 4) -> int:

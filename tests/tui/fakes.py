@@ -15,7 +15,8 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.instruction import present
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.state import (
     AxisMotion,
     AxisStart,
@@ -131,7 +132,7 @@ class FakeSource:
         return Snapshot(
             serial=self._serial_now,
             stream=self.stream,
-            status=self.status,
+            status=present(self.status, None, self.stream.flow(ended=self.finished)),
             events=self.events[-50:],
             event_count=len(self.events),
             traces=traces(),
@@ -173,7 +174,8 @@ def poses_status(done: int = 7) -> Status:
         elapsed=252.0,
         instruction="TURN +X −Y UP",
         detail="the edge between the +x and −y faces on top",
-        guidance="23° away: turn it about z, to the left",
+        act=Act.POSE,
+        aim=(0.7071, -0.7071, 0.0),
         still=moving(),
         up=(0.5, -0.3, math.sqrt(1 - 0.34)),
         wanted="+x-y",
@@ -195,7 +197,8 @@ def up_down_status() -> Status:
         elapsed=45.0,
         instruction="TURN −Y UP",
         detail="the −y face on top",
-        guidance="88° away: turn it about x, to the right",
+        act=Act.POSE,
+        aim=(0.0, -1.0, 0.0),
         still=still(),
         up=(0.0, 0.05, 0.998),
         wanted="-y",
@@ -218,6 +221,7 @@ def settle_status() -> Status:
     return Status(
         step=StepKind.SETTLE,
         elapsed=4.0,
+        act=Act.LAY_DOWN,
         instruction="LAY IT DOWN",
         detail="on something solid, hands off",
         still=still(4.0),
@@ -232,13 +236,13 @@ def rotations_status() -> Status:
         step=StepKind.ROTATIONS,
         elapsed=400.0,
         instruction="ROTATE ABOUT X",
-        detail="z is up: turn it to the right and stop",
-        guidance="then hold still for 3 s",
+        act=Act.ROTATE,
+        detail="stop where you like, and be still for 3 s",
         still=moving(),
         up=(0.0, 0.7, 0.7),
         progress=(3, 18),
         rotation=RotationStatus(
-            "x", "+z", 87.0, 104.0, 131.0, 250.0, (92.0, -78.0, 140.0), 6, True, 2, "go slower"
+            "x", "+z", 87.0, 104.0, 131.0, 250.0, (92.0, -78.0, 140.0), 6, True, 2, -120.0, 50.0
         ),
         noise="1.2 mg, 0.06 °/s",
         holds=30,

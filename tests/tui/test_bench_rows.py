@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.quantities import plus_minus
-from imucal_wizard.diagnose.bench import NOTHING, Bench, Entry
+from imucal_wizard.diagnose.bench import NOTHING_MISSING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import ResidualView, freed, pictures, suspect_view
@@ -180,7 +180,7 @@ def test_a_guess_is_judged_line_by_line(snapshot: BenchSnapshot) -> None:
     assert "✗" not in right
     wrong = "\n".join(lines(reveal_rows(snapshot, Prediction("hysteresis", "y", "−", STAYS), 70)))
     assert "✗ you: hysteresis" in wrong
-    nothing = "\n".join(lines(reveal_rows(snapshot, Prediction(NOTHING), 70)))
+    nothing = "\n".join(lines(reveal_rows(snapshot, Prediction(NOTHING_MISSING), 70)))
     assert "✗ you: nothing is missing" in nothing
     alike = "\n".join(lines(reveal_rows(snapshot, Prediction("asymmetry"), 70)))
     assert "≈ you: asymmetry" in alike
@@ -191,7 +191,9 @@ def test_where_noise_explains_all_the_right_guess_is_that_nothing_is_missing(
 ) -> None:
     bench.add("second-order")
     snapshot = bench_snapshot(benches, bench)
-    assert "✓ you: nothing" in "\n".join(lines(reveal_rows(snapshot, Prediction(NOTHING), 70)))
+    assert "✓ you: nothing" in "\n".join(
+        lines(reveal_rows(snapshot, Prediction(NOTHING_MISSING), 70))
+    )
     assert "✗ you: asymmetry" in "\n".join(
         lines(reveal_rows(snapshot, Prediction("asymmetry"), 70))
     )

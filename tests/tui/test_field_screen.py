@@ -9,7 +9,7 @@ import pytest
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.estimate.ellipsoid.coverage import centres
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.state import Event, FieldStatus, Offer, Status
 from imucal_wizard.measurement.field_quality import (
     check_field,
@@ -39,12 +39,20 @@ def status(now: FieldStatus | None = None) -> Status:
     return Status(
         step=StepKind.FIELD,
         elapsed=431.0,
+        act=Act.CIRCLE,
         instruction="TURN −Z DOWN",
+        guidance="lay the −y face on the table",
         field=now or field(),
         up=(0.0, 0.0, 1.0),
         noise="1.2 mg, 0.06 °/s",
         last_event=Event(EventKind.HOLD_TAKEN, 420.0, "the circle on −x is done"),
     )
+
+
+def disturbed_status(words: str) -> Status:
+    """While iron passes."""
+    now = replace(field(), disturbed=words)
+    return replace(status(now), act=Act.WAIT, instruction="DISTURBED", guidance="")
 
 
 def source_of(now: FieldStatus | None = None) -> fakes.FakeSource:
@@ -72,6 +80,7 @@ async def test_the_step_tells_angle_faces_sphere_quality_and_advice(size: tuple[
 async def test_a_disturbance_is_said_large_and_with_its_size_while_it_lasts() -> None:
     disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
     source = source_of(replace(field(), disturbed=disturbed))
+    source.say(disturbed_status(disturbed))
     app = app_with(source)
     async with app.run_test(size=USUAL) as pilot:
         text = await shows(pilot, disturbed)
@@ -82,24 +91,24 @@ async def test_a_disturbance_is_said_large_and_with_its_size_while_it_lasts() ->
         assert app.screen.query_one(BigText).text == "TURN −Z DOWN"
 
 
-async def test_a_problem_that_prevents_calibration_comes_before_advice() -> None:
+async def test_a_problem_that_prevents_calibration_comes_before_the_instruction() -> None:
     trouble = "The field is 140 µT: that is not the Earth's"
     async with app_with(source_of(replace(field(), trouble=trouble))).run_test(size=USUAL) as pilot:
-        await shows(pilot, f"▲ {trouble}")
-        assert "▸ lay" not in seen(pilot)
+        text = await shows(pilot, f"▲ {trouble}", "▸ lay the −y face")
+        assert text.index(trouble) < text.index("▸ lay")
 
 
-async def test_the_way_to_the_next_face_comes_before_the_advice() -> None:
-    way = "88° away: turn it about x, to the left"
+async def test_the_way_to_the_next_face_stands_once() -> None:
+    way = "88° away: tip it away from you"
     source = fakes.FakeSource(replace(status(), guidance=way, detail="flat on the table"))
     async with app_with(source).run_test(size=USUAL) as pilot:
         text = await shows(pilot, f"▸ {way}", "the circle on −x is done", "flat on the table")
-        assert "lay the −y face" not in text
+        assert "lay the −y face" not in text  # the advice of the field is not a second instruction
 
 
 async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
     way, wrong = (
-        "88° away: turn it about x, to the left",
+        "88° away: tip it away from you",
         "the device does not turn: turn it once round",
     )
     shown = replace(status(replace(field(), trouble=wrong)), guidance=way)
@@ -110,7 +119,7 @@ async def test_the_way_to_continue_stays_visible_beside_a_problem() -> None:
 async def test_a_disturbance_is_not_said_twice() -> None:
     disturbed = "the field is disturbed: 12 µT too much; these samples are left out"
     event = Event(EventKind.WARNING, 430.0, "The field is disturbed: new samples are left out.")
-    shown = replace(status(replace(field(), disturbed=disturbed)), last_event=event)
+    shown = replace(disturbed_status(disturbed), last_event=event)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         text = await shows(pilot, disturbed)
         assert text.casefold().count("the field is disturbed") == 1
@@ -124,7 +133,9 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
         430.0,
         "No progress for 20 s. The device does not turn: turn it once round.",
     )
-    shown = replace(status(replace(field(), trouble=wrong)), last_event=event, detail="flat on it")
+    shown = replace(
+        status(replace(field(), trouble=wrong)), last_event=event, detail="flat on it", guidance=""
+    )
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
         assert (await shows(pilot, "flat on it")).count("turn it once round") == 1
 
@@ -159,7 +170,7 @@ def refusals() -> dict[str, Callable[[], object]]:
 async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str) -> None:
     with pytest.raises(DataError, match=words) as told:
         refusals()[words]()
-    trouble, way = str(told.value), "88° away: turn it about x, to the left"
+    trouble, way = str(told.value), "88° away: tip it away from you"
     offers = (Offer("enough", "go on: the calibration will probably fail"),)
     shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
@@ -169,7 +180,7 @@ async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str
 
 async def test_how_to_lay_it_down_is_told_to_its_end() -> None:
     detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
-    shown = replace(status(), guidance="88° away: turn it about x, to the left", detail=detail)
+    shown = replace(status(), guidance="88° away: tip it away from you", detail=detail)
     event = Event(EventKind.WARNING, 430.0, 2 * "words that take two rows of eighty columns, ")
     async with app_with(fakes.FakeSource(replace(shown, last_event=event))).run_test() as pilot:
         await shows(pilot, detail)
@@ -196,7 +207,7 @@ async def test_gaps_that_six_circles_leave_are_nothing_to_mend() -> None:
 
 async def test_without_circles_any_motion_counts() -> None:
     async with app_with(source_of(replace(field(), face=None))).run_test(size=USUAL) as pilot:
-        await shows(pilot, "any motion counts now", "turn it about all axes")
+        await shows(pilot, "all faces are done", "any motion counts now")
 
 
 async def test_the_step_is_skipped_only_after_its_cost_was_read() -> None:

@@ -79,7 +79,7 @@ async def test_what_the_bench_asks_for_can_be_left_at_any_time(bent: FitReport) 
 
 
 async def test_turns_asked_for_show_their_angle_and_their_number(bent: FitReport) -> None:
-    turning = RotationStatus("x", "+z", 40.0, 90.0, 120.0, 250.0, (92.0,), 6, False, 1, "")
+    turning = RotationStatus("x", "+z", 40.0, 90.0, 120.0, 250.0, (92.0,), 6, False, 1)
     status = Status(step=StepKind.MORE, instruction="ROTATE ABOUT X", rotation=turning)
     async with WizardApp(
         fitting(fakes.FakeSource(status), bent), None, VIRTUAL

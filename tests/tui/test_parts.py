@@ -10,14 +10,23 @@ from hypothesis import strategies as st
 from imucal_wizard.core.poses import DIRECTIONS, FACES
 from imucal_wizard.core.quantities import number, unit_sign, value_and_error
 from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.operator_view import IDENTITY, about, product, times, turn_to
 from imucal_wizard.guide.state import AxisMotion, Event
-from imucal_wizard.guide.wording import TUMBLE, TURN_ROUND, lay_down, turn_up
+from imucal_wizard.guide.wording import (
+    ALL_TAKEN,
+    DISTURBED,
+    HOLD_STILL,
+    NO_FIELD,
+    TUMBLE,
+    TURN_ROUND,
+    lay_down,
+    turn_up,
+)
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.run.snapshot import StreamStatus
-from imucal_wizard.tui.drawing import IDENTITY, about, cube_rows, product, tilted, times
+from imucal_wizard.tui.drawing import cube_rows
 from imucal_wizard.tui.panels.step import compact_row, stream_row
 from imucal_wizard.tui.panels.traces import trace, trace_rows
-from imucal_wizard.tui.screens.field import DISTURBED
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
@@ -94,7 +103,7 @@ def test_a_bar_is_as_wide_as_asked(fraction: float, width: int) -> None:
 def test_the_wanted_attitude_has_the_wanted_direction_on_top(name: str) -> None:
     x, y, z = (float(value) for value in DIRECTIONS[name])
     now = product(about((0.6, 0.0, 0.8), 1.1), about((0.0, 1.0, 0.0), 0.4))
-    top = times(tilted(now, (x, y, z)), (x, y, z))
+    top = times(turn_to(now, (x, y, z)).of(now), (x, y, z))
     assert top == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
 
 
@@ -193,8 +202,16 @@ def test_an_important_sound_is_not_cut_off_by_a_lesser_one() -> None:
 
 def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
     """Also the longest, the corners of the validation: they are read from two metres."""
-    others = ("HOLD STILL", "PUT IT DOWN", "ROTATE ABOUT Z", "TILT IT MORE", "NOT CONNECTED")
-    field = (*map(lay_down, FACES), TURN_ROUND, TUMBLE, DISTURBED)
+    others = [
+        HOLD_STILL,
+        ALL_TAKEN,
+        "PUT IT DOWN",
+        "HANDS OFF",
+        "LIFT IT",
+        "ROTATE ABOUT Z",
+    ]
+    others += ["TILT IT AS SHOWN", "NOT CONNECTED", "NO DATA", "DATA ENDED", "ONE MOMENT"]
+    field = (*map(lay_down, FACES), TURN_ROUND, TUMBLE, DISTURBED, NO_FIELD)
     for words in (*map(turn_up, DIRECTIONS), *others, *field):
         rows = enlarged(words, 78, 4)
         assert len(rows) == 4

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.kinds import Act, StepKind
 from imucal_wizard.guide.state import Offer, Status
 from imucal_wizard.tui.app import screen_for
 from imucal_wizard.tui.widgets.big_text import BigText
@@ -24,7 +24,7 @@ async def test_a_pose_is_told_with_words_drawing_reason_progress_and_list(
             pilot,
             "7 of 18 done",
             "the edge between the +x and −y faces on top",
-            "23° away: turn it about z, to the left",
+            "23° away: tip it ",
             "z turns at 2.9 °/s, limit 0.8",
             "0.0 of 2.0 s",
             "18 POSES",
@@ -64,7 +64,7 @@ async def test_a_rotation_shows_angle_rate_range_and_what_is_wanted(size: tuple[
     async with app_with(fakes.FakeSource(fakes.rotations_status())).run_test(size=size) as pilot:
         await shows(
             pilot, "+87°", "104 °/s, fastest 131, range 250", "good", "3 of 6", "+92° −78° +140°",
-            "both senses ✓", "three speeds ✗", "go slower", "do this",
+            "both senses ✓", "three speeds ✗", ", 120°, slow", "do this",
         )  # fmt: skip
 
 
@@ -99,10 +99,14 @@ async def test_a_problem_comes_before_the_ways_out_and_these_before_the_last_eve
     source = fakes.FakeSource(status)
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "l  widen the limits", "t  take it anyway", "−y taken")
+        source.stream = replace(source.stream, problem="the disk is full: make room")
+        source.say(status)
+        text = await shows(pilot, "▲ the disk is full: make room", "l  widen", "t  take")
+        assert "−y taken" not in text
         source.stream = replace(source.stream, connected=False, problem="unplugged: plug it in")
         source.say(status)
-        text = await shows(pilot, "▲ unplugged: plug it in", "l  widen", "t  take")
-        assert "−y taken" not in text
+        text = await shows(pilot, "▲ unplugged: plug it in", "STILL?  no samples")
+        assert "l  widen" not in text  # nothing arrives that could be taken
 
 
 async def test_a_lost_device_and_a_hold_that_counts_are_read_from_afar() -> None:
@@ -111,15 +115,12 @@ async def test_a_lost_device_and_a_hold_that_counts_are_read_from_afar() -> None
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "7 of 18")
         words = app.screen.query_one(BigText)
-        in_place = replace(fakes.poses_status(), counts_here=True, still=fakes.still())
+        in_place = replace(
+            fakes.poses_status(), act=Act.HOLD, instruction="HOLD STILL", still=fakes.still()
+        )
         source.say(in_place)
         await until(pilot, lambda: words.text == "HOLD STILL")
-        spent = replace(fakes.still(0.0), spent=True)
-        source.say(replace(in_place, still=spent))
-        await until(pilot, lambda: words.text == "TURN +X −Y UP")
-        source.say(in_place)
-        await until(pilot, lambda: words.text == "HOLD STILL")
-        source.say(replace(in_place, counts_here=False))
+        source.say(fakes.poses_status())
         await until(pilot, lambda: words.text == "TURN +X −Y UP")
         source.stream = replace(source.stream, connected=False)
         source.say(in_place)

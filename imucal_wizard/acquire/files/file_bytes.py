@@ -148,8 +148,11 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     except UnicodeDecodeError:
         data = data.decode("latin-1").encode()
     data = _one_object_per_line(data)
-    data, stamped = _without_stamps(data)
-    data, cut = _without_cut_line(_padded_milliseconds(data))
+    stamped: tuple[str, ...] = ()
+    if b":" in data[:_EXAMINED_BYTES]:  # else there are no times of day
+        data, stamped = _without_stamps(data)
+        data = _padded_milliseconds(data)
+    data, cut = _without_cut_line(data)
     return data, (*stamped, *cut)
 
 

@@ -5,6 +5,8 @@ MIN_CHECKED_SAMPLES = 50
 MAX_REPEATED_SHARE = 0.2
 """Share of samples equal to the previous one; above it, the device prints faster than it
 measures."""
+MAX_IDLE_VALUES = 5
+"""Different values on each axis of a sensor; with more on one of them, the sensor measures."""
 MAX_ZERO_RATE_SHARE = 0.3
 """Share of samples with a rate of exactly zero on all axes; above it, zero is no coincidence."""
 MAX_FORCE_STEP = 0.004

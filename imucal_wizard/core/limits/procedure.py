@@ -79,9 +79,12 @@ MIN_CONTRADICTION_DEG = 45.0
 """Above this angle, a rotation shown by gravity is more than a change of place."""
 AMBIGUOUS_SENSE_DEG = 120.0
 """Above this angle, gravity may show the rotation with the opposite sense."""
+ROTATION_RATES = (50.0, 120.0, 220.0)
+"""Peak rates of the rotations that are asked for, °/s: slow, medium, fast. An error that grows with
+the rate shows in the difference between them, and the smallest usual range ends at 250."""
 FAST_RATE = 150.0
 SLOW_RATE = 60.0
-"""Peak rates, °/s, that count as fast and as slow when advice is given."""
+"""Peak rates, °/s, from which a rotation is called fast, and up to which slow."""
 SPEED_RATIO = 1.4
 """Peak rates that differ by this factor count as different speeds."""
 SPEEDS_WANTED = 3

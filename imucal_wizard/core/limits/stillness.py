@@ -24,6 +24,38 @@ MAX_TRIMMED_BLOCKS = 10
 MIN_BLOCKS_TO_TRIM = 8
 """Blocks needed to compare the ends of a hold with its middle."""
 
+SETTLING_SECONDS = 4.0
+"""Seconds at the beginning of a hold in which its reading may still settle; later, it drifts."""
+SETTLING_TIMES = (1.0, 1.5, 2.2, 3.2, 4.5, 6.5, 9.0)
+"""Time constants of settling that are tried, in blocks: neighbours differ by less than a half."""
+FINER_TIMES = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)
+"""Multiples of the best of them that are tried next."""
+MIN_SETTLING = 25.0
+"""χ² with one amplitude per axis from which on a hold settles: noise exceeds it in one of some
+thousand holds, the choice of a time constant included."""
+MIN_SETTLING_AXIS = 9.0
+"""χ² of one axis from which on it settles with the others."""
+TAIL_DOUBT = 0.2
+"""Share of the rest of the settling that is not known after its removal: settling is only nearly
+exponential."""
+MAX_SLOW_TO_FAST = 3.0
+"""Slow variance of a hold (between its blocks) over its fast variance (within them), above which it
+is a slow motion: noise makes at most a quarter, a tremor above 3 Hz at most 2, a motion that lasts
+longer than a second more than 20."""
+MIN_SWAY = 0.015
+"""Slow standard deviation of a hold, in units of gravity, below which it is not judged (0.9°): what
+a hand sways. A desk on which somebody leans and a sensor that warms up stay far below."""
+MAX_SWAY = 0.035
+"""The same above which a hold is a slow motion, whatever its noise (2°)."""
+
+MIN_SPEED_RATIO = 8.0
+"""Rms rate of gravity's direction between the holds over that within them. A hand that turns a
+device from pose to pose at 30 °/s and holds it freely reaches 12, a table hundreds; the slowest
+moments of a device that is never put down reach 7."""
+MIN_SELECTED_RATIO = 2.0
+"""The same over what selecting slow moments makes: rates with two normal components have, in their
+calmest share p, √(p/2) of their rms."""
+
 QUIET_BLOCKS = 20
 """Blocks in the quietest two seconds of a recording, which give its noise."""
 VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)

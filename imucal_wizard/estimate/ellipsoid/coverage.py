@@ -17,7 +17,7 @@ BINS = sum(RINGS)
 _FIRST = np.concatenate([[0], np.cumsum(RINGS)])
 _HEIGHTS = -1.0 + 2.0 * _FIRST / BINS
 _COUNTS = np.array(RINGS)
-GAP = np.array([1.0, 0.2, 0.01])
+GAP_SHARES = np.array([1.0, 0.2, 0.01])
 """What an area with no, one or two samples counts for: with three it is covered."""
 FEWEST_FOR_QUALITY = 4
 """Samples below which nothing can be said."""
@@ -80,8 +80,8 @@ def gaps(counts: NDArray[np.intp]) -> float:
     Args:
         counts: samples in each area, shape (100,).
     """
-    few = counts < len(GAP)
-    return float(GAP[counts[few]].sum()) * 100.0 / BINS
+    few = counts < len(GAP_SHARES)
+    return float(GAP_SHARES[counts[few]].sum()) * 100.0 / BINS
 
 
 def quality(vectors: FloatArray, areas: NDArray[np.intp]) -> Quality | None:

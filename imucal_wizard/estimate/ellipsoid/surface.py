@@ -16,7 +16,7 @@ ELLIPSOID_SIZE = 9
 """Parameters θ: three biases, then P's xx, xy, xz, yy, yz, zz."""
 ROWS = tuple(i for i, _ in TRIANGLE)
 COLUMNS = tuple(j for _, j in TRIANGLE)
-PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+QUADRIC_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Matrix entries in the order of N's figure 2 and of the algebraic fit: squares, then products."""
 SHORTEST_VECTOR = 1e-12
 """Length of a vector, in units of the magnitude, below which it has no direction."""

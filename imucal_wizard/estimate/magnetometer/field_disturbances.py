@@ -16,7 +16,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 
-BLOCK_SECONDS = (0.4, 2.0)
+DISTURBANCE_BLOCK_SECONDS = (0.4, 2.0)
 """Seconds of a block: no hand passes with steel in less than the first; the second is for what is
 weak and slow."""
 DISTURBED_SIGMAS = 6.0
@@ -73,7 +73,7 @@ def find_disturbances(
     clipped = np.clip(distance, -DISTURBED_SIGMAS * sigma, DISTURBED_SIGMAS * sigma)
     misfit = float(np.hypot(_misfit(clipped, areas), rounding))
     during = np.zeros(len(distance), bool)
-    for seconds in BLOCK_SECONDS:
+    for seconds in DISTURBANCE_BLOCK_SECONDS:
         block = np.arange(len(distance)) // _size(time, seconds)
         during |= _disturbed(clipped, block, misfit, sigma)[block]
         during |= _swinging(np.abs(distance), block, np.hypot(sigma, misfit))[block]

@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.estimate.ellipsoid.surface import (
-    PLACES,
+    QUADRIC_ENTRIES,
     parameters,
     positive_root,
     symmetric_matrix,
@@ -26,7 +26,7 @@ LARGEST_CONDITION = 1e9
 """Condition of the quadric's matrix beyond which the readings lie in a plane."""
 _GRADIENTS = np.zeros((3, TERMS, 4))
 """``∂D/∂z_k = G_k (z, 1)``."""
-for _term, (_i, _j) in enumerate(PLACES):
+for _term, (_i, _j) in enumerate(QUADRIC_ENTRIES):
     _GRADIENTS[_i, _term, _j] = _GRADIENTS[_j, _term, _i] = 2.0
 for _axis in range(3):
     _GRADIENTS[_axis, 6 + _axis, 3] = 2.0
@@ -81,7 +81,7 @@ def quadric_moments(points: FloatArray) -> FloatArray:
         points: dimensionless readings, shape (3, n).
     """
     terms = np.empty((TERMS, points.shape[1]))
-    for term, (i, j) in enumerate(PLACES):
+    for term, (i, j) in enumerate(QUADRIC_ENTRIES):
         np.multiply(points[i], points[j], out=terms[term])
     terms[3:6] *= 2.0
     terms[6:9] = 2.0 * points
@@ -97,7 +97,7 @@ def quadrics(places: tuple[int, ...]) -> FloatArray:
             Without any scale (3, 6, 8) the three squares have one coefficient.
     """
     columns = []
-    for term, (i, j) in enumerate(PLACES):
+    for term, (i, j) in enumerate(QUADRIC_ENTRIES):
         if 3 + TRIANGLE.index((i, j)) in places:
             columns.append(np.eye(TERMS)[term])
     if 3 not in places:
@@ -107,7 +107,7 @@ def quadrics(places: tuple[int, ...]) -> FloatArray:
 
 def _ellipsoid(quadric: FloatArray) -> FloatArray:
     matrix = np.empty((3, 3))
-    for value, (i, j) in zip(quadric[:6], PLACES, strict=True):
+    for value, (i, j) in zip(quadric[:6], QUADRIC_ENTRIES, strict=True):
         matrix[i, j] = matrix[j, i] = value
     if np.trace(matrix) < 0.0:
         matrix, quadric = -matrix, -quadric

@@ -25,7 +25,6 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.estimate.magnitude import (
-    SIZE,
     TRIANGLE,
     calibrated_points,
     in_triangle,
@@ -35,6 +34,7 @@ from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.methods.six_position import from_faces
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.identifiability import SIZE
 
 NEWTON_ITERATIONS = 100
 LAST_NEWTON_STEP = 1e-12

@@ -18,7 +18,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.ellipsoid.surface import PLACES, positive_root
+from imucal_wizard.estimate.ellipsoid.surface import QUADRIC_ENTRIES, positive_root
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import SensorFit
@@ -65,7 +65,7 @@ def two_step(samples: FloatArray, cross: bool = True) -> TwoStep:
     """
     offset, magnitude = fit_sphere(samples)
     centred = samples - offset
-    places = PLACES if cross else PLACES[:3]
+    places = QUADRIC_ENTRIES if cross else QUADRIC_ENTRIES[:3]
     products = np.column_stack([centred[:, i] * centred[:, j] for i, j in places])
     beta = _solve(products, np.full(len(samples), magnitude**2))
     square = np.zeros((3, 3))

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.limits.procedure import FACE_GAIN_SHARE
-from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, rotation_towards
+from imucal_wizard.core.poses import DIRECTIONS, TIE_DEG, angle_between
 from imucal_wizard.core.quantities import true_minus
 from imucal_wizard.core.readings import FloatArray, distinct
-from imucal_wizard.estimate.ellipsoid.coverage import GAP, bin_of
+from imucal_wizard.estimate.ellipsoid.coverage import GAP_SHARES, bin_of
 from imucal_wizard.guide.field.survey import Survey
 
 STEPS = np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False)
@@ -40,8 +40,8 @@ def gains(counts: NDArray[np.intp], down: float, poses: Iterable[str]) -> dict[s
         poses: names in ``poses.DIRECTIONS`` of what points down.
     """
     empty = np.zeros(len(counts))
-    few = counts < len(GAP)
-    empty[few] = GAP[counts[few]]
+    few = counts < len(GAP_SHARES)
+    empty[few] = GAP_SHARES[counts[few]]
     return {pose: float(empty[crossed(DIRECTIONS[pose], down)].sum()) for pose in poses}
 
 
@@ -73,7 +73,8 @@ def next_face(survey: Survey, missing: Sequence[str], up: FloatArray | None) -> 
     fills = dict.fromkeys(missing, 1.0) if down is None else gains(survey.counts, down, missing)
     enough = FACE_GAIN_SHARE * max(fills.values())
     near = [face for face in missing if fills[face] >= enough]
-    return min(near, key=lambda face: round(rotation_towards(up, -DIRECTIONS[face])[2] / TIE_DEG))
+    tie = np.radians(TIE_DEG)
+    return min(near, key=lambda face: round(angle_between(up, -DIRECTIONS[face]) / tie))
 
 
 def next_motion(survey: Survey) -> str | None:

@@ -1,5 +1,6 @@
 """The magnetometer's step: circles with each face on the table, or free tumbling."""
 
+import math
 from dataclasses import replace
 
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
@@ -15,16 +16,24 @@ from imucal_wizard.core.limits.procedure import (
     SLIGHT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
-from imucal_wizard.core.poses import DIRECTIONS, FACES, rotation_towards
+from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
 from imucal_wizard.guide.field.checks import Disturbance
 from imucal_wizard.guide.field.gathering import Gathering
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.measurements import KeptCircle, KeptHold
 from imucal_wizard.guide.state import GOOD, FieldStatus, Offer, Status
-from imucal_wizard.guide.wording import TUMBLE, TURN_ROUND, how_to_turn, label, lay_down
+from imucal_wizard.guide.wording import (
+    ALL_TAKEN,
+    DISTURBED,
+    NO_FIELD,
+    TUMBLE,
+    TURN_ROUND,
+    label,
+    lay_down,
+)
 from imucal_wizard.measurement.stillness import Block
 
 
@@ -83,7 +92,7 @@ class FieldStage:
 
     def _begin(self) -> None:
         self.wanted: str | None = None
-        self.advice = self.trouble = self._fault = ""
+        self.advice = self.trouble = self._mute = self._fault = ""
         self.turned = self._unseen = 0.0
         self._patience = Patience()
         self._disturbance = Disturbance(self._context)
@@ -173,9 +182,9 @@ class FieldStage:
         circles = len(self.done)
         flat = circles > 1 or (circles > 0 and self._patience.waiting >= LASTING_SECONDS)
         self._fault = checks.fault(gathered.survey, gathered.unit, flat=flat)
+        self._mute = checks.silence(gathered.silent) or checks.constant(gathered.constant)
         self.trouble = (
-            checks.silence(gathered.silent)
-            or checks.constant(gathered.constant)
+            self._mute
             or checks.lasting(self._disturbance.lasting)
             or self._fault
             or ("" if self._elsewhere else checks.resting(gathered.still))
@@ -209,12 +218,11 @@ class FieldStage:
             self._say_complete(circle, again=again)
 
     def _say_complete(self, circle: KeptCircle, *, again: bool) -> None:
-        following = f" Next: {label(self.wanted)} down." if self.wanted else ""
         if again:
             kind, text = EventKind.ALREADY_DONE, "was done already; kept as a repeat."
         else:
             kind, text = EventKind.ROTATION_TAKEN, f"down: once round, {len(self.done)} of 6."
-        self._context.emit(kind, f"{label(circle.face)} {text}{following}")
+        self._context.emit(kind, f"{label(circle.face)} {text}")
 
     def _be_patient(self, seconds: float) -> None:
         """Offer to go on when there has been no progress for a while."""
@@ -222,7 +230,7 @@ class FieldStage:
             self.gathered.survey.covered + (self.turned + 360.0 * len(self.done)) // PROGRESS_DEG
         )
         if self._patience.wait(seconds, progress):
-            why = _sentence(self.trouble or self._disturbance.now or self.advice)
+            why = _sentence(self.trouble or self._disturbance.now)
             self._context.emit(
                 EventKind.STUCK, f"No progress for {FIELD_PATIENCE:.0f} s. {why}".rstrip()
             )
@@ -241,24 +249,31 @@ class FieldStage:
     def view(self) -> Status:
         """The instruction and the progress."""
         up, face, down = self._context.up, self.wanted, self.gathered.faces.face
-        pose = None if face is None or face == down else coverage.opposite(face)
+        status = Status(progress=self.tally, field=self._field_status())
+        if self.finished:
+            return replace(status, act=Act.DONE, instruction=ALL_TAKEN)
+        if self._mute:
+            return replace(status, act=Act.CONNECT, instruction=NO_FIELD)
+        if self._disturbance.now or self._disturbance.lasting >= LASTING_SECONDS:
+            return replace(status, act=Act.WAIT, instruction=DISTURBED)
         if face is None:
-            instruction = TUMBLE
+            way = "" if self.trouble else self.advice
             detail = "into the gaps of the sphere, away from iron and magnets"
-        else:
-            instruction = TURN_ROUND if face == down else lay_down(face)
-            detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
-        status = Status(
-            instruction=instruction,
-            detail=detail,
+            return replace(status, act=Act.CIRCLE, instruction=TUMBLE, detail=detail, guidance=way)
+        away = "away from iron, magnets and loudspeakers"
+        if face == down:
+            return replace(status, act=Act.CIRCLE, instruction=TURN_ROUND, detail=away)
+        pose = coverage.opposite(face)
+        x, y, z = DIRECTIONS[pose].tolist()
+        return replace(
+            status,
+            act=Act.POSE,
+            instruction=lay_down(face),
+            detail=f"{away}; any face, or tumble it freely",
             wanted=pose,
-            progress=self.tally,
-            field=self._field_status(),
+            aim=(x, y, z),
+            off_by=None if up is None else math.degrees(angle_between(up, DIRECTIONS[pose])),
         )
-        if up is None or pose is None:
-            return status
-        off_by = rotation_towards(up, DIRECTIONS[pose])[2]
-        return replace(status, guidance=how_to_turn(up, pose), off_by=off_by)
 
     def _field_status(self) -> FieldStatus:
         gathered, survey = self.gathered, self.gathered.survey

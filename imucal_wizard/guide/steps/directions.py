@@ -19,16 +19,15 @@ from imucal_wizard.core.poses import (
     direction_in_words,
     nearest_pose,
     pose_in_words,
-    rotation_towards,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.context import Context
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
 from imucal_wizard.guide.state import AxisStart, Status
-from imucal_wizard.guide.wording import PUT_BACK, how_to_reach, label, lift_and_reach, turn_up
+from imucal_wizard.guide.wording import ALL_TAKEN, HOLD_STILL, PUT_BACK, THERE, label, turn_up
 from imucal_wizard.measurement.stillness import Block
 
 
@@ -55,6 +54,11 @@ class DirectionTarget:
     def away(self, up: FloatArray) -> float:
         """Angle from an up direction, degrees."""
         return math.degrees(angle_between(up, self.up))
+
+    @property
+    def words(self) -> str:
+        """The direction in words."""
+        return pose_in_words(self.pose) if self.pose else direction_in_words(self.up)
 
     @property
     def label(self) -> str:
@@ -141,20 +145,14 @@ class DirectionsStage:
         if not again:
             self.wanted = None
         self._choose()
-        upcoming = self.wanted
-        following = f" Next: {upcoming.label} up." if upcoming and upcoming.pose else ""
         if again:
-            text = f"{found.label} is done already; kept as a repeat.{following}"
+            text = f"{found.label} is done already; kept as a repeat."
             context.emit(EventKind.ALREADY_DONE, text)
             return
         done, wanted = self.tally
-        text = f"{found.label} taken, {done:.0f} of {wanted:.0f}.{following}"
-        context.emit(EventKind.HOLD_TAKEN, text)
+        context.emit(EventKind.HOLD_TAKEN, f"{found.label} taken, {done:.0f} of {wanted:.0f}.")
         if found.warm and self._cold(kept):
-            text = (
-                f"It is hardly warmer than before ({kept.hold.temperature:.0f} °C): take it back, "
-                "then warm it with a hand, a lamp or a box."
-            )
+            text = f"It was hardly warmer than before ({kept.hold.temperature:.0f} °C)."
             context.emit(EventKind.WARNING, text)
 
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
@@ -180,12 +178,8 @@ class DirectionsStage:
             )
         else:
             target = min(self.targets, key=lambda one: one.away(up))
-            axis, sense, angle = rotation_towards(up, target.up)
             name = label(target.pose) if target.pose else "the pose"
-            text = (
-                f"{angle:.0f}° off {name}: turn it about {axis}, to the {sense}. "
-                "The fit uses this hold too."
-            )
+            text = f"Held {target.away(up):.0f}° off {name}. The fit uses this hold too."
         self._context.emit(EventKind.WRONG_POSE, text)
 
     def _recognised(self, up: FloatArray) -> DirectionTarget | None:
@@ -220,41 +214,53 @@ class DirectionsStage:
         up, wanted, missing = self._context.up, self.wanted, self.missing
         here = None if up is None else self._recognised(up)
         status = Status(
-            instruction="HOLD IT STILL" if missing else "ALL TAKEN",
+            act=Act.WAIT if missing else Act.DONE,
+            instruction="ONE MOMENT" if missing else ALL_TAKEN,
             recognised=None if here is None else here.pose,
             done=tuple(one.pose for one in self.targets if one.pose and one not in missing),
             missing=tuple(one.pose for one in missing if one.pose),
             progress=self.tally,
             start_values=self._start_values(),
-            counts_here=here in missing,
         )
         if wanted is None:
             return status
-        words = pose_in_words(wanted.pose) if wanted.pose else direction_in_words(wanted.up)
-        unnamed = (float(wanted.up[0]), float(wanted.up[1]), float(wanted.up[2]))
-        return replace(
+        aim = (float(wanted.up[0]), float(wanted.up[1]), float(wanted.up[2]))
+        status = replace(
             status,
+            act=Act.POSE,
             instruction=turn_up(wanted.pose) if wanted.pose else "TILT IT AS SHOWN",
-            detail=f"warm it first; {words}" if wanted.warm else words,
+            detail=f"warm it first; {wanted.words}" if wanted.warm else wanted.words,
             reason=wanted.why,
-            guidance="" if up is None else self._guidance(up, here, wanted),
+            aim=aim,
             wanted=wanted.pose,
-            wanted_up=None if wanted.pose else unnamed,
+            wanted_up=None if wanted.pose else aim,
             off_by=None if up is None else wanted.away(up),
         )
+        return status if up is None else self._here(status, up, here, wanted)
 
-    def _guidance(
-        self, up: FloatArray, here: DirectionTarget | None, wanted: DirectionTarget
-    ) -> str:
-        if self._context.still and self._spent and here is wanted:
-            return PUT_BACK
-        if self._context.still and self._context.run.used:
-            return lift_and_reach(up, wanted.up)
+    def _here(
+        self,
+        status: Status,
+        up: FloatArray,
+        here: DirectionTarget | None,
+        wanted: DirectionTarget,
+    ) -> Status:
+        """The instruction where the device is now: hold it, lift it, or bring it to the pose."""
+        still, spent = self._context.still, self._context.still and self._spent
+        if spent and here is wanted:
+            return replace(status, act=Act.LIFT, instruction="LIFT IT", guidance=PUT_BACK)
         if here is wanted:
-            return "there: hold it still"
-        if here in self.missing and here is not None and here.pose:
-            return f"{label(here.pose)} is missing too: hold it still"
-        return how_to_reach(up, wanted.up)
+            return replace(status, act=Act.HOLD, instruction=HOLD_STILL, guidance=THERE)
+        if still and not spent and self._counts(up):
+            pose = f"{here.label} is missing too" if here is not None else "this one is new"
+            return replace(
+                status, act=Act.HOLD, instruction=HOLD_STILL, detail=pose, reason="", aim=None
+            )
+        return status
+
+    def _counts(self, up: FloatArray) -> bool:
+        """Whether a hold here counts for the step."""
+        return self._recognised(up) in self.missing
 
     def _start_values(self) -> tuple[AxisStart, ...]:
         """Q's start values from the up/down holds, eq. 13–14.
@@ -317,8 +323,8 @@ class ValidationStage(DirectionsStage):
         near = None if up is None else self._apart(up, self._known(kept))
         if up is None or near is not None:
             context.measurements.remove(kept)
-            where = "" if near is None else f"Only {near:.0f}° from a pose already taken. "
-            context.emit(EventKind.WRONG_POSE, where + self._way(up))
+            where = "" if near is None else f"Held only {near:.0f}° from a pose already taken."
+            context.emit(EventKind.WRONG_POSE, where or "No direction is seen here.")
             return
         kept.hold = replace(kept.hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         self._choose()
@@ -331,12 +337,6 @@ class ValidationStage(DirectionsStage):
         known = self._known(None)
         self._new = tuple(one for one in self.targets if self._apart(one.up, known) is None)
         super()._choose()
-
-    def _way(self, up: FloatArray | None) -> str:
-        if up is None or self.wanted is None:
-            return "Tilt it farther."
-        axis, sense, angle = rotation_towards(up, self.wanted.up)
-        return f"Tilt it about {axis}, to the {sense}, by about {angle:.0f}°."
 
     def _known(self, apart_from: KeptHold | None) -> list[FloatArray]:
         own = self._context.measurements
@@ -352,13 +352,16 @@ class ValidationStage(DirectionsStage):
     def view(self) -> Status:
         """The suggested corner; other new orientations count too."""
         status, up = super().view(), self._context.up
-        anywhere = "any new orientation will do"
         return replace(
             status,
-            instruction=status.instruction if self.wanted else "TILT IT MORE",
-            detail=f"{status.detail}; {anywhere}" if self.wanted else "",
+            detail=f"{status.detail}; any new one will do"
+            if status.act is Act.POSE
+            else status.detail,
             recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),
             done=(),
             missing=(),
-            counts_here=up is not None and self._apart(up, self._known(None)) is None,
         )
+
+    def _counts(self, up: FloatArray) -> bool:
+        """Every new orientation counts."""
+        return self._apart(up, self._known(self._context.run.kept)) is None

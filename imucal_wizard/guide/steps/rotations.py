@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.limits.procedure import (
     AMBIGUOUS_SENSE_DEG,
-    FAST_RATE,
     MAX_ANGLE_DISAGREEMENT,
     MAX_AXIS_TILT_DEG,
     MAX_CIRCLES,
@@ -16,8 +16,6 @@ from imucal_wizard.core.limits.procedure import (
     MIN_AXIS_SHARE,
     MIN_CONTRADICTION_DEG,
     NEAR_RANGE_SHARE,
-    SLOW_RATE,
-    SPEEDS_WANTED,
     USUAL_RANGE,
 )
 from imucal_wizard.core.poses import (
@@ -25,11 +23,11 @@ from imucal_wizard.core.poses import (
     DIRECTIONS,
     POSE_TOLERANCE_DEG,
     START_POSES,
-    rotation_towards,
+    angle_between,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.live_checks import (
     axis_shares,
     contradicted,
@@ -41,12 +39,14 @@ from imucal_wizard.guide.live_checks import (
 )
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.guide.plan import Step
+from imucal_wizard.guide.rotation_needs import PlannedRotation, neediest_axis, next_rotation
 from imucal_wizard.guide.state import RotationStatus, Status
-from imucal_wizard.guide.wording import how_to_turn, label, signed, turn_up
+from imucal_wizard.guide.wording import ALL_TAKEN, HOLD_STILL, signed, turn_up
 from imucal_wizard.measurement.rotation_angle import (
     RotationAngle,
     axis_elevation,
     rotation_between,
+    tilt_about_axis,
     unwrapped,
 )
 from imucal_wizard.measurement.stillness import Block
@@ -58,24 +58,15 @@ def senses(rotations: Sequence[KeptRotation]) -> tuple[bool, bool]:
     return any(angle > 0.0 for angle in angles), any(angle < 0.0 for angle in angles)
 
 
-def rotation_advice(rotations: Sequence[KeptRotation], *, scale_known: bool) -> str:
-    """Advice for the next rotation, or "".
+MIN_RATE = 1.0
+"""°/s; a slower rotation is planned as this one."""
 
-    Args:
-        rotations: the rotations taken about this axis.
-        scale_known: whether the gyroscope's readings have a unit.
-    """
-    left, right = senses(rotations)
-    if left != right:
-        return f"turn to the {'right' if left else 'left'} too"
-    peaks = [rotation.fastest for rotation in rotations]
-    if not peaks or speeds(peaks) >= SPEEDS_WANTED:
-        return ""
-    if not scale_known:
-        return "turn at another speed too"
-    if max(peaks) < FAST_RATE:
-        return "go faster"
-    return "go slower" if min(peaks) > SLOW_RATE else "take a middle speed too"
+
+def _tilt(up: FloatArray, axis: str) -> float:
+    """Angle about a level axis from its start pose, degrees, −180 to 180."""
+    start = tilt_about_axis(DIRECTIONS[START_POSES[axis]], axis) or 0.0
+    now = tilt_about_axis(up, axis)
+    return 0.0 if now is None else math.degrees(unwrapped(now - start, 0.0))
 
 
 class RotationJudge:
@@ -122,7 +113,7 @@ class RotationJudge:
             return self._strayed(share, before, after, axis)
         angle = self._angle(motion, before, after, axis)
         if angle is None:
-            return f"{axis} was upright at the end: keep it level"
+            return f"{axis} was upright at the end"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
             return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
@@ -183,18 +174,18 @@ class RotationJudge:
         swung = self._context.units.gyroscope_known and motion.fastest >= MIN_ATTEMPT_RATE
         if abs(motion.angle) < MIN_ATTEMPT_DEG and not swung:
             return ""
-        return f"only {signed(motion.angle)}: turn at least {self._minimum:.0f}°"
+        return f"only {signed(motion.angle)} of at least {self._minimum:.0f}°"
 
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
         """The reason for a motion about another axis; "" for a mere change of place."""
         start = DIRECTIONS[START_POSES[axis]]
-        moved = rotation_towards(before, after)[2]
-        if moved < MIN_ATTEMPT_DEG or rotation_towards(after, start)[2] <= POSE_TOLERANCE_DEG:
+        moved, short = (math.degrees(angle_between(after, one)) for one in (before, start))
+        if moved < MIN_ATTEMPT_DEG or short <= POSE_TOLERANCE_DEG:
             return ""
         other = AXES[int(np.argmax(share))]
         if other == axis:
-            return f"it turned about {axis} and about another axis too: turn about {axis} alone"
-        return f"it turned mostly about {other}: turn about {axis}"
+            return f"it turned about {axis} and about another axis too"
+        return f"it turned mostly about {other}, not about {axis}"
 
 
 class RotationsStage:
@@ -220,6 +211,8 @@ class RotationsStage:
         self._since = since
         self._judge = RotationJudge(context, step)
         self.seconds = step.seconds
+        self._axis = ""
+        self._planned: tuple[tuple[object, ...], PlannedRotation] | None = None
         self._turn: RotationAngle | None = None
         self._angle = 0.0
         self._rate = 0.0
@@ -227,9 +220,48 @@ class RotationsStage:
 
     @property
     def axis(self) -> str:
-        """The axis of the next rotation; the last axis if there are enough."""
-        short = (axis for axis, need in self._needs.items() if len(self._taken(axis)) < need)
-        return next(short, next(reversed(self._needs), AXES[-1]))
+        """The axis of the next rotation; the last axis if there are enough.
+
+        It stays until it has enough. Then an axis that was begun comes first, and among the others
+        the one that tells the fit most.
+        """
+        short = [axis for axis, need in self._needs.items() if len(self._taken(axis)) < need]
+        if self._axis not in short:
+            begun = [axis for axis in short if self._taken(axis)]
+            last = next(reversed(self._needs), AXES[-1])
+            self._axis = (
+                neediest_axis(self._known(), begun or short)
+                if len(begun or short) > 1
+                else (*begun, *short, last)[0]
+            )
+        return self._axis
+
+    def _known(self) -> tuple[PlannedRotation, ...]:
+        """All rotations that are counted so far, as the fit sees them."""
+        context, found = self._context, []
+        scales = dict.fromkeys(AXES, 1.0)  # fastest rates are in °/s, or else in counts
+        if not context.units.gyroscope_known:
+            scales = {axis: math.degrees(abs(self._judge.scale(axis) or 0.0)) for axis in AXES}
+        for one in context.measurements.rotations:
+            up = context.direction(one.before)
+            if one.counts and one.axis is not None and up is not None:
+                rate = max(scales[one.axis] * one.fastest, MIN_RATE)
+                found.append(PlannedRotation(one.axis, one.angle, rate, _tilt(up, one.axis)))
+        return tuple(found)
+
+    def _plan(self) -> PlannedRotation:
+        """The rotation that tells the fit most, from the pose in which the device rests."""
+        context, axis = self._context, self.axis
+        before = None if context.start is None else context.direction(context.start)
+        tilt = 0.0
+        if before is not None and self._judge.poised(before, axis):
+            tilt = float(round(_tilt(before, axis)))
+        key = (axis, tilt, self._known())
+        if self._planned is None or self._planned[0] != key:
+            full = context.gyroscope_range if context.units.gyroscope_known else None
+            limit = None if full is None else full * context.units.degrees
+            self._planned = key, next_rotation(key[2], axis, tilt, limit)
+        return self._planned[1]
 
     def _taken(self, axis: str) -> list[KeptRotation]:
         known = self._context.measurements.counted_rotations(axis)
@@ -248,6 +280,11 @@ class RotationsStage:
         return float(done), float(sum(self._needs.values()))
 
     def enter(self) -> None:
+        """Choose the axis anew, and forget the present rotation."""
+        self._axis = ""
+        self._forget()
+
+    def _forget(self) -> None:
         """Forget the present rotation."""
         self._turn = None
         self._angle = self._rate = self._fastest = 0.0
@@ -257,14 +294,14 @@ class RotationsStage:
         context, index = self._context, AXES.index(self.axis)
         before = context.start
         if block.rate is None or before is None:
-            self.enter()
+            self._forget()
             return
         if context.still and context.run.kept is before:
-            self.enter()
+            self._forget()
             return
         if self._turn is None:
             up = context.direction(before)
-            if up is None:
+            if up is None or not self._judge.poised(up, self.axis):
                 return
             self._turn = RotationAngle(self.axis, up)
         rest = before.hold.gyroscope
@@ -281,7 +318,7 @@ class RotationsStage:
         """Judge the motion that ended in this hold."""
         context, motion = self._context, self._context.motion
         kept.between |= kept.step is self._step.kind
-        self.enter()
+        self._forget()
         if motion is None:
             self._begin(kept)
             return
@@ -291,7 +328,6 @@ class RotationsStage:
             context.measurements.count(motion, axis)
             done = len(self._taken(axis))
             text = f"{signed(motion.angle)} about {axis} taken, {done} of {self._needs[axis]}."
-            text += f" Next: about {self.axis}." if self.axis != axis else self._hint()
             context.emit(EventKind.ROTATION_TAKEN, text)
             doubt = disagreement(motion, scale_known=context.units.gyroscope_known)
             if doubt:
@@ -301,60 +337,55 @@ class RotationsStage:
         else:
             self._begin(kept)
 
-    def _hint(self) -> str:
-        advice = self._advice()
-        return f" {advice.capitalize()}." if advice else ""
-
     def _begin(self, kept: KeptHold) -> None:
         """Report a hold that ends no rotation, but may start one."""
         context, axis = self._context, self.axis
         up = context.direction(kept)
         if context.start_lost:
-            context.emit(
-                EventKind.ROTATION_REJECTED, f"Rotation not used: {context.start_lost}. Turn again."
-            )
+            context.emit(EventKind.ROTATION_REJECTED, f"Rotation not used: {context.start_lost}.")
         elif self._judge.poised(up, axis):
-            context.emit(EventKind.HOLD_TAKEN, f"Start hold taken. Rotate about {axis} and stop.")
+            context.emit(EventKind.HOLD_TAKEN, "Start hold taken.")
         else:
-            start = label(START_POSES[axis])
-            context.emit(EventKind.HOLD_TAKEN, f"Held. Now turn {start} up to rotate about {axis}.")
-
-    def _advice(self) -> str:
-        """Advice about the rotations still needed about this axis, or ""."""
-        return rotation_advice(
-            self._taken(self.axis), scale_known=self._context.units.gyroscope_known
-        )
+            context.emit(EventKind.HOLD_TAKEN, f"Held, but {axis} is not level here.")
 
     def view(self) -> Status:
         """The present rotation, or how to begin one."""
         context, axis = self._context, self.axis
-        start = START_POSES[axis]
-        moving = self._turn is not None
-        up = context.up
-        off_by = None if up is None else rotation_towards(up, DIRECTIONS[start])[2]
-        poised = moving or self._judge.poised(up, axis)
-        return Status(
-            instruction=f"ROTATE ABOUT {axis.upper()}" if poised else turn_up(start),
-            detail=self._detail(),
-            guidance="" if poised or up is None else how_to_turn(up, start),
-            wanted=None if poised else start,
-            off_by=off_by,
-            progress=self.tally,
-            rotation=self._rotation(),
-            counts_here=abs(self._angle) > self._step.minimum_deg,
-        )
-
-    def _detail(self) -> str:
-        context, axis = self._context, self.axis
+        start, up = START_POSES[axis], context.up
+        status = Status(progress=self.tally, rotation=self._rotation())
+        if self.finished:
+            return replace(status, act=Act.DONE, instruction=ALL_TAKEN)
+        seconds, rotate = f"for {self.seconds:.0f} s", f"ROTATE ABOUT {axis.upper()}"
         if self._turn is not None:
-            return f"stop where you like, then hold still for {self.seconds:.0f} s"
-        if context.start is None or not context.still or context.held < self.seconds:
-            return f"first hold still for {self.seconds:.0f} s"
-        if not self._judge.poised(context.up, axis):
-            return f"keep {axis} level: gravity shows only rotations about a level axis"
-        left, _ = senses(self._taken(axis))
-        sense = "right" if left and len(self._taken(axis)) % 2 else "left"
-        return f"turn it to the {sense} and stop"
+            if context.still and abs(self._angle) > self._step.minimum_deg:
+                return replace(status, act=Act.HOLD, instruction=HOLD_STILL, detail=seconds)
+            return replace(
+                status,
+                act=Act.ROTATE,
+                instruction=rotate,
+                detail=f"stop where you like, and be still {seconds}",
+            )
+        if up is not None and not self._judge.poised(up, axis):
+            x, y, z = DIRECTIONS[start].tolist()
+            return replace(
+                status,
+                act=Act.POSE,
+                instruction=turn_up(start),
+                detail=f"{axis} must lie level, so that gravity shows it",
+                wanted=start,
+                aim=(x, y, z),
+                off_by=math.degrees(angle_between(up, DIRECTIONS[start])),
+            )
+        ready = context.start is not None and context.still and context.held >= self.seconds
+        if not ready:
+            detail = f"{seconds}; then comes the rotation about {axis}"
+            return replace(status, act=Act.HOLD, instruction=HOLD_STILL, detail=detail)
+        return replace(
+            status,
+            act=Act.ROTATE,
+            instruction=rotate,
+            detail="any angle and speed will do; this one tells most",
+        )
 
     def _rotation(self) -> RotationStatus:
         axis = self.axis
@@ -363,6 +394,7 @@ class RotationsStage:
         usual = USUAL_RANGE if units.gyroscope_known else None
         limit = usual if full is None else full * units.degrees
         left, right = senses(rotations)
+        plan = self._plan()
         return RotationStatus(
             axis=axis,
             start_pose=START_POSES[axis],
@@ -375,6 +407,7 @@ class RotationsStage:
             wanted=self._needs[axis],
             senses=left and right,
             speeds=speeds([rotation.fastest for rotation in rotations]),
-            advice=self._advice(),
+            wanted_angle=plan.angle,
+            wanted_rate=plan.fastest,
             clips=limit is not None and self._fastest >= NEAR_RANGE_SHARE * limit,
         )

@@ -16,7 +16,7 @@ from imucal_wizard.core.limits.procedure import (
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.measurements import KeptHold
 from imucal_wizard.guide.plan import Step
 from imucal_wizard.guide.scales import Scales
@@ -260,8 +260,11 @@ class SettleStage:
 
     def view(self) -> Status:
         """The instruction, and the seconds measured."""
+        still = self._context.still
+        seconds = f"for {self.seconds:.0f} s: its noise is measured"
         return Status(
-            instruction="PUT IT DOWN",
-            detail=f"leave it alone for {self.seconds:.0f} s: its noise is measured",
+            act=Act.HOLD if still else Act.LAY_DOWN,
+            instruction="HANDS OFF" if still else "PUT IT DOWN",
+            detail=f"leave it alone {seconds}",
             progress=self.tally,
         )

@@ -15,7 +15,7 @@ from imucal_wizard.core.quantities import unit_sign
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
-from imucal_wizard.model.rows.field_magnitude import SHORTEST
+from imucal_wizard.model.rows.field_magnitude import SHORTEST_FIELD
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
@@ -40,7 +40,7 @@ class DipRows(Rows):
             source.reading,
             source.circumstances,
         )
-        length = np.maximum(np.linalg.norm(self.field, axis=1), SHORTEST)[:, None]
+        length = np.maximum(np.linalg.norm(self.field, axis=1), SHORTEST_FIELD)[:, None]
         self.direction = self.field / length
         sine = (source.up * self.direction).sum(axis=1)
         self.residual = source.magnitude * (sine - source.sine)

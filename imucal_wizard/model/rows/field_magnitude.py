@@ -19,7 +19,7 @@ from imucal_wizard.model.rows.source import (
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
-SHORTEST = 1e-12
+SHORTEST_FIELD = 1e-12
 """A field shorter than this, µT, has no direction."""
 
 
@@ -37,12 +37,12 @@ class FieldRows(Rows):
             (calibration.matrix, calibration.bias), terms, calibration.sizes, source.reading, where
         )
         length = np.linalg.norm(self.field, axis=1)
-        self._unit = self.field / np.maximum(length, SHORTEST)[:, None]
+        self._unit = self.field / np.maximum(length, SHORTEST_FIELD)[:, None]
         self.residual = source.mean(length + source.extra) - source.magnitude
         self.own = source.noise
         self.lever = source.mean(self._unit)
         size = np.linalg.norm(self.lever, axis=1)
-        self.direction = self.lever / np.maximum(size, SHORTEST)[:, None]
+        self.direction = self.lever / np.maximum(size, SHORTEST_FIELD)[:, None]
 
     def base_columns(self) -> FloatArray:
         """See ``Rows``."""

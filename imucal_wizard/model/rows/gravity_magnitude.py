@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import lengths
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
@@ -25,7 +26,7 @@ DIVERGED = 1e6
 """Factor on the residual where effects are so large that x is not determined."""
 STEP = 1e-4
 """For the derivative of ε by x, in units of gravity."""
-SHORTEST = 1e-12
+SHORTEST_FORCE = 1e-12
 """A force shorter than this, in units of gravity, has no direction."""
 
 
@@ -49,11 +50,11 @@ class MagnitudeRows(Rows):
             force = moved
             if change <= CONVERGED * source.gravity:
                 break
-        length = np.linalg.norm(force, axis=1)
+        length = lengths(force)
         self.force = force
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
         self.own = source.noise
-        self.direction = force / np.maximum(length, SHORTEST * source.gravity)[:, None]
+        self.direction = force / np.maximum(length, SHORTEST_FORCE * source.gravity)[:, None]
         self.lever = self.direction
         self._inverse: FloatArray | None = None
 
@@ -101,7 +102,7 @@ class MagnitudeRows(Rows):
         moved[:, :, 9:] = -self._calibration.matrix
         effects = [-self._of_effect(term) for term in self._terms.terms]
         change = self.inverse @ np.concatenate([moved, *effects], axis=2)
-        length = np.linalg.norm(self.force, axis=1)[:, None, None]
+        length = lengths(self.force)[:, None, None]
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 

@@ -171,7 +171,7 @@ def next_pose_rows(place: int, pose: MeasurementRequest, width: int, *, short: b
 
 AROUND = 1.0
 """Seconds shown before and after, so that the approach to rest is visible."""
-ROWS = 3
+TRACE_ROWS = 3
 """Rows of each axis."""
 _AXIS_LABEL = 11
 _SPAN_SIGMAS = 4.0
@@ -264,7 +264,7 @@ def _drawn(stretch: TracePiece, width: int) -> list[Line]:
         low, high = -largest, largest
         if stretch.rest is not None:
             low, high = _limits(values, inside, series.unit)
-        picture = trace(np.clip(values, low, high), low, high, columns, ROWS)
+        picture = trace(np.clip(values, low, high), low, high, columns, TRACE_ROWS)
         labels = [number(high, 4), f"{axis} {unit}", number(low, 4)]
         words = _words(values[inside], unit, at_rest=stretch.rest is not None)
         rows.append(line(f"{stretch.name} {axis}   {words}", "strong"))

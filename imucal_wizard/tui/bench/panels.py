@@ -5,7 +5,7 @@ import numpy as np
 from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import NOTHING, Entry
+from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
 from imucal_wizard.diagnose.suspects import largest
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
@@ -49,7 +49,7 @@ def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:
 
 def order(snapshot: BenchSnapshot, *, hidden: bool = False) -> tuple[Entry, ...]:
     """The entries as shown; in alphabetical order while the answer is hidden."""
-    by_name = (*sorted(snapshot.entries, key=lambda entry: entry.term), Entry(NOTHING))
+    by_name = (*sorted(snapshot.entries, key=lambda entry: entry.term), Entry(NOTHING_MISSING))
     return by_name if hidden else snapshot.entries
 
 

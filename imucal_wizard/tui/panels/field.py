@@ -20,7 +20,7 @@ EXPLAINED = 41
 def turned_rows(field: FieldStatus, width: int) -> list[Line]:
     """The angle turned with the wanted face on the table."""
     if field.face is None:
-        return [line("any motion counts now:", "accent"), line("turn it about all axes")]
+        return [line("all faces are done:", "accent"), line("any motion counts now")]
     down = "" if field.face_down is None else f"  {true_minus(field.face_down)} down"
     return [
         (
@@ -73,15 +73,15 @@ def field_notice_rows(status: Status, problem: str, width: int, height: int) -> 
     if problem:
         rows = wrapped(f" ▲ {problem}", width, "bad", indent="   ")
         return (rows[: max(0, height - len(choices))] + choices)[:height]
-    wrong, way = field.disturbed or field.trouble, status.guidance or field.advice
+    wrong, way = field.disturbed or field.trouble, status.guidance
     rows = wrapped(f" ▲ {wrong}", width, "warn", indent="   ") if wrong else []
-    if status.guidance or not wrong:
+    if way:
         room = max(1, height - len(choices) - 1)
         rows = rows[:room] + wrapped(f" ▸ {way}", width, "accent", indent="   ")
     event = status.last_event
     if event is not None and not _says(event.text, wrong or way):
         rows += event_rows(event, width)
-    rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ")
+    rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ") if status.detail else []
     return (rows[: max(0, height - len(choices))] + choices)[:height]
 
 

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.ellipsoid.coverage import GAP as PARTLY
-from imucal_wizard.estimate.ellipsoid.coverage import bin_of, centres
+from imucal_wizard.estimate.ellipsoid.coverage import GAP_SHARES, bin_of, centres
 from imucal_wizard.tui.text import Line, Span, line, width_of
 
-FEW = len(PARTLY)
+FEW = len(GAP_SHARES)
 """Number of samples from which an area is covered."""
 GAP, THIN, FULL = "·", "▒", "█"
 HERE = "◆"

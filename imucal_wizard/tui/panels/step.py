@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 from imucal_wizard.core.limits.procedure import FULL_ANGLE_DEG, SPEEDS_WANTED
 from imucal_wizard.core.quantities import decimals, fixed, number, true_minus, unit_sign
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.state import (
     AxisMotion,
     AxisStart,
     Event,
     Offer,
     RotationStatus,
+    Status,
     StillStatus,
 )
 from imucal_wizard.guide.wording import signed as signed_angle
@@ -24,9 +25,11 @@ _LETTERS = {"a": "a", "g": "ω"}
 """The symbol for a channel's first letter."""
 
 
-def reason(still: StillStatus) -> Line:
+def reason(status: Status) -> Line:
     """Whether the device is still; if not, which axis moves, by how much, and its limit."""
-    label: Span = ("STILL?  ", "strong")
+    label, still = ("STILL?  ", "strong"), status.still
+    if status.act in (Act.CONNECT, Act.ENDED):
+        return label, ("no samples", "quiet")
     if not still.motions:
         return label, ("listening …", "quiet")
     if still.still:
@@ -277,7 +280,6 @@ def _wanted(rotation: RotationStatus) -> Line:
         (" wanted  ", "quiet"),
         (f"both senses {_tick(rotation.senses)}", _tone(rotation.senses)),
         (f"   three speeds {_tick(speeds)}{some}", _tone(speeds)),
-        (f"   {rotation.advice}", "accent"),
     )
 
 

@@ -7,11 +7,10 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
-from imucal_wizard.core.poses import DIRECTIONS
-from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.guide.state import FieldStatus, Status
+from imucal_wizard.guide.kinds import Act, StepKind
+from imucal_wizard.guide.operator_view import IDENTITY, Matrix, about, product
+from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import Snapshot
-from imucal_wizard.tui.drawing import IDENTITY, Matrix, about, product, tilted
 from imucal_wizard.tui.panels.field import field_notice_rows, quality_rows, turned_rows
 from imucal_wizard.tui.panels.sphere import sphere_rows
 from imucal_wizard.tui.panels.step import pose_rows
@@ -19,8 +18,6 @@ from imucal_wizard.tui.screens.steps import StepScreen, attitude_of, draw_device
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
 
-DISTURBED = "DISTURBED"
-"""The headline while the field is disturbed."""
 PRESSED_CIRCLE_DEG = 372.0
 """Angle of a circle by the virtual hand: a full turn and a margin."""
 _ROUND_SECONDS = 6.0
@@ -76,15 +73,9 @@ class FieldScreen(StepScreen):
         )
         if self.query_one("#field-drawings").size.height:  # in a tall terminal
             now = attitude_of(snapshot)
-            draw_device(self.lines("now"), now)
-            wanted = circling(field, now or IDENTITY, status.elapsed)
+            draw_device(self.lines("now"), now, turn=status.turn)
+            wanted = circling(status, now or IDENTITY)
             draw_device(self.lines("wanted"), wanted)
-
-    def headline(self, status: Status) -> tuple[str, str]:
-        """The instruction, or that the field is disturbed."""
-        if status.field is not None and status.field.disturbed:
-            return DISTURBED, "warn"
-        return super().headline(status)
 
     def action_hand_do(self) -> None:
         """Lay the wanted face on the table, or turn the device once round on it."""
@@ -99,10 +90,11 @@ class FieldScreen(StepScreen):
         self.refresh_bindings()
 
 
-def circling(field: FieldStatus, now: Matrix, elapsed: float) -> Matrix | None:
-    """The wanted face on the table, the device turning about the vertical."""
-    if field.face not in DIRECTIONS:
+def circling(status: Status, now: Matrix) -> Matrix | None:
+    """The device on the face asked for; turning about the vertical once it lies there."""
+    if status.act is Act.POSE and status.turn is not None:
+        return status.turn.of(now)
+    if status.act is not Act.CIRCLE:
         return None
-    x, y, z = (-float(value) for value in DIRECTIONS[field.face])
-    turn = about((0.0, 0.0, 1.0), 2.0 * math.pi * elapsed / _ROUND_SECONDS)
-    return product(turn, tilted(now, (x, y, z)))
+    turn = about((0.0, 0.0, 1.0), 2.0 * math.pi * status.elapsed / _ROUND_SECONDS)
+    return product(turn, now)

@@ -7,7 +7,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import ModalScreen
 
-from imucal_wizard.diagnose.bench import NOTHING, Entry
+from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
 from imucal_wizard.teach.prediction import (
     ANY,
     FALLS,
@@ -71,7 +71,7 @@ class GuessScreen(ModalScreen[str | None]):
         words = "Commit before you see the evidence."
         self.query_one("#asked", Lines).show([*wrapped(words, 70, "quiet"), line("")])
         questions = [Question(_HELD_OUT, (FALLS, STAYS), FALLS, "when it is added")]
-        if self._entry.term == NOTHING:
+        if self._entry.term == NOTHING_MISSING:
             questions = [Question("sure?", ("yes", "no"), "yes")]
         if self._entry.effect is not None:
             names = parameters_of(self._snapshot, self._entry)

@@ -1,30 +1,18 @@
 """The measuring steps: instruction, drawing, stillness, progress, traces."""
 
-import math
-from collections.abc import Mapping
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
-from imucal_wizard.core.poses import DIRECTIONS, NAMED
 from imucal_wizard.core.quantities import number
-from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.guide.kinds import TITLES, StepKind
+from imucal_wizard.guide.kinds import TITLES, Act, StepKind
+from imucal_wizard.guide.operator_view import IDENTITY, Matrix, Turn, matrix_of, turn_to
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import Snapshot
-from imucal_wizard.tui.drawing import (
-    IDENTITY,
-    Matrix,
-    Vector,
-    about,
-    cube_rows,
-    matrix_of,
-    product,
-    tilted,
-)
+from imucal_wizard.tui.drawing import ARROW_HEADS, cube_rows
 from imucal_wizard.tui.panels.step import (
     OFFER_KEYS,
     notice_rows,
@@ -44,17 +32,18 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 STEP_DEG = 15.0
 """Rotation of the virtual device at each key."""
-_SWING_DEG = 90.0
-_SWING_SECONDS = 4.0
-_AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_SHOWN_SECONDS = 4.0
+"""Duration of a rotation in the drawing, and of the rest after it."""
+_STYLES = {Act.HOLD: "good", Act.DONE: "good", Act.WAIT: "warn", Act.CONNECT: "bad"}
+"""Style of the headline; "strong" for all other acts."""
 
 
 def _turn(key: str, axis: str, sense: int, shown: str, words: str) -> Binding:
-    """A key that turns the virtual device; the first of each pair turns it to the left."""
+    """A key that turns the virtual device; the first of each pair turns it right-handed."""
     return Binding(
         key, f"hand_turn('{axis}', {sense})", words, show=bool(shown), key_display=shown or None,
-        tooltip=f"turns the virtual device about its {axis} axis by {STEP_DEG:.0f}°, "
-        f"to the {'left' if sense > 0 else 'right'}",
+        tooltip=f"turns the virtual device by {'+' if sense > 0 else '−'}{STEP_DEG:.0f}° about its "
+        f"{axis} axis",
     )  # fmt: skip
 
 
@@ -124,7 +113,7 @@ class StepScreen(LiveScreen):
         still = status.still
         self.show_stream(snapshot)
         self.lines("say").draw(lambda width, height: self.say_rows(status, width)[: height or 3])
-        self.lines("still").show([reason(still)])
+        self.lines("still").show([reason(status)])
         self.lines("bars").draw(lambda width, height: still_rows(still, width, height))
         self.lines("hold").draw(lambda width, _: [self.hold_row(status, width)])
         self.lines("notice").draw(
@@ -138,8 +127,9 @@ class StepScreen(LiveScreen):
             lambda width, height: trace_rows(snapshot.traces, units, width, height)
         )
         now = attitude_of(snapshot)
-        wanted, axis = self.wanted_attitude(status, now or IDENTITY)
-        draw_device(self.lines("now"), now, axis)
+        wanted = wanted_attitude(status, now or IDENTITY)
+        axis = "" if status.rotation is None else status.rotation.axis
+        draw_device(self.lines("now"), now, axis, status.turn)
         self.lines("wanted").display = wanted is not None
         draw_device(self.lines("wanted"), wanted, axis)
 
@@ -207,23 +197,13 @@ class StepScreen(LiveScreen):
             self.state.hand.following = on
             self.refresh_bindings()
 
-    def announced(self, snapshot: Snapshot) -> tuple[str, str]:
-        """The headline and its style; a lost connection comes first."""
-        if not snapshot.stream.connected and not snapshot.finished:
-            return "NOT CONNECTED", "bad"
-        return self.headline(snapshot.status)
-
-    def headline(self, status: Status) -> tuple[str, str]:
-        """The instruction, or HOLD STILL in a pose that counts."""
-        still = status.still
-        growing = still.still and not still.spent and still.held < still.needed
-        if growing and status.counts_here:
-            return "HOLD STILL", "good"
-        return status.instruction or "ONE MOMENT", "strong"
+    def announced(self, status: Status) -> tuple[str, str]:
+        """The headline and its style."""
+        return status.instruction, _STYLES.get(status.act, "strong")
 
     def show_stream(self, snapshot: Snapshot) -> None:
         """Show the headline and the row of the stream."""
-        self.query_one(BigText).say(*self.announced(snapshot))
+        self.query_one(BigText).say(*self.announced(snapshot.status))
         stream, status, muted = snapshot.stream, snapshot.status, self.state.sounds.muted
         self.lines("stream").draw(
             lambda width, _: [stream_row(stream, status.noise, status.still.loosened, muted, width)]
@@ -235,10 +215,14 @@ class StepScreen(LiveScreen):
         return f"{done:.0f} of {wanted:.0f} done"
 
     def say_rows(self, status: Status, width: int) -> list[Line]:
-        """Progress, instruction in words, and the way to the pose."""
+        """Progress, the way, the instruction in words, and its reason.
+
+        The way comes first, because not all of the words may fit.
+        """
         rows = [line(self.progress_words(status), "accent")]
+        rows += wrapped(status.guidance, width, "strong") if status.guidance else []
         rows += wrapped(status.detail, width) if status.detail else []
-        return rows + (wrapped(status.guidance, width, "strong") if status.guidance else [])
+        return rows + (wrapped(status.reason, width, "quiet") if status.reason else [])
 
     def hold_row(self, status: Status, width: int) -> Line:
         """Duration of the hold, and the duration needed."""
@@ -248,18 +232,6 @@ class StepScreen(LiveScreen):
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (each step has its own)
         """The step's own rows."""
         return []
-
-    def wanted_attitude(self, status: Status, now: Matrix) -> tuple[Matrix | None, str]:
-        """The wanted attitude, and the body axis to draw through the device."""
-        if status.rotation is not None:
-            return swinging(status, now)
-        if status.wanted_up is not None:
-            return tilted(now, status.wanted_up), ""
-        return (
-            (tilted(now, _direction(NAMED, status.wanted)), "")
-            if status.wanted in NAMED
-            else (None, "")
-        )
 
 
 class SettleScreen(StepScreen):
@@ -287,13 +259,6 @@ class PoseScreen(StepScreen):
         return pose_rows(
             status.done, status.missing, status.wanted, status.recognised, width, height
         )
-
-    def progress_words(self, status: Status) -> str:
-        """Number of poses done, and whether the present one is."""
-        words = super().progress_words(status)
-        if status.recognised and status.recognised in status.done:
-            return f"{words}   ✓ this one is done"
-        return words
 
 
 class ValidateScreen(PoseScreen):
@@ -347,13 +312,6 @@ class MoreScreen(StepScreen):
         """How many of the requests are done."""
         return f"for the bench: {super().progress_words(status)}"
 
-    def say_rows(self, status: Status, width: int) -> list[Line]:
-        """The way to the pose first, because some of these poses have no name."""
-        rows = [line(self.progress_words(status), "accent")]
-        rows += wrapped(status.guidance, width, "strong") if status.guidance else []
-        rows += wrapped(status.detail, width) if status.detail else []
-        return rows + (wrapped(status.reason, width, "quiet") if status.reason else [])
-
 
 def drawings(wanted: str) -> ComposeResult:
     """Widgets for the device's present and wanted attitude."""
@@ -363,22 +321,45 @@ def drawings(wanted: str) -> ComposeResult:
         yield place
 
 
-def draw_device(place: Lines, attitude: Matrix | None, axis: str = "") -> None:
-    """Draw the device with this body-to-world rotation; None if not known."""
+def draw_device(
+    place: Lines, attitude: Matrix | None, axis: str = "", turn: Turn | None = None
+) -> None:
+    """Draw the device with this body-to-world rotation; None if not known.
+
+    The arrow of a turn has a head in colour.
+    """
 
     def rows(width: int, height: int) -> list[Line]:
         if attitude is None:
             return [line("")] * (height // 2) + [line("not known yet".center(width), "quiet")]
-        return [line(row) for row in cube_rows(attitude, width, height, axis)]
+        return [_arrow_line(row) for row in cube_rows(attitude, width, height, axis, turn)]
 
-    place.draw(rows, (attitude, axis))
+    place.draw(rows, (attitude, axis, turn))
+
+
+def _arrow_line(row: str) -> Line:
+    at = next((i for i, sign in enumerate(row) if sign in ARROW_HEADS), len(row))
+    return (row[:at], ""), (row[at : at + 1], "accent"), (row[at + 1 :], "")
 
 
 def attitude_of(snapshot: Snapshot) -> Matrix | None:
     """The device's attitude from the stream, or else from the up direction."""
     if snapshot.attitude is not None:
         return matrix_of(snapshot.attitude.tolist())
-    return None if snapshot.status.up is None else tilted(IDENTITY, snapshot.status.up)
+    up = snapshot.status.up
+    return None if up is None else turn_to(IDENTITY, up).of(IDENTITY)
+
+
+def wanted_attitude(status: Status, now: Matrix) -> Matrix | None:
+    """The attitude that is asked for; a rotation is shown over and over."""
+    if status.act is Act.ROTATE and status.turn is not None:
+        share = min(1.0, 2.0 * (status.elapsed / _SHOWN_SECONDS % 1.0))
+        return status.turn.of(now, share)
+    if status.turn is not None:
+        return status.turn.of(now)
+    if status.aim is not None:
+        return turn_to(now, status.aim).of(now)
+    return now if status.act in (Act.HOLD, Act.LIFT) else None
 
 
 def progress_bar(done: float, wanted: float, width: int, style: str) -> Line:
@@ -386,21 +367,3 @@ def progress_bar(done: float, wanted: float, width: int, style: str) -> Line:
     words = f" {done:.1f} of {number(wanted, 2)} s"
     share = done / wanted if wanted > 0 else 0.0
     return ("HOLD    ", "strong"), (bar(share, max(10, width - 9 - len(words))), style), (words, "")
-
-
-def swinging(status: Status, now: Matrix) -> tuple[Matrix | None, str]:
-    """The start pose, swinging about the wanted axis; and that axis."""
-    rotation = status.rotation
-    if rotation is None or rotation.start_pose not in DIRECTIONS:
-        return None, ""
-    start = tilted(now, _direction(DIRECTIONS, rotation.start_pose))
-    if status.guidance:  # the start pose comes first
-        return start, rotation.axis
-    phase = 2.0 * math.pi * status.elapsed / _SWING_SECONDS
-    angle = math.radians(_SWING_DEG) * math.sin(phase)
-    return product(start, about(_AXES[rotation.axis], angle)), rotation.axis
-
-
-def _direction(directions: Mapping[str, FloatArray], name: str) -> Vector:
-    x, y, z = (float(value) for value in directions[name])
-    return x, y, z

@@ -21,6 +21,7 @@ from tests.estimate.extended.turns import (
     course,
     measured,
     settled_rows,
+    sizes_by,
     still_rms,
     twenty_turns,
     without,
@@ -221,17 +222,17 @@ def test_the_standard_errors_of_sizes_are_honest() -> None:
     assert 0.92 < inside < 0.98
 
 
-def test_still_means_and_rotations_bear_the_same_witness() -> None:
+def test_still_means_and_rotations_agree() -> None:
     """Each alone finds the g-sensitivity, within their combined standard errors."""
     data = measured(MADE, (G_SENSITIVITY,), COEFFICIENTS, QUIET, np.random.default_rng(10))
     found = fit(data, (G_SENSITIVITY,))
-    still, turned = found.witnesses
-    apart = still.sizes - turned.sizes
-    squares = apart @ np.linalg.solve(still.covariance + turned.covariance, apart)
+    still, of_still = sizes_by(found, moving=False)
+    turned, of_turned = sizes_by(found, moving=True)
+    squares = (still - turned) @ np.linalg.solve(of_still + of_turned, still - turned)
     assert squares < 21.7  # 99 % of χ² with nine degrees of freedom
     assert found.size_covariance is not None
     together = np.trace(found.size_covariance)
-    assert together < np.trace(still.covariance) < np.trace(turned.covariance)
+    assert together < np.trace(of_still) < np.trace(of_turned)
 
 
 def test_g_sensitivity_falls_to_the_noise_when_it_is_in_the_model() -> None:

@@ -13,7 +13,7 @@ from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Term, Terms
-from tests.estimate.extended.turns import settled_rows, still_rms, without
+from tests.estimate.extended.turns import settled_rows, sizes_by, still_rms, without
 from tests.shared_data import shared_data
 
 G_SENSITIVITY = Term(effect("g-sensitivity"))
@@ -49,14 +49,15 @@ def test_the_xsens_gyroscope_feels_gravity() -> None:
 
 
 def test_the_still_means_of_the_xsens_agree_with_its_rotations() -> None:
-    """Two independent witnesses of nine coefficients, within their combined standard errors."""
+    """Each alone finds the nine coefficients, within their combined standard errors."""
     _, gyroscope = both("xsens", *PAIR)
-    still, turned = fit(gyroscope, (G_SENSITIVITY,)).witnesses
-    apart = still.sizes - turned.sizes
-    combined = still.covariance + turned.covariance
+    found = fit(gyroscope, (G_SENSITIVITY,))
+    still, of_still = sizes_by(found, moving=False)
+    turned, of_turned = sizes_by(found, moving=True)
+    apart, combined = still - turned, of_still + of_turned
     assert (np.abs(apart) < 2.5 * np.sqrt(np.diag(combined))).all()
     assert apart @ np.linalg.solve(combined, apart) < 16.9  # 95 % of χ² with nine
-    sure = np.abs(turned.sizes) > 4.0 * np.sqrt(np.diag(turned.covariance))
+    sure = np.abs(turned) > 4.0 * np.sqrt(np.diag(of_turned))
     assert sure.sum() >= 5
 
 

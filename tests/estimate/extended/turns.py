@@ -11,6 +11,7 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE, fit_accelerometer
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, gyroscope_experiment
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.source import Parameters, Rows
@@ -194,3 +195,25 @@ def still_rms(found: SensorFit) -> float:
     """What a fit leaves of the still means, rad/s."""
     assert found.rows is not None
     return root_mean_square(found.rows.residual[found.rows.kind == "still"].reshape(-1, 3))
+
+
+def sizes_by(found: SensorFit, *, moving: bool) -> tuple[FloatArray, FloatArray]:
+    """Sizes of the effects and their covariance, by rotations or by still means alone.
+
+    Still means say nothing of the gains, which keep the values of the whole fit.
+    """
+    table, sizes = found.rows, np.concatenate(found.sizes)
+    assert table is not None
+    rows = table.moving == moving
+    effects = np.array([name.partition("_")[0] in found.model[len(found.base) :]
+                        for name in table.names])  # fmt: skip
+    bias = np.array([name.startswith("bias") for name in table.names])
+    free = effects | bias | table.of_reference | moving
+    columns = table.columns[np.ix_(rows, free)]
+    weighted = columns / table.variance[rows, None]
+    covariance = inverted(columns.T @ weighted + np.diag(table.precision[free]))
+    value = np.zeros(len(table.names))
+    value[effects] = sizes
+    pull = weighted.T @ table.residual[rows] + (table.precision * value)[free]
+    own = effects[free]
+    return sizes - (covariance @ pull)[own], covariance[np.ix_(own, own)]

@@ -1,0 +1,125 @@
+"""Which recordings are refused, and what settling in the holds costs.
+
+``python -m benchmarks.holds slow [N]``: recordings of a device that is waved slowly, with and
+without a gyroscope, and honest sessions on a table and in the hand.
+
+``python -m benchmarks.holds settling [N]``: the scatter of the accelerometer's parameters with
+settling in the holds and without it, with the settling left out and with all samples averaged.
+"""
+
+import sys
+from collections import Counter
+
+import numpy as np
+
+from benchmarks.hand_motion import (
+    POSES,
+    Device,
+    G,
+    drawn_device,
+    placed,
+    recorded,
+    trembling,
+    waved,
+)
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.measurement.blocks import BlockCutter
+from imucal_wizard.measurement.holds import Hold, hold_at_rest, hold_from
+
+FRESH = 10_000
+"""Seeds from here on were never used to choose a limit."""
+
+
+def slow_motion(seed: int, *, gyroscope: bool) -> Readings:
+    """A device that is waved at 5 to 20 °/s for two to seven minutes by a hand that may tremble."""
+    rng = np.random.default_rng([seed, 1])
+    device = drawn_device(rng, gyroscope=gyroscope)
+    speed, tremor = rng.uniform(5.0, 20.0), float(rng.choice([0.0, 2.0, 10.0, 20.0]))
+    motion = waved(rng.uniform(120.0, 420.0), speed, device.rate, rng)
+    return recorded(trembling(motion, tremor, rng), device, rng)
+
+
+def honest(seed: int) -> tuple[Readings, int]:
+    """A session on a table or in the hand, and the number of its rests."""
+    rng = np.random.default_rng([seed, 7])
+    device = drawn_device(rng)
+    tremor = float(rng.choice([0.0, 2.0, 5.0, 20.0]))
+    sway = float(rng.choice([0.0, 0.1, 0.3])) if tremor else 0.0
+    speed, hold = rng.uniform(60.0, 200.0), rng.uniform(2.0, 6.0)
+    motion = placed(device, rng, tremor=tremor, sway=sway, turns=1, speed=speed, hold=hold)
+    rests = int((np.diff(motion.resting, prepend=0.0) > 0.0).sum())
+    return recorded(motion, device, rng), rests
+
+
+def accepted(readings: Readings) -> int:
+    """Holds of the calibration; 0 if it is refused."""
+    try:
+        return len(fit_readings(readings).holds)
+    except DataError:
+        return 0
+
+
+def slow(count: int) -> None:
+    """Print how many recordings are accepted."""
+    for gyroscope in (False, True):
+        seeds = range(FRESH, FRESH + count)
+        taken = sum(accepted(slow_motion(seed, gyroscope=gyroscope)) > 0 for seed in seeds)
+        named = "with" if gyroscope else "without"
+        print(f"waved slowly, {named} gyroscope: {taken} of {count} accepted (required: 0)")
+    kept: Counter[str] = Counter()
+    for seed in range(FRESH, FRESH + count):
+        readings, rests = honest(seed)
+        found = accepted(readings)
+        kept["refused" if not found else "kept" if found >= 0.9 * rests else "some lost"] += 1
+    print(f"honest: {kept['kept']} of {count} keep nine of ten holds, {kept['some lost']} fewer,")
+    print(f"{kept['refused']} refused")
+
+
+def scatter(count: int, settling: float, *, trimmed: bool, device: Device) -> FloatArray:
+    """Rms error of bias (mg) and scale (ppm) over sessions of 18 holds of three seconds."""
+    off = []
+    for seed in range(FRESH, FRESH + count):
+        rng = np.random.default_rng([seed, 11])
+        up = POSES / np.linalg.norm(POSES, axis=1)[:, None]
+        holds = [_settling_hold(one, settling, trimmed, device, rng) for one in up]
+        fit = fit_accelerometer(holds, G, "m/s^2")
+        off.append([*(fit.bias / G * 1e3), *((np.diag(fit.matrix) - 1.0) * 1e6)])
+    squares = np.square(off).mean(axis=0)
+    return np.sqrt([squares[:3].mean(), squares[3:].mean()])
+
+
+def _settling_hold(
+    up: FloatArray, settling: float, trimmed: bool, device: Device, rng: np.random.Generator
+) -> Hold:
+    time = np.arange(round(3.0 * device.rate)) / device.rate
+    white = 1e-3 * G * device.noise * np.sqrt(device.rate / 2.0)
+    values = G * up + white * rng.standard_normal((len(time), 3))
+    sign = rng.choice([-1.0, 1.0], 3)
+    values += 1e-3 * G * settling * np.exp(-time / 0.5)[:, None] * sign
+    blocks = BlockCutter(device.rate).feed(Readings(Series(time, values, "m/s^2"), None))
+    hold = hold_at_rest(blocks, G) if trimmed else hold_from(blocks)
+    return hold or hold_from(blocks)
+
+
+def settling(count: int) -> None:
+    """Print the scatter of the parameters beside that of clean holds that are averaged whole."""
+    for device in (Device(), Device(rate=50.0, noise=0.03), Device(rate=400.0, noise=0.5)):
+        clean = scatter(count, 0.0, trimmed=False, device=device)
+        print(
+            f"{device.rate:.0f} Hz, {device.noise} mg/√Hz: bias {clean[0]:.4f} mg, scale ", end=""
+        )
+        print(f"{clean[1]:.1f} ppm with clean holds of 3 s, averaged whole; times this with")
+        for label, size, trimmed in (
+            ("clean holds, trimmed", 0.0, True),
+            ("5 mg·exp(−t/0.5 s), averaged whole", 5.0, False),
+            ("5 mg·exp(−t/0.5 s), trimmed", 5.0, True),
+        ):
+            ratio = scatter(count, size, trimmed=trimmed, device=device) / clean
+            print(f"  {label:38s} bias {ratio[0]:.3f}, scale {ratio[1]:.3f}")
+
+
+if __name__ == "__main__":
+    {"slow": slow, "settling": settling}[sys.argv[1]](int((sys.argv[2:] or ["100"])[0]))

@@ -1,0 +1,152 @@
+"""The test of lack of fit: whether measured noise makes what a model leaves.
+
+The noise is what was measured apart from the model: the noise within the holds, and how far the
+same pose differs from one visit to the next. Residuals between directions do not tell it: they hold
+what the model lacks. The residual is tested twice, each time at one per cent:
+
+- against the noise within the holds alone, by F with the degrees of freedom of that noise;
+- where poses were repeated, against that and the variance between visits that the repeats show:
+  F of what is left between the directions over the pure error (Draper & Smith, Applied Regression
+  Analysis, 2.1).
+"""
+
+import numpy as np
+
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.distributions import exceeded
+from imucal_wizard.estimate.repeatability import WITHIN_FREEDOM, pure_error
+from imucal_wizard.model.rows.table import ResidualTable
+
+TEST_LEVEL = 0.01
+"""Share of complete models that the test rejects."""
+MAX_REPEATABILITY = 2.5
+"""What is left, rms in units of the noise within the holds, above which poses that differ from
+visit to visit are no noise of a usable sensor. Structure of three times that noise leaves more than
+this with any poses; flicker noise of four times the usual size leaves 2."""
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """What a model leaves, against measured noise.
+
+    Attributes:
+        ratio: what is left, rms over its degrees of freedom, in units of the noise within holds.
+        p: chance that this noise alone leaves as much.
+        share: variance of the visits to one pose, over that of this noise; None without repeats.
+        p_visits: chance that noise with the variance between visits leaves as much between the
+            directions; None without repeats.
+        p_repeatable: chance that the noise within holds makes visits differ as much; None without.
+    """
+
+    ratio: float
+    p: float
+    share: float | None = None
+    p_visits: float | None = None
+    p_repeatable: float | None = None
+
+    @property
+    def within_noise(self) -> bool:
+        """Whether measured noise, of the holds alone or of the visits too, makes what is left."""
+        if self.p >= TEST_LEVEL:
+            return True
+        return self._visits_explain and self.ratio <= MAX_REPEATABILITY
+
+    @property
+    def not_repeatable(self) -> bool:
+        """Whether the visits explain what is left, and differ by far more than the noise."""
+        differ = self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
+        return self._visits_explain and differ and self.ratio > MAX_REPEATABILITY
+
+    @property
+    def _visits_explain(self) -> bool:
+        return self.p_visits is not None and self.p_visits >= TEST_LEVEL
+
+
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Which rows repeat one another.
+
+    Attributes:
+        repeated: rows at rest whose repeats differ by noise alone, shape (n,).
+        group: direction (and axis) of each row, shape (n,).
+        visit: visit (and axis) that each row is a piece of, shape (n,).
+    """
+
+    repeated: BoolArray
+    group: IntArray
+    visit: IntArray
+
+    @classmethod
+    def of(cls, repeated: BoolArray, group: IntArray, visit: IntArray, axis: IntArray) -> "Visits":
+        """From the numbers of the directions (−1 for none), visits and axes (−1 for none)."""
+        axes = np.maximum(axis, 0)
+        return cls(repeated & (group >= 0), 3 * group + axes, 3 * visit + axes)
+
+    def kept(self, rows: BoolArray) -> "Visits":
+        """The same of some of the rows."""
+        return Visits(self.repeated[rows], self.group[rows], self.visit[rows])
+
+
+def lack_of_fit(
+    residual: FloatArray, columns: FloatArray, sigma: FloatArray, visits: Visits
+) -> LackOfFit:
+    """Test what a model leaves.
+
+    Args:
+        residual: over the noise within the holds, shape (n,).
+        columns: its derivative by the parameters of the model, shape (n, p).
+        sigma: noise within the holds of each row, in its unit, shape (n,).
+        visits: which rows repeat one another.
+    """
+    known = WITHIN_FREEDOM * len(residual)
+    squares, rank = squares_left(residual, columns)
+    freedom = len(residual) - rank
+    if freedom <= 0:
+        return LackOfFit(0.0, 1.0)
+    ratio = squares / freedom
+    own = LackOfFit(float(np.sqrt(ratio)), exceeded(ratio, freedom, known))
+    rest = visits.repeated
+    if not rest.any():
+        return own
+    group, visit = visits.group[rest], visits.visit[rest]
+    share, repeats = pure_error(residual[rest], group, visit)
+    if not repeats or freedom <= repeats:
+        return own
+    between = max(share - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
+    factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / sigma**2, 0.0))
+    squares, _ = squares_left(factor * residual, factor[:, None] * columns)
+    pure, _ = pure_error((factor * residual)[rest], group, visit)
+    ratio = (squares - repeats * pure) / (freedom - repeats)
+    return LackOfFit(
+        own.ratio,
+        own.p,
+        share,
+        exceeded(ratio / max(pure, 1.0), freedom - repeats, repeats),
+        exceeded(share, repeats, known),
+    )
+
+
+def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
+    """The test of a fit's residuals without some rows, which another fit would leave out."""
+    kept = np.ones(len(table), np.bool_)
+    kept[rows] = False
+    floor = table.floor
+    visits = Visits.of(
+        ~table.moving & table.repeats_are_noise, table.group, table.visit, table.axis
+    )
+    columns = (table.columns / floor[:, None])[kept]
+    return lack_of_fit((table.residual / floor)[kept], columns, floor[kept], visits.kept(kept))
+
+
+def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:
+    """What a least-squares fit leaves of a residual: the sum of squares, and the fit's rank.
+
+    Args:
+        residual: shape (n,).
+        columns: what is fitted to it, shape (n, p).
+    """
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    inner = left[:, values > 1e-9 * values.max(initial=0.0)]
+    rest = residual - inner @ (inner.T @ residual)
+    return float(rest @ rest), inner.shape[1]

@@ -1,0 +1,95 @@
+"""Repeatability: how far the same pose differs from one visit to the next (the pure error).
+
+The scatter of visits to one direction about their mean. The noise within the holds does not show
+what changes from hold to hold (the seat, a wandering bias); the repeats do, and they show it apart
+from what the model lacks. Pieces of one rest, cut by a disturbance, are one visit.
+"""
+
+from math import inf
+
+import numpy as np
+
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square, exceeded
+from imucal_wizard.model.rows.table import ResidualTable
+
+WITHIN_FREEDOM = 0.6 * 12.0
+"""Degrees of freedom per hold behind the noise within: three axes of five block means, pooled by
+their median, which knows about 0.6 as much as their mean would."""
+REPEATABLE_P = 0.01
+"""An F ratio rarer than this says that poses do not repeat."""
+
+
+@dataclass(frozen=True)
+class Repeatability:
+    """How far the same pose differs from visit to visit.
+
+    Attributes:
+        rms: of the visits about the mean of their direction, in ``unit``.
+        freedom: degrees of freedom of ``rms``.
+        p: chance that the noise within the holds alone makes the visits differ as much.
+        unit: ``m/s^2``, ``rad/s`` (of the gyroscope's rates at rest) or ``uT``.
+    """
+
+    rms: float
+    freedom: int
+    p: float
+    unit: str
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether the same pose reads the same again, within the noise."""
+        return self.p > REPEATABLE_P
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of ``rms``: it holds the truth nine times in ten."""
+        reach = (WITHIN_NINETY, -WITHIN_NINETY)
+        low, high = (self.rms / chi_square(one, self.freedom) ** 0.5 for one in reach)
+        return low, high
+
+
+def repeatability_of(table: ResidualTable) -> Repeatability | None:
+    """From the rows at rest of a fit; None where no pose was repeated."""
+    rest = rows_at_rest(table)
+    if not rest.any():
+        return None
+    axis, noise, sigma = np.maximum(table.axis, 0)[rest], table.floor[rest], table.sigma[rest]
+    group, visit = 3 * table.group[rest] + axis, 3 * table.visit[rest] + axis
+    square, freedom = pure_error(table.residual[rest] / sigma, group, visit)
+    if not freedom:
+        return None
+    variance = square * float(np.mean(sigma**2))
+    share = inf
+    if noise.all():
+        share, _ = pure_error(table.residual[rest] / noise, group, visit)
+    p = exceeded(share, freedom, WITHIN_FREEDOM * int(rest.sum()))
+    unit = str(table.unit[np.flatnonzero(rest)[0]])
+    return Repeatability(float(np.sqrt(variance)), freedom, p, unit)
+
+
+def rows_at_rest(table: ResidualTable) -> BoolArray:
+    """Which rows a direction may repeat, all of one unit: holds, rates at rest, magnitudes."""
+    rest = ~table.moving & (table.group >= 0)
+    unit = table.unit
+    return np.asarray(rest & (unit == unit[int(rest.argmax())]))
+
+
+def pure_error(residual: FloatArray, group: IntArray, visit: IntArray) -> tuple[float, int]:
+    """Mean square of the visits about the mean of their group, and its degrees of freedom.
+
+    Args:
+        residual: rows of equal variance, shape (n,).
+        group: which rows are of one direction, shape (n,).
+        visit: which rows are pieces of one visit, shape (n,).
+    """
+    _, first, number, count = np.unique(
+        visit, return_index=True, return_inverse=True, return_counts=True
+    )
+    # the mean of the pieces of a visit, as exact as they are together
+    together = np.bincount(number, residual) / np.sqrt(count)
+    _, place, visits = np.unique(group[first], return_inverse=True, return_counts=True)
+    rest = together - (np.bincount(place, together) / visits)[place]
+    freedom = len(first) - len(visits)
+    return (float(rest @ rest) / freedom if freedom else 0.0), freedom

@@ -1,0 +1,30 @@
+"""A small version of ``benchmarks.complete``: when a model is called complete."""
+
+import pytest
+
+from benchmarks.complete import HONEST, LARGE, STRUCTURES, judged
+from benchmarks.hidden.noise import CONSUMER
+from imucal_wizard.diagnose.verdict import Verdict
+
+RECORDINGS = 12
+SEED = 31
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("noise", ["white noise", "usual flicker noise"])
+def test_a_model_that_lacks_nothing_is_complete(noise: str) -> None:
+    """Of 24 recordings with repeats at most two are not: at 5 % more are rarer than 1 in 15."""
+    found = [judged("26+12", HONEST[noise], None, SEED, k).verdict for k in range(2 * RECORDINGS)]
+    assert sum(one is not Verdict.COMPLETE for one in found) <= 2
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("plan", ["18", "26+12"])
+def test_a_model_that_leaves_structure_is_not_complete(plan: str) -> None:
+    """None of these structures above three times the noise of a hold is called noise."""
+    names = ["bias that swings", "ripple", "placement scatter", "stiction", "step of scale"]
+    assert set(names) <= set(STRUCTURES)
+    found = [judged(plan, CONSUMER, one, SEED, k) for one in names for k in range(RECORDINGS // 2)]
+    large = [one for one in found if one.structure > LARGE]
+    assert len(large) >= 8
+    assert not any(one.verdict is Verdict.COMPLETE for one in large)
