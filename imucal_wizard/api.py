@@ -255,7 +255,9 @@ class Fit:
         calibration = self.calibration
         sensors = {
             name: structs.replace(
-                sensor, verdict=str(diagnosis[name].verdict), usable=diagnosis[name].usable
+                sensor,
+                verdict=str(diagnosis[name].verdict),
+                could_be=diagnosis[name].could_be,
             )
             if name in diagnosis
             else sensor
@@ -294,8 +296,9 @@ def read(
 
     Raises:
         InputError: a file cannot be read.
+        UsageError: a unit is given for a sensor that does not exist.
     """
-    given = units or {}
+    given = _by_sensor(units)
     options = RecordingOptions(
         columns=tuple(columns),
         rate=rate,
@@ -330,7 +333,7 @@ def calibrate(
         DataError: the data do not determine a calibration, or cannot show a term.
         UsageError: a term or sensor is not known.
     """
-    chosen = methods or {}
+    chosen = _by_sensor(methods)
     options = FitOptions(
         recording.gravity if gravity is None else gravity,
         chosen.get("accelerometer", FitOptions.method),
@@ -374,6 +377,20 @@ def undetermined(recording: Recording, error: DataError) -> "dict[str, Diagnosis
 
     there = [name for name in SENSORS if getattr(recording.readings, name) is not None]
     return {name: insufficient(name, str(error)) for name in there}
+
+
+def _by_sensor(given: Mapping[str, str] | None) -> Mapping[str, str]:
+    """What is given for each sensor.
+
+    Raises:
+        UsageError: something is given for a sensor that does not exist.
+    """
+    from imucal_wizard.model.effect import SENSORS
+
+    for name in given or {}:
+        if name not in SENSORS:
+            raise UsageError(f"there is no sensor {name!r}; choose one of {', '.join(SENSORS)}")
+    return given or {}
 
 
 def load(path: str | os.PathLike[str]) -> "Calibration":

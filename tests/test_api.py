@@ -58,6 +58,13 @@ def test_a_sensor_that_is_not_there_has_no_terms(folder: Path) -> None:
         iw.calibrate(recording, {"magnetometer": ["bias-drift"]})
 
 
+def test_nothing_is_taken_for_a_misspelt_sensor(folder: Path) -> None:
+    with pytest.raises(UsageError, match="no sensor 'gyro'"):
+        iw.read(folder / "imu.csv", units={"gyro": "deg/s"})
+    with pytest.raises(UsageError, match="choose one of accelerometer"):
+        iw.calibrate(iw.read(folder / "imu.csv"), methods={"acc": "newton"})
+
+
 def test_data_that_determine_nothing_say_so(tmp_path: Path) -> None:
     rest = tmp_path / "rest.csv"
     rest.write_text("t[s],ax[g],ay[g],az[g]\n" + "".join(f"{i / 100},0,0,1\n" for i in range(900)))

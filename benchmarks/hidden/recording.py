@@ -1,7 +1,7 @@
 """One simulated session of a virtual accelerometer, as far as the program would see it."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ class Recorded:
         schedule: what truly happened.
         foreign: true error of the input that no effect makes, m/s², shape (n, 3).
         noise: true error of each hold's mean by noise, m/s², shape (n, 3).
+        true_readings: without noise, of new holds: of a schedule, m/s², shape (n, 3).
     """
 
     holds: tuple[Hold, ...]
@@ -38,6 +39,7 @@ class Recorded:
     schedule: Schedule
     foreign: FloatArray
     noise: FloatArray
+    true_readings: Callable[[Schedule], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -84,15 +86,18 @@ def record(
     noise = batch_noise(colour, schedule, rng) * MILLI_G
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
     settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
-    c = circumstances(schedule, (schedule.start[0] + step) / 60.0, settling)
-    error = np.zeros((len(schedule.up), 3))
-    for one in hidden:
-        error += one.error(c)
-    foreign = np.zeros_like(error)
+    moment = (schedule.start[0] + step) / 60.0
+
+    def felt_in(these: Schedule) -> FloatArray:
+        c = circumstances(these, moment, settling)
+        return STANDARD_GRAVITY * these.up + sum(
+            (one.error(c) for one in hidden), np.zeros((len(these.up), 3))
+        )
+
+    felt, foreign = felt_in(schedule), np.zeros_like(schedule.up)
     if extra is not None:
         foreign = extra.error(schedule, rng) * MILLI_G
-    error += foreign
-    felt = STANDARD_GRAVITY * schedule.up + error
+    felt += foreign
     vibration = schedule.vibration * STANDARD_GRAVITY**2
     dither = np.sqrt((colour.density * MILLI_G) ** 2 * device.rate / 2.0 + vibration / 3.0)
     dither = dither[:, None]
@@ -102,8 +107,12 @@ def record(
     )
     measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * device.rate / 2.0
     measured = measured * (1.0 + 0.03 * rng.standard_normal(len(measured)))
+
+    def true_readings(these: Schedule) -> FloatArray:
+        return np.asarray(felt_in(these) @ sensor.sensitivity.T + sensor.bias)
+
     holds = _holds(schedule, rounded, device)
-    return Recorded(holds, measured, schedule, foreign, noise.mean(axis=1))
+    return Recorded(holds, measured, schedule, foreign, noise.mean(axis=1), true_readings)
 
 
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:

@@ -11,11 +11,15 @@ from benchmarks.hidden.trialled import Trialled
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.simulate.hidden import Hidden
 
-COLUMNS = ("named", "family", "part", "listed", "cannot", "unexpl", "disturb", "complete", "WRONG")
+COLUMNS = (
+    *("named", "family", "part", "listed", "cannot"),
+    *("unexpl", "disturb", "repeat", "complete", "WRONG"),
+)
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
 among them. ``part``: one of two. ``listed``: no name, but the truth among the explanations.
 ``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden.
-``seen``: p ≤ 0.01. ``inside``: the size, once added, ± its 95 % interval holds the truth."""
+``repeat``: not repeatable. ``seen``: p ≤ 0.01. ``inside``: the size, once added, ± its 95 % interval
+holds the truth."""
 
 
 class Answered(Protocol):
@@ -47,7 +51,11 @@ def outcome(one: Answered) -> str:
     if said.verdict is Verdict.AMBIGUOUS:
         listed = [tuple(sorted({FAMILY[t] for t in terms})) for terms in said.explanations]
         return "listed" if one.families and one.families in listed else "cannot"
-    words = {Verdict.UNEXPLAINED: "unexpl", Verdict.DISTURBED: "disturb"}
+    words = {
+        Verdict.UNEXPLAINED: "unexpl",
+        Verdict.DISTURBED: "disturb",
+        Verdict.NOT_REPEATABLE: "repeat",
+    }
     return words.get(said.verdict, "complete")
 
 

@@ -21,6 +21,7 @@ _UNITS = (
 """Beginning of the option, the sensor whose unit it gives, and the quantity."""
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.api import Fit, Recording
+    from imucal_wizard.report.calibration_file import Calibration
 
 STANDARD_OUT = "-"
 GRADES = ("consumer", "industrial", "tactical")
@@ -201,6 +202,37 @@ def calibrated(
         for warning in recording.warnings:
             note(f"warning: {warning}")
         raise
+
+
+def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
+    """The options for the file of a calibration."""
+    parser.add_argument("--save", type=file_to_write, metavar="FILE", help=help_text)
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="also save sensors whose calibration is worse than none",
+    )
+
+
+def save_usable(calibration: "Calibration", place: Path | None, *, force: bool) -> list[str]:
+    """Save the usable sensors; all of them with ``force``.
+
+    Args:
+        calibration: the result.
+        place: the file, or None to save nothing.
+        force: whether the user wants what is worse than none.
+
+    Returns:
+        What was saved and what was left out, in lines.
+    """
+    left_out = [] if force else list(calibration.unusable)
+    if place is None:
+        return []
+    if left_out and len(left_out) == len(calibration.sensors):
+        return ["not saved: no sensor has a usable calibration (--force saves it all the same)"]
+    calibration.save(place, force=force)
+    without = f" without the {' and the '.join(left_out)} (--force saves all)" if left_out else ""
+    return [f"saved: {place}{without}"]
 
 
 def write_json(document: object, place: str) -> None:

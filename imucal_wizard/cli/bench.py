@@ -10,9 +10,10 @@ from imucal_wizard.cli.arguments import (
     Parser,
     add_effects,
     add_field,
-    file_to_write,
+    add_saving,
     fitting_parser,
     recording_of,
+    save_usable,
     spare,
     write_json,
 )
@@ -67,12 +68,7 @@ def parser() -> Parser:
         metavar="TERM[:AXIS[:SIGN]]",
         help="compare a guess with the evidence, like second-order:y:+",
     )
-    made.add_argument(
-        "--save",
-        type=file_to_write,
-        metavar="CAL.json",
-        help="save the calibration with the terms that were added",
-    )
+    add_saving(made, "save the calibration with the terms that were added")
     add_effects(made)
     add_field(made)
     return made
@@ -118,8 +114,11 @@ def run(argv: Sequence[str]) -> int:
         raise
     status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if arguments.save:
-        fit.judged({one.sensor: one for one in statements}).save(arguments.save)
-        (note if arguments.json == STANDARD_OUT else say)(f"saved: {arguments.save}")
+        calibration = fit.judged({one.sensor: one for one in statements})
+        for text in save_usable(calibration, arguments.save, force=arguments.force):
+            (note if arguments.json == STANDARD_OUT else say)(text)
+        if calibration.unusable and not arguments.force:
+            return 1
     return status
 
 

@@ -7,9 +7,10 @@ from imucal_wizard.cli.arguments import (
     Parser,
     add_magnetometer,
     add_methods,
+    add_saving,
     calibrated,
-    file_to_write,
     fitting_parser,
+    save_usable,
     spare,
     write_json,
 )
@@ -32,14 +33,12 @@ def parser() -> Parser:
         action="store_true",
         help="only fit: do not look for what the model lacks, and give no verdict",
     )
-    made.add_argument(
-        "--save", type=file_to_write, metavar="FILE", help="save the calibration to this file"
-    )
+    add_saving(made, "save the calibration to this file")
     return made
 
 
 def run(argv: Sequence[str]) -> int:
-    """Fit and report; the exit status is 1 when the data are insufficient."""
+    """Fit and report; the exit status is 1 if the data or the calibration are not usable."""
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
     methods = {
@@ -53,21 +52,22 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import diagnose
 
         diagnosis = diagnose(fit)
-    says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnosis.values()]
-    if arguments.save:
-        fit.judged(diagnosis).save(arguments.save)
+    says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
+    calibration = fit.judged(diagnosis)
+    saved = save_usable(calibration, arguments.save, force=arguments.force)
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 
-        write_json(fit_document(fit.report, fit.judged(diagnosis).sensors, says), arguments.json)
+        write_json(fit_document(fit.report, calibration.sensors, says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary
 
-        say(summary(fit.report, says))
+        could_be = {name: one.could_be for name, one in diagnosis.items()}
+        say(summary(fit.report, says, could_be))
     else:
         for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")
-    if arguments.save:
-        tell(f"saved: {arguments.save}")
-    return 0
+    for text in saved:
+        tell(text)
+    return 1 if calibration.unusable and not arguments.force else 0

@@ -13,9 +13,9 @@ from imucal_wizard.cli.arguments import (
     add_magnetometer,
     add_methods,
     add_recording_options,
+    add_saving,
     add_sensor,
     check_exercise,
-    file_to_write,
     positive,
     recording_options,
     spare,
@@ -134,12 +134,7 @@ def _add_procedure(way: "argparse._ArgumentGroup") -> None:
         metavar="DIR",
         help="folder for the sessions (default: this program's place in your data folder)",
     )
-    way.add_argument(
-        "--save",
-        type=file_to_write,
-        metavar="FILE",
-        help="save the calibration to this file (default: beside the session)",
-    )
+    add_saving(way, "save the calibration to this file (default: beside the session)")
     add_effects(way)
     way.add_argument("--mute", action="store_true", help="no sounds")
 
@@ -199,6 +194,7 @@ def _options(arguments: argparse.Namespace) -> WizardOptions:
         resume=arguments.resume,
         sessions=arguments.sessions,
         save=arguments.save,
+        force=arguments.force,
         muted=arguments.mute,
         method=arguments.method,
         gyroscope_method=arguments.gyro_method,

@@ -45,3 +45,12 @@ def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
     sums = np.zeros((int(labels.max(initial=-1)) + 1, 3))
     np.add.at(sums, labels, up)
     return unit_vectors(sums)
+
+
+def even_directions(count: int) -> FloatArray:
+    """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
+    ring = np.sqrt(1.0 - z * z)
+    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])

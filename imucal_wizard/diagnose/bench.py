@@ -7,13 +7,15 @@ part of the session for an effect of time.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
@@ -101,12 +103,21 @@ class BenchFindings:
         misfit: what it leaves.
         suspects: every effect against that, the likeliest first.
         opinion: what the evidence carries.
+        hypotheses: everything that may explain the misfit.
+        posterior: their probabilities.
     """
 
     fit: SensorFit
     misfit: WhitenedResiduals
     suspects: tuple[Suspect, ...]
     opinion: Opinion
+    hypotheses: HypothesisSet
+    posterior: Posterior
+
+    @cached_property
+    def could_be(self) -> float | None:
+        """See ``could_be.could_be``."""
+        return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 
     @property
     def p(self) -> float:
@@ -217,7 +228,9 @@ class Bench:
             posterior = hypotheses.posterior(misfit.residual)
             suspects = rank(misfit, hypotheses, posterior)
             opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
-            self._findings = BenchFindings(self.fit, misfit, suspects, opinion)
+            self._findings = BenchFindings(
+                self.fit, misfit, suspects, opinion, hypotheses, posterior
+            )
         return self._findings
 
     def plainest(self, families: Sequence[Terms]) -> Terms:

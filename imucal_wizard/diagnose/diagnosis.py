@@ -114,10 +114,12 @@ class Diagnosis:
         return self.verdict is Verdict.COMPLETE and not self.base_left_out
 
     @property
+    def could_be(self) -> float | None:
+        """The error that these data may not show, see ``could_be``; None without findings."""
+        return None if self.findings is None else self.findings.could_be
+
+    @property
     def usable(self) -> bool:
         """Whether applying the calibration is better than not applying it, on data held out."""
         fit = None if self.report is None else self.report.sensors.get(self.sensor)
-        if fit is None:
-            return False
-        error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
-        return fit.rms_before is None or error <= fit.rms_before
+        return fit is not None and not fit.unusable

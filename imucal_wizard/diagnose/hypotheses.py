@@ -105,10 +105,12 @@ def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     """One hold or one rotation that is simply wrong, in all its rows."""
     keys = sorted({(int(k), int(s)) for k, s in zip(misfit.kind, misfit.source, strict=True)})
     prior = float(np.log(PRIOR[DISTURBED] / max(len(keys), 1)))
+    # an error of each row by the standard deviation of its noise
+    wrong = frame.across.T @ misfit.whitened(np.diag(misfit.sigma))
     made = []
     for kind, source in keys:
         rows = np.flatnonzero((misfit.kind == kind) & (misfit.source == source))
-        patterns = frame.across[rows].T
+        patterns = wrong[:, rows]
         made.append(
             Hypothesis(
                 DISTURBED, (), (DISTURBED,), float(source), "", prior, patterns, DISTURBANCES

@@ -179,11 +179,12 @@ def rotation_patterns(
     """
     table = fit.rows
     assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
-    sigma, held = table.sigma[:, None], np.diag(np.sqrt(table.precision))
-    own = table.design_columns(first.effect, first.variant) @ first.size[:, None] / sigma
-    other = table.design_columns(second.effect, second.variant) / sigma
+    held, white = np.diag(np.sqrt(table.precision)), table.variance**-0.5
+    own = table.design_columns(first.effect, first.variant) @ first.size[:, None]
+    other = table.design_columns(second.effect, second.variant)
+    own, other = (table.independent.scaled(white, columns) for columns in (own, other))
     now = (
-        np.concatenate([table.columns / sigma, held]),
+        np.concatenate([table.independent.scaled(white, table.columns), held]),
         np.concatenate([own, np.zeros((len(held), 1))]),
         np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
     )
@@ -238,7 +239,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         after=after,
         before_doubt=_doubt(closure, before),
         after_doubt=_doubt(closure, after),
-        noise=np.full(len(rates), median(table.variance[table.kind == "rotation"])),
+        noise=np.full(len(rates), median(table.sigma[table.kind == "rotation"] ** 2)),
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
     )

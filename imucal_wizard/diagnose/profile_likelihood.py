@@ -60,7 +60,7 @@ def unlikeliness(fit: SensorFit) -> float:
     """Twice the negative logarithm of the likelihood of a fit's rows."""
     table = fit.rows
     assert table is not None  # noqa: S101 (narrows the type)
-    squares = table.residual**2 / table.variance
+    squares = table.independent.rows(table.residual) ** 2 / table.variance
     return float((squares + np.log(table.variance)).sum())
 
 

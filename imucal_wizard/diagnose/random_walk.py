@@ -110,7 +110,7 @@ def walk_of(misfit: WhitenedResiduals) -> FloatArray:
     walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
     seen = misfit.kind != RowKind.ROTATION
     usual = median(misfit.sigma[seen]) if seen.any() else 1.0
-    return np.asarray(walked * np.outer(usual / misfit.sigma, usual / misfit.sigma))
+    return np.asarray(usual**2 * misfit.whitened(misfit.whitened(walked).T))
 
 
 def shown_axes(misfit: WhitenedResiduals) -> FloatArray:
@@ -136,11 +136,11 @@ def with_random_walk(fit: SensorFit, misfit: WhitenedResiduals) -> SensorFit:
     if fit.size_covariance is None or fit.rows is None or not names:
         return fit
     table = fit.rows
-    white = table.columns / table.sigma[:, None]
+    white = table.independent.scaled(table.variance**-0.5, table.columns)
     normal = white.T @ white + np.diag(table.precision)
     places = [table.names.index(name) for name in names]
     estimate = np.linalg.pinv(normal, hermitian=True)[places] @ white.T
-    estimate = estimate * (table.floor / table.sigma)
+    estimate = table.independent.scaled(np.sqrt(table.noise / table.variance), estimate.T).T
     added = _wander(misfit) * (estimate @ walk_of(misfit)) @ estimate.T
     wider = np.sqrt(np.diag(fit.size_covariance) + np.diag(added))
     errors = dict(zip(names, wider, strict=True))

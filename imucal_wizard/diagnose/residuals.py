@@ -1,20 +1,24 @@
 """What a fit leaves, in the one form that every question about it is asked of.
 
-Rows are whitened: each is divided by the standard deviation that noise alone gives it. A row is a
+Rows are whitened: each is divided by the standard deviation that noise alone gives it, and freed
+from the noise that it shares with others. A row is a
 hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
 component of a rotation's closure, a mean magnitude of the magnetometer, or its dip.
 """
 
 from collections.abc import Sequence
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.fit import groups_by_size
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Circumstances, Effect
+from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.table import ResidualTable
 
 
@@ -33,7 +37,8 @@ class Candidate:
     """One way in which one effect would show, with one setting of what is not linear in it.
 
     Attributes:
-        term: name of the effect.
+        effect: the effect.
+        term: its name.
         family: name shared by effects that 1 g cannot split, or the term itself.
         variant: the setting, or None.
         names: the parameters, one per column.
@@ -42,6 +47,7 @@ class Candidate:
         unit: the shown unit.
     """
 
+    effect: Effect
     term: str
     family: str
     variant: float | None
@@ -75,6 +81,8 @@ class WhitenedResiduals:
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
             share along the field, shape (n, 3).
         judged: the rows whose error is reported, shape (n,).
+        noise: variance of the independent rows by noise alone, shape (n,).
+        independent: how independent rows come from the measured ones.
         candidates: the effects that are not in the model.
     """
 
@@ -93,10 +101,32 @@ class WhitenedResiduals:
     visit: IntArray
     lever: FloatArray
     judged: BoolArray
+    noise: FloatArray
+    independent: Decorrelation
     candidates: tuple[Candidate, ...]
 
     def __len__(self) -> int:
         return len(self.residual)
+
+    def whitened(self, columns: FloatArray) -> FloatArray:
+        """Whitened rows from measured ones, shape (n, k)."""
+        return self.independent.scaled(self.noise**-0.5, columns)
+
+    def measured(self, columns: FloatArray) -> FloatArray:
+        """Measured rows, in the sensor's error unit, from whitened ones, shape (n,) or (n, k)."""
+        return self.independent.scaled(self.noise**0.5, columns)
+
+    @cached_property
+    def groups(self) -> tuple[tuple[IntArray, FloatArray], ...]:
+        """Rows left out together, by size, (g, s), and a root of their covariance, (g, s, s).
+
+        The covariance is that under all other rows.
+        """
+        found = []
+        for rows in groups_by_size(self.group):
+            weight = self.independent.blocks(1.0 / self.noise, rows)
+            found.append((rows, np.linalg.inv(np.linalg.cholesky(weight))))
+        return tuple(found)
 
     @property
     def visits(self) -> Visits:
@@ -112,9 +142,10 @@ class WhitenedResiduals:
 
     def lack_without(self, source: int) -> LackOfFit:
         """The same without the rows of one hold or rotation."""
-        kept = self.source != source
-        visits = self.visits.kept(kept)
-        return lack_of_fit(self.residual[kept], self.base[kept], self.sigma[kept], visits)
+        out = self.source == source
+        # an error of its own for each of these rows takes them out
+        columns = np.column_stack([self.base, self.whitened(np.eye(len(self))[:, out])])
+        return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}
@@ -130,14 +161,13 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     """
     table, experiment = fit.rows, fit.experiment
     assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
-    white = 1.0 / table.floor
-    columns = table.columns * white[:, None]
+    columns = table.whitened(table.columns)
     # a column that only its prior holds is left out
     seen = (columns**2).sum(axis=0) > table.precision
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
-        residual=table.residual * white,
-        reported=table.reported * white,
+        residual=table.whitened(table.residual),
+        reported=table.whitened(table.reported),
         base=columns[:, seen],
         precision=table.precision[seen],
         of_reference=table.of_reference[seen],
@@ -151,26 +181,29 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         visit=table.visit,
         lever=table.lever,
         judged=table.judged,
+        noise=table.noise,
+        independent=table.independent,
         candidates=tuple(
             candidate
             for effect in effects
-            for candidate in _candidates(table, fit.sensor, experiment.circumstances, effect, white)
+            for candidate in _candidates(table, fit.sensor, experiment.circumstances, effect)
         ),
     )
 
 
 def _candidates(
-    table: ResidualTable, sensor: str, holds: Circumstances, effect: Effect, white: FloatArray
+    table: ResidualTable, sensor: str, holds: Circumstances, effect: Effect
 ) -> list[Candidate]:
     parameters = effect.parameters(sensor)
     return [
         Candidate(
+            effect=effect,
             term=effect.name,
             family=effect.family or effect.name,
             variant=variant,
             names=tuple(parameter.name for parameter in parameters),
             # an effect of size s leaves what adding −s to the model would take away
-            columns=-table.design_columns(effect, variant) * white[:, None],
+            columns=-table.whitened(table.design_columns(effect, variant)),
             typical=np.array([parameter.typical for parameter in parameters]),
             unit=parameters[0].unit,
         )

@@ -18,7 +18,6 @@ from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
-from imucal_wizard.estimate.fit import groups_by_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +84,8 @@ def try_effect(
     return EffectTrial(
         size=estimate[count:],
         standard_error=np.sqrt(variance[count:]),
-        rms_fitted=_rms((errors * misfit.sigma)[judged], misfit),
-        rms_held_out=None if held_out is None else _rms((held_out * misfit.sigma)[judged], misfit),
+        rms_fitted=_rms(misfit.measured(errors)[judged], misfit),
+        rms_held_out=None if held_out is None else _rms(held_out[judged], misfit),
         fitted=residual,
     )
 
@@ -106,15 +105,19 @@ def _left_out(
         residual: of that fit, shape (n,).
         told: change of the errors that are told with each of these columns, shape (n, k).
         errors: those of the fit of all, shape (n,).
+
+    Returns:
+        In the sensor's error unit, shape (n,).
     """
-    out = errors.copy()
-    for rows in groups_by_size(misfit.group):
-        own = inner[rows]
+    out, told = misfit.measured(errors), misfit.measured(told)
+    levers, pulls = misfit.whitened(inner), misfit.whitened(residual)
+    for rows, root in misfit.groups:
+        own = root @ levers[rows]
         gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
         if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
             return None
-        step = np.swapaxes(own, 1, 2) @ np.linalg.solve(gates, residual[rows][..., None])
-        out[rows] += (told[rows] @ step)[..., 0]
+        alone = np.linalg.solve(gates, root @ pulls[rows][..., None])
+        out[rows] += (told[rows] @ (np.swapaxes(own, 1, 2) @ alone))[..., 0]
     return out
 
 

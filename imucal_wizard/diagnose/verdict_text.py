@@ -240,7 +240,8 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
     return [
         (
             f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
-            "of the sensor does: something moved. Measure it again; nothing has been deleted."
+            "tested here does, and without it only noise is left: something probably moved. "
+            "Measure it again; nothing has been deleted."
         )
     ]
 
@@ -413,7 +414,7 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [
             (
                 f"For use at 1 g and below it does not matter whether it is {names}: up differs by "
-                f"{_degrees(angle)}, within the noise. It matters at 2 g and more."
+                f"{_degrees(angle)}, within the noise. It can matter at 2 g and more."
             )
         ]
     return [f"Whether it is {names} changes up by {_degrees(angle)} rms: it matters at 1 g too."]
@@ -440,7 +441,7 @@ def _would_decide(one: Apart, beyond: str) -> str:
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"
-        return f"No {what} tells {pair}, whatever their size; {beyond} would."
+        return f"No {what} tells {pair}, whatever their size; {beyond} can."
     before = (
         "at no size"
         if not np.isfinite(one.before)
@@ -456,7 +457,7 @@ def _would_decide(one: Apart, beyond: str) -> str:
     what = "Rotations" if one.turning else "Still poses at 1 g"
     return (
         f"{what} hardly tell {pair}: these data do {before} on, {listed} from {after} on, and "
-        f"{here}. {_capital(beyond)} would."
+        f"{here}. {_capital(beyond)} can."
     )
 
 

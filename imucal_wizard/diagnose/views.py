@@ -203,7 +203,7 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
     part = max(_parts(table), key=lambda one: float((pattern[one.first + one.rows] ** 2).sum()))
     rows, unit = part.first + part.rows, part.source.unit
     factor, shown = readable(unit)
-    x, y = (values[rows] * misfit.sigma[rows] * factor for values in (pattern, residual))
+    x, y = (factor * misfit.measured(values)[rows] for values in (pattern, residual))
     order = np.argsort(x, kind="stable")
     name = f"{suspect.term} {candidate.names[place]}"
     size = with_unit(number(slope), candidate.unit)

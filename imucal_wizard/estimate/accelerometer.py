@@ -12,7 +12,7 @@ from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readi
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
-from imucal_wizard.estimate.magnitude import make_problem, sphere
+from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
@@ -27,6 +27,7 @@ from imucal_wizard.model.identifiability import (
     SCALE,
     Identifiable,
     identifiable,
+    undetermined_modes,
 )
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
@@ -227,12 +228,27 @@ class AccelerometerExperiment(Experiment):
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
         doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-        variance = self.across + excess
+        return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+    def referred(
+        self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray
+    ) -> GravityReference:
+        """Up in each hold with all its errors.
+
+        Parameters that these poses do not determine are wrong by their usual size.
+
+        Args:
+            up: unit vectors, shape (n, 3).
+            doubt: change of ``up`` with one standard deviation of what was fitted, (n, 3, k).
+            excess: variance of the holds beyond their own noise, which counts as tilt, (m/s²)².
+            basis: free directions of the nine parameters, shape (9, p).
+        """
+        modes = undetermined_modes(up, basis)
         return GravityReference(
-            rows.direction,
+            up,
             self.source.labels.group,
-            variance / self.gravity**2,
-            doubt,
+            (self.across + excess) / self.gravity**2,
+            np.concatenate([doubt, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
         )

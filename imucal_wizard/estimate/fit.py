@@ -31,6 +31,7 @@ from imucal_wizard.estimate.variance_components import (
     inverted,
     solved,
 )
+from imucal_wizard.model.rows.decorrelation import Decorrelation, decorrelation
 from imucal_wizard.model.rows.source import Parameters, Rows, RowSource
 from imucal_wizard.model.rows.table import ResidualTable, groups_of, numbered
 from imucal_wizard.model.terms import Term, Terms
@@ -75,8 +76,9 @@ class Minimum(Generic[E_co]):
         terms: the effects.
         calibration: the parameters.
         rows: of each source, there.
-        system: the rows made linear.
+        system: the rows made linear, and independent of one another by ``independent``.
         balance: the fit of the system.
+        independent: how independent rows come from the measured ones.
     """
 
     experiment: E_co
@@ -87,6 +89,7 @@ class Minimum(Generic[E_co]):
     rows: tuple[Rows, ...]
     system: System
     balance: Balance
+    independent: Decorrelation
 
     @property
     def sizes(self) -> slice:
@@ -103,20 +106,20 @@ class Minimum(Generic[E_co]):
 
     @property
     def errors(self) -> FloatArray:
-        """Error of each row with the reference taken as it is, shape (n,)."""
+        """Error of each measured row with the reference taken as it is, shape (n,)."""
         doubts = ~self.reported
-        return np.asarray(
+        return self.independent.measured(
             self.system.residual - self.system.columns[:, doubts] @ self.system.value[doubts]
         )
 
     @property
     def groups(self) -> IntArray:
-        """What is left out together, shape (n,)."""
+        """What is left out together, of each measured row, shape (n,)."""
         return groups_of(self.experiment.sources)
 
     @property
     def white_variance(self) -> FloatArray:
-        """Variance of each row by what its kind leaves, shape (n,).
+        """Variance of each independent row by what its kind leaves, shape (n,).
 
         The variance found is at least that of the measured noise; where a kind leaves less, its
         residual is the better judge.
@@ -139,7 +142,7 @@ class Minimum(Generic[E_co]):
         return np.asarray(self.balance.covariance @ inner @ self.balance.covariance)
 
     def pull(self) -> FloatArray:
-        """By how much an error of each row moves each parameter, shape (p, n)."""
+        """By how much an error of each independent row moves each parameter, shape (p, n)."""
         weighted = self.system.columns / self.balance.variance[:, None]
         return np.asarray(-self.balance.covariance @ weighted.T)
 
@@ -178,7 +181,7 @@ def minimum(
         terms: the effects.
         base: terms of the base model; None for all.
         directions: what is fitted of them; None for what the experiment determines.
-        variance: of each row where it is not to be estimated, shape (n,).
+        variance: of each independent row where it is not to be estimated, shape (n,).
 
     Raises:
         DataError: the fit does not converge.
@@ -192,20 +195,24 @@ def minimum(
     calibration = Parameters(
         start.matrix, start.bias, np.zeros(len(together)), np.zeros(len(shared))
     )
-    problem = _Problem(experiment, chosen, free, together, shared)
+    rows = tuple(source.at(calibration, together) for source in experiment.sources)
+    independent = decorrelation(experiment.sources, rows)
+    problem = _Problem(experiment, chosen, free, together, shared, independent)
 
     def solve(system: System) -> Balance:
         if variance is None:
             return balanced(system)
         return solved(system, variance, system.precision)
 
-    rows = problem.rows_at(calibration, None)
     for _ in range(MAX_ITERATIONS):
-        system = problem.system(calibration, rows)
-        balance = solve(system)
-        calibration, rows = problem.downhill(calibration, rows, system, balance)
+        with np.errstate(over="ignore", invalid="ignore"):  # a fit that diverges is refused below
+            system = problem.system(calibration, rows)
+            balance = solve(system)
+            calibration, rows = problem.downhill(calibration, rows, system, balance)
         length = balance.step_length
-        if length < ARRIVED:
+        if not np.isfinite(calibration.entries).all():
+            length = np.inf
+        if length < ARRIVED or length == np.inf:
             break
     if not length < VALLEY:
         raise DataError(
@@ -214,7 +221,8 @@ def minimum(
             "largest residuals, and leave the last effect out"
         )
     system = problem.system(calibration, rows, system.columns)
-    return Minimum(experiment, chosen, free, together, calibration, rows, system, solve(system))
+    arrived = experiment, chosen, free, together, calibration, rows, system
+    return Minimum(*arrived, solve(system), independent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,19 +234,19 @@ class _Problem:
     directions: Directions
     terms: Terms
     shared: list[str]
+    independent: Decorrelation
 
-    def rows_at(self, calibration: Parameters, near: tuple[Rows, ...] | None) -> tuple[Rows, ...]:
-        sources = self.experiment.sources
-        close = [None] * len(sources) if near is None else near
+    def rows_at(self, calibration: Parameters, near: tuple[Rows, ...]) -> tuple[Rows, ...]:
         return tuple(
             source.at(calibration, self.terms, one)
-            for source, one in zip(sources, close, strict=True)
+            for source, one in zip(self.experiment.sources, near, strict=True)
         )
 
     def residual(
         self, rows: tuple[Rows, ...], shared: FloatArray, doubts: FloatArray
     ) -> FloatArray:
-        return np.concatenate([one.residual for one in rows]) + doubts @ shared
+        measured = np.concatenate([one.residual for one in rows])
+        return self.independent.rows(measured) + doubts @ shared
 
     def system(
         self,
@@ -249,9 +257,8 @@ class _Problem:
         """The rows made linear, at columns known already where they are given."""
         sources, first = self.experiment.sources, len(self.directions)
         if columns is None:
-            columns = np.concatenate(
-                [self._columns(s, r) for s, r in zip(sources, rows, strict=True)]
-            )
+            parts = [self._columns(s, r) for s, r in zip(sources, rows, strict=True)]
+            columns = self.independent.rows(np.concatenate(parts))
         doubts = columns[:, first + len(self.terms) :]
         value = np.zeros(first)
         if len(self.directions.precision):
@@ -260,7 +267,7 @@ class _Problem:
         return System(
             residual=self.residual(rows, calibration.shared, doubts),
             columns=columns,
-            own=np.concatenate([one.own for one in rows]),
+            own=self.independent.own(np.concatenate([one.own for one in rows])),
             kinds=self._kinds,
             precision=self._precision,
             value=np.concatenate([value, calibration.sizes, calibration.shared]),
@@ -326,20 +333,21 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     covariance, in_session = found.covariance(), experiment.in_session(found)
     free, sizes = slice(0, len(found.directions)), found.sizes
     of_entries = of_sizes = by_repeats = None
-    errors = found.errors
+    errors, independent = found.errors, found.independent
     left_out = _left_out(found)
     out = None if left_out is None else left_out.errors
     table = ResidualTable(
         sources=experiment.sources,
         at=found.rows,
-        residual=found.system.residual,
+        residual=independent.measured(found.system.residual),
         reported=errors,
         held_out=out,
-        columns=found.system.columns,
+        columns=independent.measured(found.system.columns),
         names=(*found.directions.names, *terms.names, *_shared_names(found)),
         precision=found.balance.precision,
         variance=found.balance.variance,
         own=found.system.own,
+        independent=independent,
     )
     repeats = repeatability_of(table)
     if covariance is not None:
@@ -489,44 +497,49 @@ class _LeftOut:
 def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
-    The step from the fit of all, ``N⁻¹ J_gᵀ (1 − H_gg)⁻¹ r_g``, is exact where the rows are linear
-    in it, and it is small. The expected errors follow from the same linear maps, applied to the
-    measured noise and to the reference's own errors. With these maps E, the mean square held out
-    is a quadratic form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of
-    freedom (Satterthwaite). A new row has its own noise and the errors of the fit of all rows.
+    With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
+    ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
+    small. The expected errors follow from the same linear maps, applied to the measured noise and
+    to the reference's own errors. With these maps E, the mean square held out is a quadratic form
+    in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite).
+    A new row has its own noise and the errors of the fit of all rows.
 
     Returns:
         None where the other rows do not determine the model.
     """
     system, balance, reported = found.system, found.balance, found.reported
-    sigma = np.sqrt(balance.variance)
-    white = system.columns / sigma[:, None]
-    lever = white @ balance.covariance
-    base = np.ones(white.shape[1], bool)
+    independent, variance = found.independent, balance.variance
+    weighted = system.columns / variance[:, None]
+    base = np.ones(weighted.shape[1], bool)
     base[found.sizes] = False
-    base_lever = white[:, base] @ inverted(
-        white[:, base].T @ white[:, base] + np.diag(balance.precision[base])
+    base_covariance = inverted(
+        system.columns[:, base].T @ weighted[:, base] + np.diag(balance.precision[base])
     )
-    errors, groups, items = found.errors, found.groups, _items(found)
-    out = errors.copy()
     noise = _noise_root(found)
-    pulled = system.columns[:, reported] @ (lever.T[reported] @ (noise / sigma[:, None]))
+    moved = balance.covariance @ (weighted.T @ noise)
+    left = (noise - system.columns @ moved) / variance[:, None]
+    pulled = independent.measured(system.columns[:, reported] @ moved[reported])
+    noise = independent.measured(noise)
     fitted = noise - pulled
-    left = (noise / sigma[:, None]) - white @ (lever.T @ (noise / sigma[:, None]))
-    expected = fitted.copy()
-    both = np.column_stack([system.residual / sigma, left])
+    pulls = independent.measured(np.column_stack([system.residual / variance, left]))
+    known, columns = independent.measured(weighted), independent.measured(system.columns)
+    errors, groups, items = found.errors, found.groups, _items(found)
+    out, expected = errors.copy(), fitted.copy()
     for rows in groups_by_size(groups):
-        gate = unexplained(base_lever, white[:, base], rows)
-        inner = unexplained(lever, white, rows)
+        root = _inverse_root(independent.blocks(1.0 / variance, rows))
+        white = root @ known[rows]
+        gate = unexplained(white[:, :, base] @ base_covariance, white[:, :, base])
+        inner = unexplained(white @ balance.covariance, white)
         if (
             np.linalg.eigvalsh(gate).min() < HOLE
             or np.linalg.eigvalsh(inner).min() < BLIND_TO_GROUP
         ):
             return None
-        step = np.swapaxes(lever[rows], 1, 2) @ np.linalg.solve(inner, both[rows])
-        moved = system.columns[rows][:, :, reported] @ step[:, reported]
-        out[rows] += moved[:, :, 0]
-        expected[rows] += moved[:, :, 1:]
+        alone = np.swapaxes(root, 1, 2) @ np.linalg.solve(inner, root @ pulls[rows])
+        step = balance.covariance[reported] @ (np.swapaxes(known[rows], 1, 2) @ alone)
+        change = columns[rows][:, :, reported] @ step
+        out[rows] += change[:, :, 0]
+        expected[rows] += change[:, :, 1:]
     floor = items.mean((expected**2).sum(axis=1))
     new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
     judged = expected[items.rows]
@@ -542,6 +555,11 @@ def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
             usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
         ),
     )
+
+
+def _inverse_root(blocks: FloatArray) -> FloatArray:
+    """``L⁻¹`` of each block L Lᵀ, shape (g, s, s)."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(blocks)))
 
 
 def groups_by_size(labels: IntArray) -> Iterator[IntArray]:
@@ -561,18 +579,17 @@ def groups_by_size(labels: IntArray) -> Iterator[IntArray]:
         yield order[sizes == size].reshape(-1, size)
 
 
-def unexplained(lever: FloatArray, white: FloatArray, rows: IntArray) -> FloatArray:
+def unexplained(lever: FloatArray, white: FloatArray) -> FloatArray:
     """``1 − H`` of groups of rows: what their own pull on the fit leaves of their errors.
 
     Args:
-        lever: whitened columns times the covariance, shape (n, p).
-        white: whitened columns, shape (n, p).
-        rows: of each group, shape (groups, size).
+        lever: whitened columns times the covariance, shape (groups, size, p).
+        white: whitened columns, shape (groups, size, p).
 
     Returns:
         Shape (groups, size, size).
     """
-    return np.asarray(np.eye(rows.shape[1]) - lever[rows] @ np.swapaxes(white[rows], 1, 2))
+    return np.asarray(np.eye(white.shape[1]) - lever @ np.swapaxes(white, 1, 2))
 
 
 def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
@@ -590,7 +607,7 @@ def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
 
 
 def _noise_root(found: Minimum[Experiment]) -> FloatArray:
-    """A root of the covariance of the rows by measured noise and by errors of the reference."""
+    """A root of the covariance of independent rows by noise and by errors of the reference."""
     doubts = ~found.reported
     return np.column_stack([np.diag(np.sqrt(found.system.own)), found.system.columns[:, doubts]])
 
@@ -600,6 +617,7 @@ def _floor_fitted(found: Minimum[Experiment]) -> float:
     system, reported = found.system, found.reported
     noise, pull = _noise_root(found), found.pull()
     fitted = noise + system.columns[:, reported] @ (pull[reported] @ noise)
+    fitted = found.independent.measured(fitted)
     return _items(found).mean((fitted**2).sum(axis=1))
 
 
@@ -630,34 +648,40 @@ def _rms_later(found: Minimum[Experiment]) -> float | None:
     if refit is None:
         return None
     known = moving & found.reported
-    errors = found.errors + found.system.columns[:, known] @ refit[known[moving]]
+    columns = found.independent.measured(found.system.columns[:, known])
+    errors = found.errors + columns @ refit[known[moving]]
     return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
 
 
 def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
     """Change of some parameters when some rows alone speak; None where these do not know them."""
-    system, balance = found.system, found.balance
-    columns = system.columns[np.ix_(rows, moving)]
-    weighted = columns / balance.variance[rows, None]
+    system, balance, independent = found.system, found.balance, found.independent
+    columns = independent.measured(system.columns)[np.ix_(rows, moving)]
+    weighted = independent.weighted(columns, balance.variance, rows)
     normal = columns.T @ weighted + np.diag(balance.precision[moving])
     if not determined(normal):
         return None
-    pull = weighted.T @ system.residual[rows] + (balance.precision * system.value)[moving]
+    residual = independent.measured(system.residual)[rows]
+    pull = weighted.T @ residual + (balance.precision * system.value)[moving]
     return np.asarray(-inverted(normal) @ pull)
 
 
 def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
     """The hold or rotation that does not fit with all others, if one stands out."""
-    system, items = found.system, _items(found)
-    sigma = np.sqrt(found.balance.variance)
-    residual, white = system.residual / sigma, system.columns / sigma[:, None]
-    lever = white @ found.balance.covariance
+    system, items, independent = found.system, _items(found), found.independent
+    variance, covariance = found.balance.variance, found.balance.covariance
+    known = independent.measured(system.columns / variance[:, None])
+    pulls = independent.measured(system.residual / variance)
     drops = np.zeros(items.item.max(initial=-1) + 1)
     for places in groups_by_size(items.item):
         rows = items.rows[places]
-        alone = left_out(unexplained(lever, white, rows), residual[rows])
-        drops[items.item[places[:, 0]]] = (residual[rows] * alone).sum(axis=1)
-    own = residual[items.rows]
+        root = _inverse_root(independent.blocks(1.0 / variance, rows))
+        errors = (root @ pulls[rows][:, :, None])[:, :, 0]
+        white = root @ known[rows]
+        alone = left_out(unexplained(white @ covariance, white), errors)
+        drops[items.item[places[:, 0]]] = (errors * alone).sum(axis=1)
+    # the judged rows are mixed among themselves alone
+    own = (system.residual / np.sqrt(variance))[items.rows]
     judged = distinct(system.kinds[items.rows])
     freedom = float(found.balance.freedom[judged].sum())
     size = len(own) // max(len(drops), 1)

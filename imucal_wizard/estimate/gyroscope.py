@@ -249,12 +249,11 @@ class GyroscopeExperiment(Experiment):
             self.method = "vector + field"
 
     def _noise(self) -> tuple[FloatArray, FloatArray]:
-        """Variance of each mean at rest, (h, 3), and of each closure, (m,), by the first gains."""
+        """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,)."""
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
-        ends = self.of.variance + rest.end
         first, last = one.spans.T
         walk = float(rest.per_second.mean()) * (last - first)
-        closing = ends[one.before] + ends[one.after] + walk
+        closing = rest.end[one.before] + rest.end[one.after] + walk
         return (
             np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
@@ -274,6 +273,8 @@ class GyroscopeExperiment(Experiment):
             gravity=self.gravity,
             rounding=self.rest.rounding,
             resting=self._still_samples() if self.rest.rounding.any() else None,
+            holds=np.column_stack([one.before, one.after]),
+            tilts=reference.variance,
             labels=RowLabels(
                 index=np.repeat(one.usable, 2),
                 axis=np.tile([0, 1], count),
@@ -426,7 +427,7 @@ class GyroscopeExperiment(Experiment):
     @property
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
-        noise = self.closure.noise
+        noise = self.closure.noise + self.of.variance[self.closure.holds].sum(axis=1)
         return int((noise > UNSTEADY * median(noise)).sum())
 
 

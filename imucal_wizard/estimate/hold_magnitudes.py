@@ -31,7 +31,7 @@ from imucal_wizard.estimate.magnitude import (
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
-from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
@@ -161,14 +161,7 @@ class HoldMagnitudes:
         principal = np.zeros((len(points), 3, 0))
         if whole is not None:
             principal = rows.up_columns()[:, :, :ENTRIES] @ principal_steps(whole)
-        reference = GravityReference(
-            rows.direction,
-            labels,
-            (experiment.across + excess) / gravity**2,
-            principal,
-            experiment.gain,
-            gravity,
-        )
+        reference = experiment.referred(rows.direction, principal, excess, basis_of(self.free))
         dropped = [*experiment.directions(experiment.base_terms).dropped]
         dropped += [] if self.cross else PARAMETERS["non-orthogonality"]
         return SensorFit(

@@ -117,7 +117,7 @@ def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) 
     lever = white @ found.balance.covariance / found.balance.variance[0] / shares[0]
     squares = 0.0
     for rows in groups_by_size(groups):
-        squares += float((left_out(unexplained(lever, white, rows), errors[rows]) ** 2).sum())
+        squares += float((left_out(unexplained(lever[rows], white[rows]), errors[rows]) ** 2).sum())
     noise = float(np.sqrt(squares / shares.sum())) / gravity
     return expected_error(up, experiment.identified.basis, noise) * gravity
 

@@ -83,9 +83,9 @@ class Visits:
         axes = np.maximum(axis, 0)
         return cls(repeated & (group >= 0), 3 * group + axes, 3 * visit + axes)
 
-    def kept(self, rows: BoolArray) -> "Visits":
-        """The same of some of the rows."""
-        return Visits(self.repeated[rows], self.group[rows], self.visit[rows])
+    def without(self, rows: BoolArray) -> "Visits":
+        """The same with some rows that repeat nothing, shape (n,)."""
+        return Visits(self.repeated & ~rows, self.group, self.visit)
 
 
 def lack_of_fit(
@@ -129,14 +129,15 @@ def lack_of_fit(
 
 def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     """The test of a fit's residuals without some rows, which another fit would leave out."""
-    kept = np.ones(len(table), np.bool_)
-    kept[rows] = False
-    floor = table.floor
+    out = np.zeros(len(table), np.bool_)
+    out[rows] = True
     visits = Visits.of(
         ~table.moving & table.repeats_are_noise, table.group, table.visit, table.axis
     )
-    columns = (table.columns / floor[:, None])[kept]
-    return lack_of_fit((table.residual / floor)[kept], columns, floor[kept], visits.kept(kept))
+    # an error of its own for each of these rows takes them out
+    columns = table.whitened(np.column_stack([table.columns, np.eye(len(table))[:, out]]))
+    residual = table.whitened(table.residual)
+    return lack_of_fit(residual, columns, table.floor, visits.without(out))
 
 
 def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:

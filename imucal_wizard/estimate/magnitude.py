@@ -6,6 +6,7 @@ raw counts around 32768 and m/s² are solved with the same accuracy.
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -53,6 +54,25 @@ def triangle(theta: FloatArray) -> FloatArray:
     matrix = np.zeros((3, 3))
     matrix[tuple(zip(*TRIANGLE, strict=True))] = theta[3:]
     return matrix
+
+
+def up_moved(up: FloatArray, mode: FloatArray) -> FloatArray:
+    """Up with an accelerometer that is wrong so: not of length one, both of shape (n, 3).
+
+    Args:
+        up: unit up, shape (n, 3).
+        mode: change of what is corrected by three biases and six entries of a triangular matrix,
+            in units of gravity and rad, shape (9,).
+    """
+    return np.asarray(up + mode[:3] + up @ triangle(mode).T)
+
+
+def up_changes(up: FloatArray, modes: FloatArray) -> FloatArray:
+    """Change of unit up, (n, 3), with each of k such modes, (9, k), shape (n, 3, k)."""
+    out = np.zeros((*up.shape, modes.shape[1]))
+    for place, mode in enumerate(modes.T):
+        out[:, :, place] = unit_vectors(up_moved(up, mode)) - up
+    return out
 
 
 def in_triangle(matrix: FloatArray) -> FloatArray:

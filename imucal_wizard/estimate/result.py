@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
@@ -64,6 +66,37 @@ class GravityReference:
     doubt: FloatArray
     gain: float
     gravity: float
+
+
+def worse_than_none(
+    sensor: str,
+    bias_unit: str,
+    unit: str,
+    before: float | None,
+    fitted: float,
+    held_out: float | None,
+) -> str:
+    """Why a calibration is not usable, in one sentence with what to do; "" if it is.
+
+    It is not if its error on data held out is larger than that of readings that are not calibrated.
+    Raw counts are no readings without a calibration.
+
+    Args:
+        sensor: its name.
+        bias_unit: unit of the readings.
+        unit: of the errors.
+        before: rms error with the nominal conversion only.
+        fitted: of the data fitted, which counts where nothing could be held out.
+        held_out: of data held out.
+    """
+    error = fitted if held_out is None else held_out
+    if bias_unit == COUNT or before is None or error <= before:
+        return ""
+    errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
+    return (
+        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again "
+        "with the device at rest in more positions"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +205,12 @@ class SensorFit:
         return "slow noise of the biases was not measured: repeat some poses or rest for a minute"
 
     @property
+    def unusable(self) -> str:
+        """Why applying it is worse than not applying it, in one sentence; "" if it is not."""
+        errors = self.rms_before, self.rms_fitted, self.rms_held_out
+        return worse_than_none(self.sensor, self.bias_unit, self.unit, *errors)
+
+    @property
     def not_determined(self) -> tuple[str, ...]:
         """Names of the parameters that the data do not determine."""
         return tuple(one.name for one in self.parameters if not one.carried)
@@ -239,4 +278,6 @@ class FitReport:
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""
-        return self.warnings if judged else (*self.warnings, *self.outlier_notes.values())
+        worse = tuple(fit.unusable for fit in self.sensors.values() if fit.unusable)
+        notes = (*worse, *self.warnings)
+        return notes if judged else (*notes, *self.outlier_notes.values())

@@ -148,9 +148,9 @@ class RotationStatus:
         axis: the axis of rotation.
         start_pose: the pose to start from (``+z`` for x and y, ``+x`` for z).
         angle: present angle about the axis, degrees, from the accelerometer, unwrapped by the rate.
-        rate: present rate about the axis, °/s (counts if the scale is unknown).
-        fastest: largest rate in this rotation, same unit.
-        range_limit: full scale of the gyroscope in the same unit; the smallest usual one if its
+        rate: present rate about the axis, in ``unit``.
+        fastest: largest rate in this rotation, in ``unit``.
+        range_limit: full scale of the gyroscope, °/s; the smallest usual one if its
             own is unknown; None for counts.
         done: signed angles of the rotations taken about this axis, degrees.
         wanted: number of rotations needed about this axis.
@@ -160,6 +160,9 @@ class RotationStatus:
         wanted_rate: its peak rate, °/s.
         range_known: whether ``range_limit`` is the gyroscope's own.
         clips: the present rotation nearly reaches ``range_limit``.
+        unit: ``°/s``, or ``count`` while the scale of a gyroscope's counts is not known.
+        scaled_by: rotations about this axis from which the scale of its counts was found; 0 if the
+            readings have a unit.
     """
 
     axis: str
@@ -176,6 +179,8 @@ class RotationStatus:
     wanted_rate: float = 120.0
     range_known: bool = True
     clips: bool = False
+    unit: str = "°/s"
+    scaled_by: int = 0
 
     @property
     def asked(self) -> str:

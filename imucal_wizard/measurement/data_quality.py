@@ -166,8 +166,8 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
     else:
         words = f"{np.degrees(step):.2g} °/s"
     return (
-        f"The readings of the {sensor} come in steps of {words}: let the device print more digits, "
-        f"in an Arduino sketch with Serial.print(x, 5)."
+        f"The readings of the {sensor} come in steps of {words}. Print decimal numbers with more "
+        "digits (Arduino: Serial.print(x, 5)); send whole numbers in a smaller unit, or raw counts."
     )
 
 

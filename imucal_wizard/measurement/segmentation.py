@@ -120,7 +120,7 @@ def turning_rates(stream: ReducedRecording, holds: Sequence[Hold]) -> tuple[floa
     length = max(int(0.5 * MIN_HOLD_SECONDS / seconds + TIME_TOLERANCE), 1)
     sums = np.cumsum(np.vstack([np.zeros(3), blocks.mean_a - blocks.mean_a[0]]), axis=0)
     means = (sums[length:] - sums[:-length]) / length
-    turned = np.linalg.norm(means[length:] - means[:-length], axis=1) / stream.gravity
+    turned = np.linalg.norm(means[length:] - means[:-length], axis=1) / max(stream.gravity, 1e-300)
     count = len(turned)
     start, end = blocks.start[:count], blocks.end[2 * length - 1 : 2 * length - 1 + count]
     inside = np.zeros(count, bool)

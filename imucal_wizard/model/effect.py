@@ -30,12 +30,18 @@ class Story:
         equation: the equation in words.
         signature: what it looks like in the residuals.
         needs: what data reveal it.
+        remedy: what to do about it.
+        confirm: a test that shows it without this program's fit.
+        source: where to read about it.
     """
 
     what: str
     equation: str
     signature: str
     needs: str
+    remedy: str = ""
+    confirm: str = ""
+    source: str = ""
 
 
 ACCELEROMETER = "accelerometer"

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -106,16 +107,7 @@ def _expected_error(columns: FloatArray, basis: FloatArray, noise: float) -> flo
     return float(np.sqrt(((noise * _SPHERE_ROOT @ spread) ** 2).sum() + (kept**2).sum()))
 
 
-def _sphere(count: int = 400) -> FloatArray:
-    """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
-    index = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * index / count
-    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
-    ring = np.sqrt(1.0 - z * z)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
-
-
-_SPHERE = _sphere()
+_SPHERE = even_directions(400)
 _SPHERE_ROOT = np.linalg.qr(design(_SPHERE), mode="r") / np.sqrt(len(_SPHERE))
 """R with ``|R v|²`` the mean square of ``j(u)·v`` over the sphere, shape (9, 9)."""
 UNCALIBRATED = float(np.linalg.norm(_SPHERE_ROOT * TYPICAL_SIZE))
@@ -166,6 +158,26 @@ def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
             yield (*BIAS, *SCALE, *angles), False
     yield (*BIAS, *SCALE), False
     yield BIAS, True
+
+
+SMALLEST_MODE = 1e-9
+"""Length of an error mode, in units of g and rad, below which it is rounding."""
+
+
+def undetermined_modes(up: FloatArray, basis: FloatArray) -> FloatArray:
+    """Error modes of what a fit leaves at its nominal value, in units of g and rad, shape (9, k).
+
+    Each is a parameter of usual size together with the shift that it causes in the fitted
+    parameters at these directions.
+
+    Args:
+        up: unit vectors, shape (n, 3).
+        basis: free directions of the nine parameters, shape (9, p).
+    """
+    columns = design(up)
+    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
+    modes = (np.eye(SIZE) - taken) * TYPICAL_SIZE
+    return np.asarray(modes[:, np.linalg.norm(modes, axis=0) > SMALLEST_MODE])
 
 
 def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:

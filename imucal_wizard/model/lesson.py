@@ -324,6 +324,9 @@ class Lesson:
     sizes: str
     needs: str
     cost: str
+    remedy: str = ""
+    confirm: str = ""
+    source: str = ""
 
 
 _CHOICE = "*"
@@ -341,6 +344,9 @@ def lesson(effect: Effect, sensor: str) -> Lesson:
         sizes=usual_sizes_text(effect.parameters(sensor)[0]),
         needs=story.needs,
         cost=cost_text(effect, sensor),
+        remedy=story.remedy,
+        confirm=story.confirm,
+        source=story.source,
     )
 
 

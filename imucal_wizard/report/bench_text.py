@@ -119,7 +119,8 @@ def _suspects(said: Diagnosis, bench: Bench) -> list[str]:
     if said.findings is None:
         return []
     fit = said.findings.fit
-    lines = ["SUSPECTS", *suspect_head(fit, BENCH_COLUMNS)]
+    since = f"  before {' and '.join(said.added)} was added" if said.added else ""
+    lines = [f"SUSPECTS{since}", *suspect_head(fit, BENCH_COLUMNS)]
     for place, entry in enumerate(entries_of(bench, said.findings)[:SHOWN_SUSPECTS], 1):
         lines.append(suspect_row(entry, fit, BENCH_COLUMNS, f"{place:<2}"))
         lines += _wrapped(suspect_details(entry, fit, BENCH_COLUMNS), "    ")
@@ -168,7 +169,7 @@ def suspect_row(entry: Entry, fit: SensorFit, width: int, lead: str = "  ") -> s
     """
     row = f"{lead}{suspect_name(entry):<24}"
     if entry.lacking:
-        return f"{row}  {entry.lacking}"[:width]
+        return f"{row}  cannot be seen here"[:width]
     change = "▼" if entry.falls else "▲" if entry.rises else " "
     row += f"{_in_unit(entry.rms_fitted, fit.unit):>8}{_in_unit(entry.rms_held_out, fit.unit):>9}"
     row += f" {change} {_p_text(entry):<7}{suspect_size(entry, fit.sensor, width - SIZE_COLUMN)}"
@@ -183,9 +184,10 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         fit: the present model.
         width: of the table, which shows the sizes if there is room.
     """
-    words = [] if entry.effect is None else [entry.effect.title]
-    if entry.term == DISTURBED:
-        words.append("one hold is wrong: somebody touched it. Measure it again")
+    words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
+    if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
+        row = int(np.flatnonzero(table.index == entry.suspect.hold)[0])
+        words.append(f"{table.place(row)}, alone is wrong; measuring it again would show it")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")
     if entry.lacking:
@@ -244,7 +246,8 @@ def _p_text(entry: Entry) -> str:
 MAX_BAR_RATIO = 12.0
 """The longest bar over the present error; longer bars are cut and end in an arrow."""
 _EIGHTHS = " ▏▎▍▌▋▊▉"
-_NAME = 22
+_NAME = 28
+"""Columns of a model's name."""
 
 
 def ladder_rows(
@@ -289,8 +292,7 @@ def _step_name(ladder: Sequence[Rung], place: int) -> str:
     """The change of a rung: ``+ second-order``, ``− scale``, or the first model."""
     rung = ladder[place]
     if place == 0:
-        full = len(rung.model) == 3
-        return "bias scale non-orth." if full else " ".join(rung.model) or "nothing"
+        return " ".join(rung.model).replace("non-orthogonality", "non-orth.") or "nothing"
     if rung.added is not None:
         return f"+ {rung.added}"
     gone = [term for term in ladder[place - 1].model if term not in rung.model]

@@ -14,11 +14,11 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.core import VERSION
-from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.output import encode_json, without_control_characters, write_atomically
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.result import FitReport, SensorFit, worse_than_none
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
@@ -114,6 +114,8 @@ class Sensor(msgspec.Struct, frozen=True):
             None of a sensor of which that is not asked.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
+        could_be: error without noise that is exceeded in one of twenty directions if the sensor has
+            effects that these poses do not show; None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
             rest), or None where no pose was repeated.
@@ -121,7 +123,7 @@ class Sensor(msgspec.Struct, frozen=True):
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
-        usable: whether applying it is better than not; None without a verdict.
+        usable: whether applying it is better than not, on data held out; None in older files.
         covariance: of the parameters, or None.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
@@ -142,6 +144,7 @@ class Sensor(msgspec.Struct, frozen=True):
     floor_fitted: float | None = None
     held_out_interval: tuple[float, float] | None = None
     slow_noise_measured: bool | None = None
+    could_be: float | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
     repeatability_interval: list[float] | None = None
@@ -152,6 +155,15 @@ class Sensor(msgspec.Struct, frozen=True):
     covariance: list[list[float]] | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
+
+    def unusable(self, name: str) -> str:
+        """Why applying it is worse than not applying it, in one sentence; "" if it is not.
+
+        Args:
+            name: of the sensor.
+        """
+        errors = self.rms_before, self.rms_fitted, self.rms_held_out
+        return worse_than_none(name, self.bias_unit, self.unit, *errors)
 
     def apply(
         self, readings: FloatArray, where: Circumstances | None = None, own: Sequence[Effect] = ()
@@ -236,14 +248,39 @@ class Calibration(msgspec.Struct, frozen=True):
         """
         return self.sensors[sensor]
 
-    def save(self, path: str | Path) -> Path:
-        """Write the file; an error leaves no partial file.
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the usable sensors to a file; an error leaves no partial file.
+
+        Args:
+            path: the file.
+            force: write the sensors that are not usable, too.
 
         Raises:
+            DataError: no sensor is usable; nothing is written.
             UsageError: the place cannot be written.
         """
-        write_atomically(Path(path), encode_json(self))
+        write_atomically(Path(path), encode_json(self if force else self.usable_part()))
         return Path(path)
+
+    @property
+    def unusable(self) -> dict[str, str]:
+        """Why, by sensor, calibrations are not usable, in one sentence each."""
+        return {name: why for name, one in self.sensors.items() if (why := one.unusable(name))}
+
+    def usable_part(self) -> "Calibration":
+        """The calibration without the sensors that are not usable.
+
+        Raises:
+            DataError: none is usable.
+        """
+        left_out = self.unusable
+        if not left_out:
+            return self
+        kept = {name: one for name, one in self.sensors.items() if name not in left_out}
+        if not kept:
+            raise DataError("; ".join(left_out.values()), settings=("force",))
+        means = self.hold_means if "accelerometer" in kept else []
+        return msgspec.structs.replace(self, sensors=kept, hold_means=means)
 
     def means(self) -> FloatArray:
         """Mean readings of the accelerometer in the holds, shape (n, 3)."""
@@ -319,6 +356,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         else list(repeats.interval),
         repeatability_unit=None if repeats is None else repeats.unit,
         not_determined=list(fit.not_determined),
+        usable=not fit.unusable,
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         warnings=list(fit.warnings),
         effects=effects,

@@ -1,7 +1,7 @@
 """A fit as plain text."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,12 +30,15 @@ MAX_HEADINGS = 6
 _LACKING = "not determined by these data"
 
 
-def summary(report: FitReport, says: Sequence[str] = ()) -> str:
+def summary(
+    report: FitReport, says: Sequence[str] = (), could_be: Mapping[str, float | None] | None = None
+) -> str:
     """The result in lines of at most 80 columns.
 
     Args:
         report: the fit.
         says: the verdicts in sentences, one text per sensor.
+        could_be: the error that the poses may not show, by sensor.
     """
     lines = [
         _wrapped(
@@ -44,7 +47,7 @@ def summary(report: FitReport, says: Sequence[str] = ()) -> str:
         ),
     ]
     for name, fit in report.sensors.items():
-        lines += ["", *_sensor(name, fit)]
+        lines += ["", *_sensor(name, fit, (could_be or {}).get(name))]
     if report.magnetic is not None:
         lines += field_lines(report.magnetic, report.sensors["magnetometer"])
     if report.second_stage is not None:
@@ -67,7 +70,7 @@ def _wrapped(text: str) -> str:
     return textwrap.fill(text, TEXT_COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _sensor(name: str, fit: SensorFit) -> list[str]:
+def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
@@ -75,6 +78,8 @@ def _sensor(name: str, fit: SensorFit) -> list[str]:
     limits = limits_text(fit.held_out_interval, fit.unit)
     likely = f" (90 %: {limits})" if limits else ""
     text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
+    if could_be is not None:
+        text += f"; could be {quantity(could_be, fit.unit)}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
     for told in (text, fit.slow_noise_note and f"  {fit.slow_noise_note}"):

@@ -84,9 +84,8 @@ class StreamStatus:
 
     @property
     def few_digits(self) -> bool:
-        """Whether too few decimals are printed to show the noise."""
-        known = self.digits is not None and self.accelerometer_unit != COUNT
-        return known and (self.digits or 0) < MIN_PRINTED_DECIMALS
+        """Whether too few decimals are printed to show the noise; whole numbers have none."""
+        return self.accelerometer_unit != COUNT and 0 < (self.digits or 0) < MIN_PRINTED_DECIMALS
 
 
 def _no_traces() -> FloatArray:

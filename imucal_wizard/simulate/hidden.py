@@ -1,8 +1,8 @@
 """Hidden effects of the virtual sensor: ``TERM:SIZE:AXIS``.
 
 Each effect adds its ``ε`` to the true input on one axis. The tables below have the unit of each
-size; the equations are in ``forward``. ``field-gradient`` of the magnetometer is of the room, not of
-the sensor.
+size; the equations are in ``forward``. ``field-gradient`` of the magnetometer is of the room, not
+of the sensor.
 
 ``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also accept two letters,
 output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-product`` three, output

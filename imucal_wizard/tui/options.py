@@ -35,6 +35,7 @@ class WizardOptions:
         resume: session to continue, or None.
         sessions: folder for session files, or None for the user's data folder.
         save: file for the calibration, or None for a name beside the session.
+        force: save sensors whose calibration is worse than none, too.
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
@@ -66,6 +67,7 @@ class WizardOptions:
     resume: Path | None = None
     sessions: Path | None = None
     save: Path | None = None
+    force: bool = False
     muted: bool = False
     method: str = "least_squares"
     gyroscope_method: str = "vector"

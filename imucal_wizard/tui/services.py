@@ -172,6 +172,7 @@ class WizardServices:
         """Write the calibration, with the effects that the bench has added.
 
         Raises:
+            DataError: no sensor's calibration is usable.
             UsageError: the place cannot be written.
         """
         from imucal_wizard.report.calibration_file import from_report
@@ -180,23 +181,26 @@ class WizardServices:
         now = datetime.now().astimezone()
         report = report if benches is None else benches.fitted()
         made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
-        path = self._written(made)
+        left_out = [] if self._options.force else list(made.unusable)
+        path = self._written(made if self._options.force else made.usable_part())
         diagnoses = {} if benches is None else self.diagnose(benches)
-        says = [f"{one.sensor}: {one.verdict}. {one.says}" for one in diagnoses.values()]
-        return Saved(path, (summary(report, says), f"saved: {path}"), report)
+        says = [f"{one.sensor}: {one.says}" for one in diagnoses.values()]
+        could_be = {name: one.could_be for name, one in diagnoses.items()}
+        without = f" without the {' and the '.join(left_out)}" if left_out else ""
+        return Saved(path, (summary(report, says, could_be), f"saved: {path}{without}"), report)
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""
         from imucal_wizard.report.calibration_file import says_the_same
 
         if self._options.save is not None:
-            return made.save(self._options.save)
+            return made.save(self._options.save, force=True)
         for path in self._names():
             if not path.exists():
                 break
             if says_the_same(path, made):
                 return path
-        return made.save(path)
+        return made.save(path, force=True)
 
     def _names(self) -> Iterator[Path]:
         """Names for the calibration, without end; the first has no number."""

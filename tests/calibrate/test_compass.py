@@ -8,9 +8,10 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.magnitude import up_moved
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.second_stage.alignment import align
-from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved, up_moved
+from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved
 from imucal_wizard.estimate.second_stage.heading import compass_of, heading, turned
 from tests.estimate.field_truth import CORRECTION, OFFSET
 from tests.estimate.truth import typical_accelerometer

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.quaternions import rotation_vector
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.magnitude import up_moved
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.estimate.second_stage.alignment import align
 from imucal_wizard.estimate.second_stage.error_modes import (
@@ -14,7 +15,6 @@ from imucal_wizard.estimate.second_stage.error_modes import (
     of_accelerometer,
     of_magnetometer,
     principal,
-    up_moved,
 )
 from tests.estimate.field_truth import FACES, all_over
 

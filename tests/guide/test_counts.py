@@ -70,6 +70,31 @@ def test_motion_is_told_in_counts() -> None:
     assert {motion.unit for motion in machine.status().still.motions} == {"count"}
 
 
+def test_rates_are_told_in_counts_until_a_rotation_has_shown_the_scale() -> None:
+    """From then on in °/s, with the number of rotations that the scale comes from."""
+    device = Device().rest(4.0).hold("+z").rotate("x", 120.0, 2.0)
+    begun = device.time - 1.0
+    device.rest(2.0).rotate("x", -100.0, 2.0)
+    ended = device.time
+    machine, readings = counting(device, *SIGNED)
+    machine.feed(part_until(readings, 4.0))
+    machine.command("goto", "rotations")
+    rest = part_from(readings, 4.0)
+    machine.feed(part_until(rest, begun))
+    first = machine.status().rotation
+    assert first is not None
+    assert (first.unit, first.scaled_by, first.range_limit) == ("count", 0, None)
+    assert first.fastest > 1000.0
+    machine.feed(part_until(part_from(rest, begun), ended))
+    second = machine.status().rotation
+    assert second is not None
+    assert (second.unit, second.scaled_by, second.range_limit) == ("°/s", 1, None)
+    true = Device().rest(4.0).hold("+z").rest(1.0).rotate("x", -100.0, 2.0).readings().gyroscope
+    assert true is not None
+    fastest = float(np.degrees(np.abs(true.values[-200:, 0]).max()))
+    assert second.fastest == pytest.approx(fastest, rel=0.05)
+
+
 def test_angles_beyond_half_a_circle_are_told_by_the_gyroscopes_sense() -> None:
     device = Device().rest(4.0)
     for axis, start in (("x", "+z"),):

@@ -113,9 +113,10 @@ def test_an_effect_says_what_a_screen_and_a_prior_need(effect: Effect, sensor: s
 def test_every_lesson_is_told_in_full(effect: Effect, sensor: str) -> None:
     """Each part is a text of its own; sizes carry the unit, the cost a number of degrees."""
     told = lesson(effect, sensor)
-    parts = (told.what, told.equation, told.signature, told.sizes, told.needs, told.cost)
+    parts = [told.what, told.equation, told.signature, told.sizes, told.needs, told.cost]
+    parts += [told.remedy, told.confirm, told.source]
     assert all(len(part) > 20 for part in parts)
-    assert len(set(parts)) == 6
+    assert len(set(parts)) == len(parts)
     assert effect.parameters(sensor)[0].unit in told.sizes
     assert "°" in told.cost
     assert "nan" not in " ".join(parts).replace("°", " ").split()

@@ -125,3 +125,4 @@ def test_few_printed_decimals_hide_the_noise_but_counts_have_none() -> None:
     assert StreamStatus(digits=2).few_digits
     assert not StreamStatus(digits=3).few_digits
     assert not StreamStatus(digits=0, accelerometer_unit="count").few_digits
+    assert not StreamStatus(digits=0).few_digits

@@ -1,6 +1,7 @@
 """The parts that screens are made of, without a screen."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from imucal_wizard.core.poses import DIRECTIONS, FACES
 from imucal_wizard.core.quantities import number, unit_sign, value_and_error
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.operator_view import IDENTITY, about, product, times, turn_to
-from imucal_wizard.guide.state import AxisMotion, Event
+from imucal_wizard.guide.state import AxisMotion, Event, RotationStatus
 from imucal_wizard.guide.wording import (
     ALL_TAKEN,
     DISTURBED,
@@ -25,7 +26,7 @@ from imucal_wizard.guide.wording import (
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.drawing import cube_rows
-from imucal_wizard.tui.panels.step import compact_row, stream_row
+from imucal_wizard.tui.panels.step import compact_row, rotation_rows, stream_row
 from imucal_wizard.tui.panels.traces import trace, trace_rows
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, wrapped
@@ -175,6 +176,16 @@ def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
     assert "∘" in rows[3]
     assert "●" in rows[6]
     assert "┼" in rows[3]
+
+
+def test_a_rate_in_counts_has_no_unit_of_rate_and_a_found_scale_names_its_source() -> None:
+    def told(rotation: RotationStatus) -> str:
+        return "".join(text for text, _ in rotation_rows(rotation, 80)[1])
+
+    counts = RotationStatus("x", "+z", 87.0, -945.0, 6476.0, unit="count")
+    assert told(counts) == " rate    −945 count, fastest 6476   scale and range not known"
+    scaled = replace(counts, rate=-7.2, fastest=49.4, unit="°/s", scaled_by=4)
+    assert "−7 °/s, fastest 49   scale from 4 rotations about x" in told(scaled)
 
 
 def test_a_counted_axis_ends_in_whole_numbers() -> None:

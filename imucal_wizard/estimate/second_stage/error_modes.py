@@ -11,9 +11,9 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, symmetric_matrix
-from imucal_wizard.estimate.magnitude import TRIANGLE, triangle
+from imucal_wizard.estimate.magnitude import TRIANGLE, up_changes
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.model.identifiability import ANGLES, TYPICAL_SIZE, basis_of, design
+from imucal_wizard.model.identifiability import ANGLES, basis_of, undetermined_modes
 
 SMALLEST_MODE_SHARE = 1e-9
 """Share of the largest eigenvalue below which a covariance has none in that direction."""
@@ -40,10 +40,7 @@ class ErrorModes:
 
     def of_up(self, up: FloatArray) -> FloatArray:
         """Change of unit up with each, shape (n, 3, l), from up, (n, 3)."""
-        out = np.zeros((*up.shape, self.accelerometer.shape[1]))
-        for place, mode in enumerate(self.accelerometer.T):
-            out[:, :, place] = unit_vectors(up_moved(up, mode)) - up
-        return out
+        return up_changes(up, self.accelerometer)
 
 
 def principal(covariance: FloatArray) -> FloatArray:
@@ -99,21 +96,7 @@ def of_accelerometer(fit: SensorFit, up: FloatArray, gravity: float) -> FloatArr
         noise = principal(change @ fit.covariance @ change.T)
         if noise.shape[1]:
             basis = noise
-    columns = design(up)
-    taken = basis @ np.linalg.pinv(columns @ basis) @ columns
-    nominal = (np.eye(ELLIPSOID_SIZE) - taken) * TYPICAL_SIZE
-    kept = np.linalg.norm(nominal, axis=0) > SMALLEST_MODE_SHARE
-    return np.concatenate([noise, nominal[:, kept]], axis=1)
-
-
-def up_moved(up: FloatArray, mode: FloatArray) -> FloatArray:
-    """Up with an accelerometer that is wrong so: not of length one, both of shape (n, 3).
-
-    Args:
-        up: unit up, shape (n, 3).
-        mode: see ``of_accelerometer``, shape (9,).
-    """
-    return np.asarray(up + mode[:3] + up @ triangle(mode).T)
+    return np.concatenate([noise, undetermined_modes(up, basis)], axis=1)
 
 
 def _free(fit: SensorFit) -> tuple[int, ...]:

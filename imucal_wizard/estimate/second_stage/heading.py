@@ -14,9 +14,10 @@ from imucal_wizard.core.quaternions import rotation_matrix
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.magnitude import up_moved
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.second_stage.alignment import Alignment
-from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved, up_moved
+from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved
 
 UPRIGHT = np.cos(np.radians(25.0))
 """The x axis nearer to the vertical than this has no heading worth a number."""

@@ -25,6 +25,7 @@ from imucal_wizard.core.poses import (
     START_POSES,
     angle_between,
 )
+from imucal_wizard.core.quantities import readable
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.kinds import Act, EventKind
@@ -391,16 +392,20 @@ class RotationsStage:
         axis = self.axis
         rotations = self._taken(axis)
         full, units = self._context.gyroscope_range, self._context.units
-        usual = USUAL_RANGE if units.gyroscope_known else None
-        limit = usual if full is None else full * units.degrees
+        limit, factor, unit, scaled_by = None, 1.0, units.degrees_unit, 0
+        if units.gyroscope_known:
+            limit = USUAL_RANGE if full is None else full * units.degrees
+        elif (scale := self._judge.scale(axis)) is not None:
+            factor, unit = math.degrees(abs(scale)), readable("rad/s")[1]
+            scaled_by = len(self._context.measurements.counted_rotations(axis))
         left, right = senses(rotations)
         plan = self._plan()
         return RotationStatus(
             axis=axis,
             start_pose=START_POSES[axis],
             angle=self._angle,
-            rate=self._rate,
-            fastest=self._fastest,
+            rate=self._rate * factor,
+            fastest=self._fastest * factor,
             range_limit=limit,
             range_known=full is not None,
             done=tuple(rotation.angle for rotation in rotations),
@@ -410,4 +415,6 @@ class RotationsStage:
             wanted_angle=plan.angle,
             wanted_rate=plan.fastest,
             clips=limit is not None and self._fastest >= NEAR_RANGE_SHARE * limit,
+            unit=unit,
+            scaled_by=scaled_by,
         )

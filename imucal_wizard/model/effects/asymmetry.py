@@ -57,6 +57,11 @@ class Asymmetry(AxisEffect):
             needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
             "Even so, 1 g hardly tells it from the second-order term; for use below 1 g it does "
             "not matter which of the two is taken.",
+            remedy="Add the term and apply it. Below 1 g the second-order term serves as well.",
+            confirm="Tilt the axis through level in steps of a few degrees on a dividing head: the "
+            "slope of the reading changes at zero.",
+            source="IEEE Std 1293, model equation of linear accelerometers (scale factor "
+            "asymmetry).",
         ),
         GYROSCOPE: Story(
             what="A turn to the left is measured with a slightly larger gain than a turn to the "
@@ -66,6 +71,11 @@ class Asymmetry(AxisEffect):
             "share of the angle at any speed.",
             needs="Turns in both senses. Three speeds or more, to tell it from the second-order "
             "term, which grows with the speed.",
+            remedy="Add the term and apply it: it gives each sense its own gain.",
+            confirm="Turn the sensor on a rate table at one rate in both senses, and at a second "
+            "rate: the gains of the two senses differ by the same share at both rates.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (scale factor "
+            "asymmetry).",
         ),
     }
 

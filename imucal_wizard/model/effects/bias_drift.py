@@ -67,6 +67,12 @@ class BiasDrift(BiasEffect):
             "middle of the session to both ends.",
             needs="The same poses early, in the middle and late. Without repeats it cannot be told "
             "from temperature or warm-up, and slow noise alone can look like it.",
+            remedy="Take the bias anew before use, with a few poses. Do not apply the slope "
+            "outside the session: it seldom goes on.",
+            confirm="Leave the device untouched at a steady temperature for an hour: the reading "
+            "moves on steadily. If it wanders to and fro, it is slow noise.",
+            source="IEEE Std 528, inertial sensor terminology (drift rate); Allan variance in IEEE "
+            "Std 952, annex C.",
         ),
         GYROSCOPE: Story(
             what="The zero of the rate moves a little every minute: ageing drive, sinking supply, "
@@ -74,6 +80,12 @@ class BiasDrift(BiasEffect):
             equation="error on an axis = coefficient × (time − middle of the session)",
             signature="The readings at rest climb or fall steadily, in every pose alike.",
             needs="Still poses over the whole session at a steady temperature.",
+            remedy="Take the mean rate at rest anew before each use. Do not apply the slope "
+            "outside the session: it seldom goes on.",
+            confirm="Leave the device at rest at a steady temperature for an hour: the rate moves "
+            "on steadily. If it wanders to and fro, it is slow noise.",
+            source="IEEE Std 528, inertial sensor terminology (drift rate); Allan variance in IEEE "
+            "Std 952, annex C.",
         ),
         MAGNETOMETER: Story(
             what="The iron of the board takes on the field it lies in, a battery empties and its "
@@ -84,6 +96,11 @@ class BiasDrift(BiasEffect):
             "residuals open like a fan from the middle of the session to both ends.",
             needs="Whole circles early and late. Without them it cannot be told from temperature, "
             "and a room whose field changes looks like it.",
+            remedy="Calibrate again before use. If the battery or a current is the cause, move it "
+            "away from the chip.",
+            confirm="Leave the device untouched for half an hour, and a second magnetometer beside "
+            "it: if both move, the room's field changes.",
+            source="IEEE Std 528, inertial sensor terminology (drift rate).",
         ),
     }
 

@@ -60,6 +60,11 @@ class BiasStep(BiasEffect):
             "holds, and stand on another.",
             needs="Repeated poses before and after. If somebody remembers the bump, that is worth "
             "more than statistics: calibrate again from there on.",
+            remedy="Calibrate again from the holds after the step, and find its cause: a loose "
+            "board, a screw, a power dip. The calibration before the step no longer holds.",
+            confirm="Hold the first poses again: they repeat the later readings, not the first "
+            "ones.",
+            source="IEEE Std 528, inertial sensor terminology (bias repeatability).",
         ),
         GYROSCOPE: Story(
             what="A bump strains the package, or a power dip resets an offset inside the chip: the "
@@ -68,6 +73,10 @@ class BiasStep(BiasEffect):
             signature="The readings at rest stand on one level, jump between two holds, and stand "
             "on another.",
             needs="Three still poses or more on either side of the jump.",
+            remedy="Take the mean rate at rest anew, and find the cause of the step: a bump, a "
+            "loose board, a power dip.",
+            confirm="Let the device rest once more: it repeats the later rate, not the first one.",
+            source="IEEE Std 528, inertial sensor terminology (bias repeatability).",
         ),
     }
 

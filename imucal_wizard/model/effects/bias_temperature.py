@@ -67,6 +67,12 @@ class BiasTemperature(BiasEffect):
             needs="A swing of 10 °C or more that does not merely run along with time: repeat poses "
             "after warming the device and again after cooling. In a single warm-up it looks like "
             "a drift.",
+            remedy="Add the term and apply it with the sensor's own temperature, or let the device "
+            "reach its operating temperature and calibrate there.",
+            confirm="Leave the device untouched in one pose, warm it by 10 °C and let it cool "
+            "again: the reading follows the temperature both ways, on the same line.",
+            source="IEEE Std 1293, model equation of linear accelerometers (temperature "
+            "coefficients); Martínez and others, Sensors 21 (2021) 3117.",
         ),
         GYROSCOPE: Story(
             what="Warmth changes the stiffness and the damping of the vibrating structure, and "
@@ -78,6 +84,12 @@ class BiasTemperature(BiasEffect):
             "every pose alike.",
             needs="Still poses at temperatures 10 °C or more apart, warm and cold in turn. In a "
             "single warm-up it looks like a drift.",
+            remedy="Add the term and apply it with the sensor's own temperature, or take the mean "
+            "rate at rest anew before each use.",
+            confirm="Leave the device at rest, warm it by 10 °C and let it cool again: the rate "
+            "follows the temperature both ways, on the same line.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (temperature "
+            "coefficients).",
         ),
         MAGNETOMETER: Story(
             what="The bridge of magnetic film changes its resistance with warmth, its four arms "
@@ -88,6 +100,13 @@ class BiasTemperature(BiasEffect):
             "residuals of one direction lie on a straight line.",
             needs="Whole circles at temperatures 10 °C or more apart, warm and cold in turn. In a "
             "single warm-up it looks like a drift.",
+            remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
+            "the operating temperature. Many chips can set and reset their film, which removes "
+            "most of it.",
+            confirm="Leave the device untouched, warm it by 10 °C and let it cool again: the field "
+            "follows the temperature both ways. A room whose field changes does not.",
+            source="Data sheets of magnetoresistive sensors: offset temperature coefficient, set "
+            "and reset.",
         ),
     }
 

@@ -64,6 +64,12 @@ class CrossProduct(Effect):
             "product of all three shows at corners only, its sign changing from each to the next.",
             needs="Edges, and all eight corners: without corners the product of all three is never "
             "seen. Several coefficients stand for the same residual, so only their sum is real.",
+            remedy="Add the term and apply the sum. Do not read single coefficients as properties "
+            "of the sensor: other sets give the same readings at 1 g.",
+            confirm="Measure on a centrifuge with the force between +x and +y, then between +x "
+            "and −y: the part of the error by x·y changes its sign.",
+            source="IEEE Std 1293, model equation of linear accelerometers (cross-coupling "
+            "coefficients).",
         ),
         GYROSCOPE: Story(
             what="A turn about one axis moves the vibrating mass a little, so that a turn about "
@@ -73,6 +79,10 @@ class CrossProduct(Effect):
             "alone is right.",
             needs="Turns about axes half way between two sensor axes, in both senses and at "
             "different speeds.",
+            remedy="Add the term and apply it, if the device turns about tilted axes in use.",
+            confirm="Mount the sensor with the axis of a rate table between +x and +y, then "
+            "between +x and −y: the part of the error by x·y changes its sign.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes.",
         ),
     }
 

@@ -48,6 +48,11 @@ class Current(BiasEffect):
             "current the residuals lie on a straight line through zero.",
             needs="A column current[A] or throttle[%] in the recording, and each direction with "
             "much current and with little.",
+            remedy="Twist the leads, lead the current back beside itself, or move the chip away; "
+            "then add the term for what is left and apply it with the measured current.",
+            confirm="Leave the device untouched and switch the motor on and off: the field jumps "
+            "by coefficient × current.",
+            source="ArduPilot, compass-motor calibration (compassmot); the law of Biot and Savart.",
         ),
     }
 

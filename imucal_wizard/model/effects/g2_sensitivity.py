@@ -31,14 +31,22 @@ class G2Sensitivity(ForceEffect):
     )
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="The springs that hold the vibrating mass are not equally stiff. Gravity bends "
-            "them, and a mass that is both bent aside and off its balance turns: twice the force, "
-            "four times the error, the same for up and for down.",
+            what="Gravity moves the vibrating mass in its gaps. The signal that leaks into the "
+            "read-out does not change in proportion, and what is not proportional follows the "
+            "square: twice the force, four times the error, the same for up and for down. Springs "
+            "of unequal stiffness (anisoelasticity) add products of two force components, which "
+            "this effect does not have.",
             equation="error on an axis = sum over the three axes of coefficient × (force)²",
             signature="The readings at rest are the same in two opposite poses and differ from "
             "those with the axis level.",
             needs="Still poses at opposite faces and half way between. The part that is the same "
             "for all three axes is a bias and cannot be seen at 1 g.",
+            remedy="Add the term and apply it with the accelerometer's force. On a vibrating "
+            "device, damp the mounting as well: a square does not average out.",
+            confirm="Shake the resting device along one axis: the mean rate moves with the mean "
+            "square of the shaking.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes "
+            "(acceleration-squared-sensitive drift).",
         ),
     }
 

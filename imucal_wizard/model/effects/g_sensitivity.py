@@ -34,6 +34,12 @@ class GSensitivity(ForceEffect):
             "they lie on a straight line. Turns do not close, by an amount that depends on which "
             "way is up.",
             needs="Still poses all round: their mean rates show it ten times better than turns do.",
+            remedy="Add the term and apply it with the accelerometer's force. Do not only average "
+            "the bias over poses: it differs from pose to pose.",
+            confirm="Turn the device upside down on a table several times and compare the mean "
+            "rates at rest: their difference is twice the error of 1 g.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes "
+            "(acceleration-sensitive drift); data sheets: linear acceleration effect on bias.",
         ),
     }
 

@@ -48,6 +48,12 @@ class Hysteresis(AxisEffect):
             signature="A pose reads differently when it is reached from another side; it looks "
             "like bad repeatability until the residuals are drawn over the pose before.",
             needs="The same poses reached from different sides, in an order without system.",
+            remedy="Let the device rest for some seconds in each pose, and take poses in a mixed "
+            "order. Fasten the board firmly. The term can be applied only where the pose before is "
+            "known.",
+            confirm="Reach one pose ten times, by turns from either side: the readings form two "
+            "groups.",
+            source="IEEE Std 528, inertial sensor terminology (hysteresis error).",
         ),
     }
 

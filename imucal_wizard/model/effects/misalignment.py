@@ -45,6 +45,12 @@ class Misalignment(Effect):
             signature="The strength of the field says nothing of it. At rest the field stands at "
             "another angle to the vertical in every pose, although the dip of a place is one.",
             needs="Six still poses or more, all round, and turned about the vertical in between.",
+            remedy="Keep the term: the matrix then includes the rotation, and headings of a tilted "
+            "device are right.",
+            confirm="Turn the device about the vertical on a level table, then the same with it "
+            "tilted by 30°: after the correction the heading is the same.",
+            source="Kok and Schön, Magnetometer calibration using inertial sensors, IEEE Sensors "
+            "Journal 16 (2016).",
         ),
     }
 

@@ -45,6 +45,12 @@ class OddQuadratic(AxisEffect):
             "Nearly nine tenths of it pass for a scale error, so little is left to be seen.",
             needs="Faces, edges and corners, and low noise. Gravity hardly tells it from the "
             "third-order term; several g would, on a shaker or a centrifuge.",
+            remedy="Add the term for use up to 1 g. Do not extrapolate it to several g: there it "
+            "differs from the third-order term, and these data cannot tell which of them is right.",
+            confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
+            "square of the force.",
+            source="IEEE Std 1293, model equation of linear accelerometers (odd quadratic "
+            "coefficient).",
         ),
     }
 

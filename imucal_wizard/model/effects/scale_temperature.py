@@ -57,6 +57,12 @@ class ScaleTemperature(AxisEffect):
             signature="Warm poses come out too large, or too small, at both faces of the axis; a "
             "level axis does not care.",
             needs="Faces of each axis both cold and warm, 10 °C apart or more.",
+            remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
+            "the operating temperature.",
+            confirm="Hold two opposite faces cold and again 20 °C warmer: half the difference of "
+            "the two readings has changed, half their sum has not.",
+            source="IEEE Std 1293, model equation of linear accelerometers (temperature "
+            "coefficients); Martínez and others, Sensors 21 (2021) 3117.",
         ),
         GYROSCOPE: Story(
             what="Warmth softens the vibrating structure and shifts its resonance; the same turn "
@@ -66,6 +72,12 @@ class ScaleTemperature(AxisEffect):
             signature="The same turn comes out larger when warm, by the same share in both senses; "
             "readings at rest do not care.",
             needs="Turns about each axis both cold and warm, 10 °C apart or more.",
+            remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
+            "the operating temperature.",
+            confirm="Turn the device by exactly one circle against a stop, cold and again 20 °C "
+            "warmer: the integrated angle has changed by the same share in both senses.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (temperature "
+            "coefficients).",
         ),
     }
 

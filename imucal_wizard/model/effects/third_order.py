@@ -53,6 +53,11 @@ class ThirdOrder(AxisEffect):
             "sign at 45° between. Three quarters of it pass for a scale error.",
             needs="Faces, edges and corners. Gravity hardly tells it from the odd quadratic term; "
             "several g would.",
+            remedy="Add the term for use up to 1 g, or choose a larger range setting if the sensor "
+            "has one. Do not extrapolate it to several g.",
+            confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
+            "third power of the force.",
+            source="IEEE Std 1293, model equation of linear accelerometers (K₃).",
         ),
         GYROSCOPE: Story(
             what="At fast turns the read-out flattens, to both senses alike.",
@@ -61,6 +66,10 @@ class ThirdOrder(AxisEffect):
             "little too large, because the scale is a compromise between them.",
             needs="Turns at three speeds or more, the fastest near the range. At one speed it "
             "cannot be told from the scale.",
+            remedy="Add the term and apply it, or choose a larger range setting.",
+            confirm="Turn the sensor on a rate table from slow to nearly the full range: the error "
+            "grows with the third power of the rate, with opposite signs in the two senses.",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes.",
         ),
     }
 

@@ -49,6 +49,12 @@ class VibrationRectification(BiasEffect):
             "variance it is a straight line.",
             needs="The same poses on a quiet and on a shaking support. A pose taken by hand is not "
             "only shaken but moved, which looks much the same.",
+            remedy="Damp the mounting, or take the poses on a quiet support. In use, choose a "
+            "larger range, so that shaking is not clipped.",
+            confirm="Fix the device to a loudspeaker or a running motor and switch it on and off "
+            "without moving it: the mean moves with the square of the shaking.",
+            source="IEEE Std 1293, model equation of linear accelerometers (vibration "
+            "rectification).",
         ),
     }
 

@@ -64,6 +64,11 @@ class WarmUp(BiasEffect):
             "the other.",
             needs="Start cold and come back to the first poses at the end. Or let it warm up for "
             "ten minutes first: then there is nothing to model.",
+            remedy="Wait until it has faded, about three time constants, in calibration and in "
+            "use. If that is not possible, apply the term with the time since power-on.",
+            confirm="Switch the cold device on and leave it untouched for twenty minutes, on two "
+            "days: the same curve appears both times.",
+            source="IEEE Std 528, inertial sensor terminology (warm-up time).",
         ),
         GYROSCOPE: Story(
             what="After switching on, the chip heats itself by a few degrees and the drive "
@@ -73,6 +78,11 @@ class WarmUp(BiasEffect):
             signature="The readings at rest slide towards a final value, fast at first.",
             needs="Still poses from the first minute to the last. Or let it warm up for ten "
             "minutes first: then there is nothing to model.",
+            remedy="Wait until it has faded, about three time constants, in calibration and in "
+            "use. If that is not possible, apply the term with the time since power-on.",
+            confirm="Switch the cold device on and leave it at rest for twenty minutes, on two "
+            "days: the same curve appears both times.",
+            source="IEEE Std 528, inertial sensor terminology (warm-up time).",
         ),
     }
 

@@ -16,6 +16,7 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     Rows,
     RowSource,
+    unmeasured,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
@@ -109,6 +110,26 @@ class FieldMagnitude(RowSource):
         field = self.mean(self.circumstances.magnetic)[row]
         name = nearest_pose(field, DIRECTIONS, 180.0) or "–"
         return f"field along {true_minus(name)}, min {self.labels.time[row] / 60.0:.1f}"
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "FieldMagnitude":
+        """See ``RowSource``: pieces of the session, spread over it, in another field."""
+        count = len(directions)
+        rows = np.linspace(0, len(self.reading) - 1, count).astype(np.intp)
+        field = self.magnitude * directions
+        where = self.circumstances.select(rows).sensing(MAGNETOMETER, field)
+        felt = field + terms.columns(where) @ calibration.sizes
+        return replace(
+            self,
+            reading=felt @ np.linalg.inv(calibration.matrix).T + calibration.bias,
+            count=np.ones(count),
+            extra=np.zeros(count),
+            offsets=np.arange(count + 1),
+            noise=np.resize(self.noise, count),
+            circumstances=where,
+            labels=unmeasured(count),
+        )
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> FieldRows:
         """See ``RowSource``."""

@@ -37,11 +37,13 @@ from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
+    Loading,
     Parameters,
     RowLabels,
     Rows,
     RowSource,
     rounding_names,
+    unmeasured,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of
 
@@ -186,6 +188,28 @@ class ClosureRows(Rows):
         shifts = self._closed(np.einsum("imj,jk->mik", turned, moved[:, source.rounding > 0.0]))
         return np.concatenate([source.rows_of(change), shifts], axis=1)
 
+    def loading(self) -> Loading | None:
+        """See ``Rows``: each rotation shares the direction errors of both its holds."""
+        source = self._source
+        if not source.tilts.any():
+            return None
+        carried = carry(self.ends, source.before)
+        before, after = source.holds.T
+        size = np.sqrt(source.tilts)
+        # two directions across the up of each hold, the same for the rotations on either side
+        moved = np.swapaxes(across(source.before), 1, 2) * size[before, None, None]
+        moved = np.einsum("mji,mjk->mik", self.ends, moved)
+        measured = np.swapaxes(across(source.after), 1, 2) * size[after, None, None]
+        change = np.concatenate(
+            [
+                error_slope(carried, source.after, moved),
+                -error_slope(source.after, carried, measured),
+            ],
+            axis=2,
+        )
+        latent = np.stack([2 * before, 2 * before + 1, 2 * after, 2 * after + 1], axis=1)
+        return Loading(np.repeat(latent, 2, axis=0), source.rows_of(change))
+
     def _closed(self, turned: FloatArray) -> FloatArray:
         """Derivative of the rows from ``Σ L ∫ ∂w dt``, shape (m, 3, p)."""
         psi = np.einsum("mji,mjp->mip", self.ends, turned)
@@ -220,13 +244,14 @@ class GravityClosure(RowSource):
         before_doubt: change of ``before`` with each of the k ways in which the accelerometer may
             be wrong by one standard deviation, shape (m, 3, k).
         after_doubt: the same of ``after``.
-        noise: variance of a closure component by the noise of both directions and of the rates
-            between them, rad², shape (m,).
+        noise: variance of a closure component by the noise of the rates, rad², shape (m,).
         motion: circumstances of the samples; force and rate are replaced by those of the fit.
         gravity: m/s².
         labels: see ``RowSource``.
         rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
         resting: which samples are still at rest, shape (n,); None where rounding is no matter.
+        holds: numbers of the holds before and after each, shape (m, 2).
+        tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -241,6 +266,8 @@ class GravityClosure(RowSource):
     labels: RowLabels
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
+    holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     basis: FloatArray = field(init=False)
     kind, moving = "rotation", True
     unit = "rad"
@@ -286,11 +313,7 @@ class GravityClosure(RowSource):
         return slice(*self.samples.offsets[place : place + 2])
 
     def __post_init__(self) -> None:
-        # two directions across gravity and one another, the same at every calibration
-        axis = np.eye(3)[np.abs(self.after).argmin(axis=1)]
-        first = unit_vectors(np.cross(self.after, axis))
-        basis = np.stack([first, np.cross(self.after, first)], axis=1)
-        object.__setattr__(self, "basis", basis)
+        object.__setattr__(self, "basis", across(self.after))
 
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
@@ -302,6 +325,43 @@ class GravityClosure(RowSource):
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "GravityClosure":
+        """See ``RowSource``: the same rotations of a device that lies otherwise in the hand.
+
+        Each rotation has its z axis turned to one of the directions.
+        """
+        del terms  # they move the rate by far less than it is
+        count = len(self.before)
+        z = directions[np.arange(count) % len(directions)]
+        across = np.eye(3)[np.abs(z).argmin(axis=1)]
+        x = unit_vectors(np.cross(across, z))
+        turns = np.stack([x, np.cross(z, x), z], axis=2)
+        each, samples = turns[self.samples.rotation], self.samples
+        rate = (samples.reading - calibration.bias) @ calibration.matrix.T
+
+        def turned(vectors: FloatArray, by: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("nij,nj...->ni...", by, vectors))
+
+        reading = turned(rate, each) @ np.linalg.inv(calibration.matrix).T + calibration.bias
+        motion = self.motion
+        return replace(
+            self,
+            samples=replace(samples, reading=reading),
+            before=turned(self.before, turns),
+            after=turned(self.after, turns),
+            before_doubt=turned(self.before_doubt, turns),
+            after_doubt=turned(self.after_doubt, turns),
+            motion=replace(
+                motion,
+                force=turned(motion.force, each),
+                rate=turned(motion.rate, each),
+                previous=turned(motion.previous, each),
+            ),
+            labels=unmeasured(count, 2),
+        )
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> ClosureRows:
         """See ``RowSource``."""
@@ -330,6 +390,13 @@ class GravityClosure(RowSource):
         """Rows from closures or their derivatives, (m, 3, p) to (2 m, p)."""
         rows = np.einsum("mai,mip->map", self.basis, closures)
         return np.asarray(rows.reshape(2 * len(closures), closures.shape[2]))
+
+
+def across(up: FloatArray) -> FloatArray:
+    """Two directions across each of these unit vectors and one another, shape (m, 2, 3)."""
+    axis = np.eye(3)[np.abs(up).argmin(axis=1)]
+    first = unit_vectors(np.cross(up, axis))
+    return np.stack([first, np.cross(up, first)], axis=1)
 
 
 def carry(ends: FloatArray, before: FloatArray) -> FloatArray:

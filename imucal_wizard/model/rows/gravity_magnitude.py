@@ -19,6 +19,7 @@ from imucal_wizard.model.rows.source import (
     RowSource,
     hold_influences,
     hold_place,
+    unmeasured,
 )
 from imucal_wizard.model.terms import CONVERGED, MAX_PASSES, Term, Terms, columns_of
 
@@ -142,6 +143,22 @@ class GravityMagnitude(RowSource):
     def place(self, row: int) -> str:
         """See ``RowSource``."""
         return hold_place(int(self.labels.index[row]), self.circumstances.force[row])
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "GravityMagnitude":
+        """See ``RowSource``: holds of the session, in turn, with another side up."""
+        rows = np.arange(len(directions)) % len(self.reading)
+        force = self.gravity * directions
+        where = self.circumstances.select(rows).sensing(ACCELEROMETER, force)
+        felt = force + terms.columns(where) @ calibration.sizes
+        return GravityMagnitude(
+            felt @ np.linalg.inv(calibration.matrix).T + calibration.bias,
+            self.noise[rows],
+            where,
+            self.gravity,
+            unmeasured(len(directions)),
+        )
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> MagnitudeRows:
         """See ``RowSource``."""

@@ -84,13 +84,20 @@ class RowLabels:
         return len(self.index)
 
 
+def unmeasured(count: int, components: int = 1) -> RowLabels:
+    """Labels of rows that nobody has measured: the items one after the other, nothing else."""
+    index, none = np.repeat(np.arange(count), components), np.full(count * components, -1)
+    zeros = np.zeros(len(index))
+    return RowLabels(index, none, none, none, zeros, np.zeros((len(index), 2)), 0 * none)
+
+
 class Rows(ABC):
     """The rows of one source at one calibration.
 
     Attributes:
         residual: measured less predicted, without the part that is linear in the shared
             parameters, in the row's unit, shape (n,).
-        own: variance of each row by measured noise alone, shape (n,).
+        own: variance of each row by measured noise that it shares with no other, shape (n,).
         direction: up (or the field) as the row sees it, unit vectors, NaN in motion, (n, 3).
         lever: by how much each row moves with an error of the input on each axis, shape (n, 3).
     """
@@ -115,6 +122,23 @@ class Rows(ABC):
     def shared_columns(self) -> FloatArray:
         """Derivative by the source's shared parameters, shape (n, k)."""
         return np.zeros((len(self.residual), 0))
+
+    def loading(self) -> "Loading | None":
+        """Measured noise that several rows share; None where there is none."""
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Loading:
+    """How n rows move with independent latent errors, each of variance one.
+
+    Attributes:
+        latent: numbers of the k latent errors that each row has a part in, shape (n, k).
+        weight: by how much each of them moves the row, in the row's unit, shape (n, k).
+    """
+
+    latent: IntArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +225,22 @@ class RowSource(ABC):
             up: unit vectors, shape (h, 3).
         """
         del up  # for rows that rest on gravity
+        return self
+
+    def elsewhere(
+        self, directions: FloatArray, calibration: Parameters, terms: Terms
+    ) -> "RowSource":
+        """Rows as a new measurement without noise would make them, in other directions.
+
+        Args:
+            directions: of the true input, unit vectors, shape (d, 3).
+            calibration: of the sensor.
+            terms: its effects.
+
+        Returns:
+            These rows themselves where nothing else can be measured.
+        """
+        del directions, calibration, terms
         return self
 
     def item(self, row: int) -> int:

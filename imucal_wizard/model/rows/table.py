@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.source import Rows, RowSource
 from imucal_wizard.model.terms import Term
 
@@ -31,8 +32,9 @@ class ResidualTable:
         columns: derivative of the residual by the fitted parameters, shape (n, p).
         names: of these parameters.
         precision: of their priors, 0 where there is none, shape (p,).
-        variance: of each row as the fit found it, shape (n,).
-        own: variance of each row by measured noise alone, shape (n,).
+        variance: of each independent row as the fit found it, shape (n,).
+        own: variance of each independent row by measured noise alone, shape (n,).
+        independent: how independent rows come from these.
     """
 
     sources: tuple[RowSource, ...]
@@ -45,6 +47,7 @@ class ResidualTable:
     precision: FloatArray
     variance: FloatArray
     own: FloatArray
+    independent: Decorrelation
 
     def __len__(self) -> int:
         return len(self.residual)
@@ -58,13 +61,25 @@ class ResidualTable:
     @property
     def sigma(self) -> FloatArray:
         """Standard deviation of each row as the fit found it."""
-        return np.sqrt(self.variance)
+        return np.sqrt(self.independent.diagonal(self.variance))
 
     @property
     def floor(self) -> FloatArray:
         """Standard deviation of each row by measured noise alone, where all of it is measured."""
+        return np.sqrt(self.independent.diagonal(self.noise))
+
+    def whitened(self, columns: FloatArray) -> FloatArray:
+        """Rows made independent and of variance one by the noise of ``floor``, shape (n, …).
+
+        Each stays as near to what it is as independent rows can be.
+        """
+        return self.independent.scaled(self.noise**-0.5, columns)
+
+    @property
+    def noise(self) -> FloatArray:
+        """Variance of each independent row by measured noise, where all of it is measured."""
         measured = np.repeat([one.noise_is_measured for one in self.sources], self._counts)
-        return np.sqrt(np.where(measured, self.own, self.variance))
+        return np.where(measured, self.own, self.variance)
 
     @property
     def kind(self) -> NDArray[np.str_]:

@@ -57,6 +57,14 @@ def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
     rows += _part("usual sizes", told.sizes, width)
     rows += [line(""), *_part("what it takes to see it", told.needs, width)]
     rows += [line(""), *_part("what it costs to ignore it", told.cost, width)]
+    more = (
+        ("what to do about it", told.remedy),
+        ("how to confirm it without this program", told.confirm),
+        ("source", told.source),
+    )
+    for name, text in more:
+        if text:
+            rows += [line(""), *_part(name, text, width)]
     if effect.family:
         rows += [line(""), *_part("family", f"{effect.family}: at 1 g the members of this family "
                                   "are nearly the same; only more force, or much more data, tells "

@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from imucal_wizard.core.quantities import decimals, fixed, number, unit_sign
+from imucal_wizard.core.units import COUNT
 from imucal_wizard.tui.text import Line, known_as, line, wrapped
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -71,6 +72,7 @@ def _values(name: str, values: tuple[float, float, float] | None, unit: str) -> 
     known, factor = known_as(unit)
     shown = [factor * value for value in values]
     places = decimals(max(1.0, *(abs(value) for value in shown if math.isfinite(value))), 4)
+    places = 0 if known == COUNT else places
     numbers = " ".join(
         f"{axis} {fixed(value, places)}" for axis, value in zip("xyz", shown, strict=True)
     )
@@ -96,7 +98,7 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
 def _digits(stream: "StreamStatus", width: int) -> list[Line]:
     if stream.digits is None:
         return []
-    rows = [_pair("printed", f"{stream.digits} decimals")]
+    rows = [_pair("printed", f"{stream.digits} decimals" if stream.digits else "whole numbers")]
     if stream.few_digits:
         advice = "▲ few decimals hide the noise: print more, for instance Serial.print(x, 5)"
         rows += wrapped(advice, width, "warn", indent="  ")

@@ -96,7 +96,7 @@ def verdict_line(diagnosis: Diagnosis) -> Table:
 def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     """One row per sensor: before, after, held out, noise; and the error on new poses."""
     validated = any(fit.validation_rms is not None for fit in report.sensors.values())
-    table = _table()
+    table, beside = _table(), list[Text]()
     for name in ("", "before", "", "after", "held out", "noise", *(["new poses"] * validated), ""):
         table.add_column(name, justify="left" if not name else "right", no_wrap=True)
     for fit in report.sensors.values():
@@ -112,19 +112,17 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
-    likely = [
-        f"{fit.sensor} {limits}"
-        for fit in report.sensors.values()
-        if (limits := limits_text(fit.held_out_interval, fit.unit))
-    ]
-    intervals = [Text(f" held out, 90 % interval: {', '.join(likely)}", "dim")] if likely else []
-    slow = [
-        Text(f" {fit.sensor}: {fit.slow_noise_note}", "dim")
-        for fit in report.sensors.values()
-        if fit.slow_noise_note
-    ]
+    for name, fit in report.sensors.items():
+        limits, diagnosis = limits_text(fit.held_out_interval, fit.unit), diagnoses.get(name)
+        said = [f"held out, 90 % interval: {limits}"] if limits else []
+        if diagnosis is not None and diagnosis.could_be is not None:
+            said.append(f"could be {quantity(diagnosis.could_be, fit.unit)} in other directions")
+        if fit.slow_noise_note:
+            said.append(fit.slow_noise_note)
+        if said:
+            beside.append(Text(f" {name}: {', '.join(said)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
-    return Group(table, *intervals, *slow, *new)
+    return Group(table, *beside, *new)
 
 
 def _validation(fit: SensorFit) -> Text:

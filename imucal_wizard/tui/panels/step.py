@@ -14,6 +14,7 @@ from imucal_wizard.guide.state import (
     Status,
     StillStatus,
 )
+from imucal_wizard.guide.wording import plural
 from imucal_wizard.guide.wording import signed as signed_angle
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.text import Line, Span, bar, clean, compact, width_of, wrapped
@@ -248,9 +249,13 @@ def _angle(rotation: RotationStatus, width: int) -> Line:
 
 def _rate(rotation: RotationStatus) -> Line:
     limit = rotation.range_limit
-    words = f"{_whole(rotation.rate)} °/s, fastest {_whole(rotation.fastest)}"
+    words = f"{_whole(rotation.rate)} {rotation.unit}, fastest {_whole(rotation.fastest)}"
     if limit is None:
-        return (" rate    ", "quiet"), (words, ""), (", range not known", "quiet")
+        source = "scale and range not known"
+        if rotation.scaled_by:
+            count = plural(rotation.scaled_by, "rotation")
+            source = f"scale from {count} about {rotation.axis}, range not known"
+        return (" rate    ", "quiet"), (words, ""), (f"   {source}", "quiet")
     share = rotation.fastest / limit
     fast = "▲ too fast: it would clip" if rotation.range_known else "▲ may clip"
     verdict: Span = ("good", "good") if not rotation.clips else (fast, "warn")

@@ -1,0 +1,196 @@
+"""What may be wrong although these poses do not show it: the error that "held out" cannot see.
+
+An effect that the measured directions barely show may still be large elsewhere. Each explanation in
+the catalogue has a probability and, given these data, a normal distribution of its sizes; what the
+base parameters take up of it, and their own noise, follow from the fit. Together they say how far a
+corrected reading may be from the truth in a direction anywhere on the sphere.
+
+With the whitened columns B of the model and C of an effect of size s, the fit moves by
+``δ = −N⁻¹ Bᵀ (C s + n)``, ``N = BᵀB + prior``, and a new row without noise is off by
+``C' s + B' δ``. Its square is taken as a scaled chi square with the same mean and variance.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.core.directions import even_directions
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.variance_components import inverted
+from imucal_wizard.model.rows.source import Parameters
+from imucal_wizard.model.rows.table import numbered
+from imucal_wizard.model.terms import Term, Terms
+
+COVERED_SHARE = 0.95
+"""Share of directions and of explanations, by their probability, in which the error is smaller."""
+DIRECTIONS = even_directions(40)
+"""The error changes little from one of them to the next."""
+MIN_LIKELY_SHARE = 3e-4
+"""Explanations less likely than this are left out, a few per cent of the probability in all."""
+MIN_CATALOGUE_SHARE = 0.05
+"""Probability of noise and effects together below which the catalogue tells nothing."""
+DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
+"""Middles of seven equal shares of a normal distribution, standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """Judged rows in directions that were not measured, at the calibration found.
+
+    Attributes:
+        base: derivative by the fitted parameters, shape (k, p).
+        effects: derivative by the sizes of each effect and setting, shape (k, q).
+        item: number of the hold or rotation of each row, shape (k,).
+    """
+
+    base: FloatArray
+    effects: dict[tuple[str, float | None], FloatArray]
+    item: IntArray
+
+
+def could_be(
+    fit: SensorFit,
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    posterior: Posterior,
+) -> float | None:
+    """The error without noise that is exceeded in one of twenty directions.
+
+    Args:
+        fit: the model.
+        misfit: what it leaves.
+        hypotheses: the explanations.
+        posterior: their probabilities.
+
+    Returns:
+        In the unit of the fit's errors; None where hardly any explanation in the catalogue fits.
+    """
+    table = fit.rows
+    assert table is not None  # noqa: S101 (narrows the type)
+    elsewhere = _elsewhere(fit, misfit)
+    white = table.columns / table.floor[:, None]
+    # B'·δ for one unit of noise in each row
+    absorbed = -elsewhere.base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
+    noise = (absorbed**2).sum(axis=1)
+    moved = {
+        (one.term, one.variant): one.typical
+        * (absorbed @ one.columns - elsewhere.effects[one.term, one.variant])
+        for one in misfit.candidates
+    }
+    names = {one.term: one.names for one in misfit.candidates}
+
+    def columns_of(one: Hypothesis) -> FloatArray:
+        if one.kind != EFFECT:
+            return np.zeros((len(absorbed), one.patterns.shape[1]))
+        columns = moved[one.terms[0], one.variant]
+        return columns[:, [names[one.terms[0]].index(one.parameter)]] if one.parameter else columns
+
+    weights = hypotheses.frame.weights(posterior.wander)
+    coordinates = hypotheses.frame.across.T @ misfit.residual
+    shares, means, squares = [], [], []
+    for members, spreads, share, sigma in _likely(hypotheses, posterior):
+        columns = np.concatenate([columns_of(one) for one in members], axis=1)
+        patterns = np.concatenate([one.patterns for one in members], axis=1)
+        for part, found, root in _sizes(patterns, spreads, coordinates, weights, sigma):
+            mean, variance = columns @ found, ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise
+            shares.append(share * part)
+            means.append(np.bincount(elsewhere.item, mean**2 + variance))
+            squares.append(
+                np.bincount(elsewhere.item, 2.0 * variance**2 + 4.0 * mean**2 * variance)
+            )
+    if sum(shares) < MIN_CATALOGUE_SHARE:
+        return None
+    return _quantile(np.array(shares), np.array(means), np.array(squares))
+
+
+def _likely(
+    hypotheses: HypothesisSet, posterior: Posterior
+) -> Iterator[tuple[list[Hypothesis], FloatArray, float, float]]:
+    """Explanations by noise and effects: members, prior spreads, probability and noise of each."""
+    for place in np.flatnonzero(posterior.single > MIN_LIKELY_SHARE):
+        one = hypotheses.single[place]
+        if one.kind in (NOTHING, EFFECT):
+            found = float(posterior.single[place]), float(posterior.sigma[place])
+            yield [one], np.array(one.spreads), *found
+    pairs = hypotheses.pairs
+    for place in np.flatnonzero(posterior.paired > MIN_LIKELY_SHARE):
+        if pairs is not None:
+            found = float(posterior.paired[place]), float(posterior.sigma_paired[place])
+            yield pairs.both(int(place)), np.array([PAIR_SPREAD]), *found
+
+
+def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> float:
+    """The error below which ``COVERED_SHARE`` of a mixture of scaled chi squares lies.
+
+    Args:
+        shares: of each component, shape (h,).
+        means: of its squared error in each direction, shape (h, d).
+        variances: of that squared error, shape (h, d).
+    """
+    means = np.maximum(means, 1e-300)
+    # Wilson and Hilferty, as in ``distributions.chi_square``: 2/(9ν) with ν = 2 mean²/variance
+    part = variances / (9.0 * means**2)
+    cubes = 1.0 - part[:, :, None] + np.sqrt(part)[:, :, None] * DEVIATIONS
+    errors = np.sqrt(means[:, :, None] * np.maximum(cubes, 0.0) ** 3).ravel()
+    weight = np.repeat(shares, errors.size // len(shares))
+    order = np.argsort(errors)
+    below = np.cumsum(weight[order])
+    return float(errors[order[np.searchsorted(below, COVERED_SHARE * below[-1])]])
+
+
+def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
+    experiment = fit.experiment
+    assert experiment is not None  # noqa: S101 (narrows the type)
+    sizes = np.concatenate([np.zeros(0), *fit.sizes])
+    calibration, terms = Parameters(fit.matrix, fit.bias, sizes), Terms(fit.sensor, fit.terms)
+    sources = [
+        one.elsewhere(DIRECTIONS, calibration, terms) for one in experiment.sources if one.judged
+    ]
+    rows = [source.at(calibration, terms) for source in sources]
+    directions = experiment.directions(fit.base).columns
+    base = np.concatenate(
+        [
+            np.concatenate(
+                [one.base_columns() @ directions, *(one.term_columns(term) for term in fit.terms)],
+                axis=1,
+            )
+            for one in rows
+        ]
+    )
+    assert fit.rows is not None  # noqa: S101 (narrows the type)
+    # errors of the reference are no error of this sensor
+    shared = np.zeros((len(base), fit.rows.columns.shape[1] - base.shape[1]))
+    return Elsewhere(
+        base=np.concatenate([base, shared], axis=1),
+        effects={
+            (one.term, one.variant): np.concatenate(
+                [r.design_columns(Term(one.effect, one.variant)) for r in rows]
+            )
+            for one in misfit.candidates
+        },
+        item=numbered([source.labels.index for source in sources]),
+    )
+
+
+def _sizes(
+    patterns: FloatArray,
+    spreads: FloatArray,
+    coordinates: FloatArray,
+    weights: FloatArray,
+    sigma: float,
+) -> Iterator[tuple[float, FloatArray, FloatArray]]:
+    """By prior spread of an explanation: share, mean and root of the covariance of its sizes."""
+    weighted = patterns * weights[:, None] / sigma**2
+    values, vectors = np.linalg.eigh(patterns.T @ weighted)
+    spreads = spreads[: max(len(values) * len(spreads), 1)][:, None]
+    variance = 1.0 / (np.maximum(values, 0.0) + spreads**-2)
+    turned = vectors.T @ (weighted.T @ coordinates)
+    log = 0.5 * (variance * turned**2 + np.log(variance / spreads**2)).sum(axis=1)
+    share = np.exp(log - log.max())
+    for part, own in zip(share / share.sum(), variance, strict=True):
+        yield float(part), vectors @ (own * turned), vectors * np.sqrt(own)
