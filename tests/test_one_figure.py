@@ -130,7 +130,7 @@ def test_bench_tells_what_fit_tells(told: Told) -> None:
         for parameter, one in bench["parameters"].items():
             for key in ("value", "standard_error", "unit"):
                 assert one[key] == own["parameters"][parameter][key]
-    texts = [f"{n}: {one['verdict']}. {one['says']}" for n, one in document["sensors"].items()]
+    texts = [f"{n}: {one['says']}" for n, one in document["sensors"].items()]
     assert told.documents["fit"]["verdict"] == texts
 
 

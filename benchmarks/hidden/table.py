@@ -18,8 +18,8 @@ COLUMNS = (
 """``named``: the effect itself, alone. ``family``: all hidden families and no other, ``named``
 among them. ``part``: one of two. ``listed``: no name, but the truth among the explanations.
 ``cannot``: no name and the truth not listed. ``WRONG``: a family that is not hidden.
-``repeat``: not repeatable. ``seen``: p ≤ 0.01. ``inside``: the size, once added, ± its 95 % interval
-holds the truth."""
+``repeat``: not repeatable. ``seen``: p ≤ 0.01. ``inside``: the size, once added, ± its 95 %
+interval holds the truth."""
 
 
 class Answered(Protocol):

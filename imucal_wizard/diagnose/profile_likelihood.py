@@ -49,11 +49,16 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
             tried[at] = fit(replace(term, variant=float(np.exp(at))))
         return unlikeliness(tried[at])
 
-    low, high = _enclosed(likelihood, grid, grid.index(float(np.log(term.variant or 1.0))))
-    _narrow(likelihood, low, high)
+    settle(likelihood, grid, float(np.log(term.variant or 1.0)))
     best = min(tried, key=likelihood)
     spread = _spread(likelihood, best)
     return with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
+
+
+def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:
+    """Try settings until the best one is enclosed; ``unlikely`` keeps what it was asked for."""
+    low, high = _enclosed(unlikely, grid, grid.index(begin))
+    _narrow(unlikely, low, high)
 
 
 def unlikeliness(fit: SensorFit) -> float:

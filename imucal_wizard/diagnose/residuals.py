@@ -194,18 +194,27 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
 def _candidates(
     table: ResidualTable, sensor: str, holds: Circumstances, effect: Effect
 ) -> list[Candidate]:
+    return [_candidate(table, sensor, effect, variant) for variant in effect.variants(holds)]
+
+
+def candidate_at(fit: SensorFit, effect: Effect, variant: float) -> Candidate:
+    """An effect with a setting between those of ``whitened_residuals``."""
+    assert fit.rows is not None  # noqa: S101 (narrows the type)
+    return _candidate(fit.rows, fit.sensor, effect, variant)
+
+
+def _candidate(
+    table: ResidualTable, sensor: str, effect: Effect, variant: float | None
+) -> Candidate:
     parameters = effect.parameters(sensor)
-    return [
-        Candidate(
-            effect=effect,
-            term=effect.name,
-            family=effect.family or effect.name,
-            variant=variant,
-            names=tuple(parameter.name for parameter in parameters),
-            # an effect of size s leaves what adding −s to the model would take away
-            columns=-table.whitened(table.design_columns(effect, variant)),
-            typical=np.array([parameter.typical for parameter in parameters]),
-            unit=parameters[0].unit,
-        )
-        for variant in effect.variants(holds)
-    ]
+    return Candidate(
+        effect=effect,
+        term=effect.name,
+        family=effect.family or effect.name,
+        variant=variant,
+        names=tuple(parameter.name for parameter in parameters),
+        # an effect of size s leaves what adding −s to the model would take away
+        columns=-table.whitened(table.design_columns(effect, variant)),
+        typical=np.array([parameter.typical for parameter in parameters]),
+        unit=parameters[0].unit,
+    )

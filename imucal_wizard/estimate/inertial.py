@@ -90,7 +90,7 @@ def fit_holds(
         notes += rotation_warnings(rotations)
         if gyroscope.fit is not None:
             sensors["gyroscope"] = gyroscope.fit
-            notes += gyroscope_warnings(gyroscope, units["gyroscope"])
+            notes += gyroscope_warnings(gyroscope, units["gyroscope"], rates["gyroscope"])
         notes += gyroscope.warnings
         if gyroscope.outlier is not None:
             bad = rotations[gyroscope.outlier.index]
@@ -136,17 +136,23 @@ def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorF
     return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))
 
 
-FACTORS = (
-    (2.0, "the sampling rate is claimed twice too high"),
-    (0.5, "the sampling rate is claimed twice too low"),
-    (np.pi / 180.0, "the gyroscope's readings are in deg/s, not rad/s"),
-    (180.0 / np.pi, "the gyroscope's readings are in rad/s, not deg/s"),
-    (1e-3, "the gyroscope's readings are in thousandths of the unit given"),
-    (1e3, "the gyroscope's unit is a thousand times too small"),
+RATE_MISTAKES = (
+    (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
+    (180.0 / np.pi, "the readings are in rad/s and were taken for deg/s"),
+    (1e-3, "the readings are in thousandths of the unit given"),
+    (1e3, "the readings are in thousands of the unit given"),
+    (2.0 * np.pi / 60.0, "the readings are in rpm and were taken for rad/s"),
+    (6.0, "the readings are in rpm and were taken for deg/s"),
+    (2.0 * np.pi, "the readings are in turns per second and were taken for rad/s"),
+    (1e-3 * np.pi / 180.0, "the readings are in mdeg/s and were taken for rad/s"),
 )
-"""Scale factors that point to a mistake, and to which. A rate claimed twice too high halves the
-time between samples, so the fit doubles the scale."""
+"""Scales of a gyroscope that a mistaken unit makes."""
+RANGES = (-4, -3, -2, -1, 1, 2, 3, 4)
+"""Powers of 2 between the ranges of one device: ±125 to ±2000 °/s, ±2 to ±16 g."""
+POSSIBLE_RATES = 5.0, 20_000.0
+"""Sampling rates of devices that record a motion, Hz."""
 NEAR = 0.08
+"""Relative difference from such a factor that an uncalibrated sensor can have."""
 
 
 def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
@@ -178,7 +184,8 @@ def _unit_notes(scale: float) -> list[str]:
         if abs(np.log(scale * size)) < NEAR:
             return [f"{reads}: the accelerations are in {unit}; give {unit} as their unit"]
     if abs(np.log(scale)) > FAR:
-        return [f"{reads}: give the unit of the accelerations"]
+        fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
+        return [f"{reads}: give the unit of the accelerations, or correct the range{fits}"]
     return []
 
 
@@ -189,7 +196,7 @@ def _stands_out(place: str, outlier: Outlier) -> str:
     )
 
 
-def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
+def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[str]:
     """Warnings about rate, unit and axis order that the gyroscope's matrix shows."""
     notes: list[str] = []
     fit = report.fit
@@ -208,14 +215,39 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str) -> list[str]:
                 f"x, y, z must be taken from {', '.join(wrong)}. Check the wiring or the columns"
             )
     if unit != COUNT:
-        scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
-        for factor, meaning in FACTORS:
-            if abs(np.log(scale / factor)) < NEAR:
-                notes.append(
-                    f"the gyroscope's scale comes out as {scale:.3g}: probably {meaning}. Give the "
-                    "true sampling rate, or the unit of the rates, and fit again"
-                )
+        notes += _scale_notes(float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), rate)
     return notes
+
+
+def _scale_notes(scale: float, rate: float) -> list[str]:
+    """What explains a gyroscope's scale that no sensor has.
+
+    Args:
+        scale: true rate over reading, of all axes together.
+        rate: sampling rate that the times or the user claim, Hz. The angle is the integral over
+            time, so a rate claimed twice too high doubles the scale.
+    """
+    if abs(np.log(scale)) <= FAR:
+        return []
+    fits = [meaning for factor, meaning in RATE_MISTAKES if abs(np.log(scale / factor)) < NEAR]
+    if POSSIBLE_RATES[0] <= rate / scale <= POSSIBLE_RATES[1]:
+        true = float(f"{rate / scale:.2g}")  # an uncalibrated scale knows it no better
+        fits.append(f"the sampling rate is about {true:g} Hz instead of {rate:.4g} Hz")
+    fits += _other_range(scale)
+    found = f"the gyroscope's scale comes out as {scale:.3g}, which no sensor has"
+    if not fits:
+        return [f"{found}: check the unit of the rates, the range and the sampling rate"]
+    which = "Check which is true, correct it" if len(fits) > 1 else "Check this, correct it"
+    return [f"{found}. It fits if {', or if '.join(fits)}. {which} and fit again"]
+
+
+def _other_range(scale: float) -> list[str]:
+    """That the device measures in another range than its readings were converted for."""
+    for power in RANGES:
+        if abs(np.log(scale / 2.0**power)) < NEAR:
+            wider = "wider" if power > 0 else "narrower"
+            return [f"the range set in the device is {2 ** abs(power)} times {wider} than assumed"]
+    return []
 
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
@@ -229,4 +261,22 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
         return []
     count = sum(map(len, reasons.values()))
     each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
-    return [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    clipped = [one for one in rotations if one.problem and "clipped" in one.problem]
+    if clipped:
+        places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])
+        more = f" and {len(clipped) - 3} more" if len(clipped) > 3 else ""
+        seconds = sum(map(_seconds_at_end, clipped))
+        notes.append(
+            f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
+            f"for {seconds:.2g} s in all: turn more slowly, or set a wider range in the device"
+        )
+    return notes
+
+
+def _seconds_at_end(rotation: Rotation) -> float:
+    """Time for which the liveliest axis stays at its extremes, s."""
+    spans = np.ptp(rotation.rate, axis=0)
+    axis = rotation.rate[:, int(spans.argmax())]
+    flat = max(int((axis == end).sum()) for end in (axis.min(), axis.max()))
+    return flat * float(np.diff(rotation.time).mean())

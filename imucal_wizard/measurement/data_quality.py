@@ -25,6 +25,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_IDLE_VALUES,
     MAX_JITTER_SHARE,
     MAX_QUIET_RATIO,
+    MAX_RANGE_DIFFERENCE,
     MAX_RATE_STEP,
     MAX_REMOVED_GRAVITY,
     MAX_REPEATED_SHARE,
@@ -35,6 +36,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
     MIN_COUNT_SPAN,
+    MIN_FLAT_ENDS,
     MIN_FLICKER_STEPS,
     MIN_FORCE_RANGE,
     MIN_FULL_SCALE_SHARE,
@@ -53,7 +55,13 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
-from imucal_wizard.core.statistics import lengths, median, sample_quantile, true_on_all_axes
+from imucal_wizard.core.statistics import (
+    lengths,
+    median,
+    median_of_rows,
+    sample_quantile,
+    true_on_all_axes,
+)
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -289,6 +297,31 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     # a high quantile of the runs elsewhere, so that one stuck reading does not hide an end
     elsewhere = sample_quantile(lengths[~here], 0.999) if not here.all() else 0.0
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
+
+
+def flat_ends(values: FloatArray) -> FloatArray | None:
+    """The ends of a range that a whole recording shows, shape (2, 3): lowest and highest readings.
+
+    Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
+    ends count if two or more of the six extremes are flat and equally far from rest.
+
+    Args:
+        values: readings of a sensor without a large constant part, shape (n, 3).
+
+    Returns:
+        The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
+    """
+    if len(values) < MIN_CHECKED_SAMPLES:
+        return None
+    rest = median_of_rows(values)
+    extremes = np.stack([values.min(axis=0), values.max(axis=0)])
+    flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
+    away = np.abs(extremes - rest)
+    largest = float(away[flat].max(initial=0.0))
+    flat &= away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest
+    if int(flat.sum()) < MIN_FLAT_ENDS:
+        return None
+    return np.where(flat, extremes, np.array([[-np.inf], [np.inf]]))
 
 
 CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"

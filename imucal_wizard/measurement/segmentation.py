@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from imucal_wizard.core.limits.data_quality import MIN_PLATEAU
 from imucal_wizard.core.limits.stillness import (
     LIVELY_PERCENTILE,
     MAX_FORCE_LIMIT,
@@ -20,10 +21,11 @@ from imucal_wizard.core.limits.stillness import (
     TIME_TOLERANCE,
     VARIANCE_FACTORS,
 )
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.measurement.blocks import Blocks
-from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
+from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis, flat_ends
 from imucal_wizard.measurement.holds import (
     Hold,
     Rotation,
@@ -137,14 +139,14 @@ def rotations_between(
     """The motions between neighbouring holds, each with the reason if it cannot be used."""
     interval = 1.0 / gyroscope.rate
     rotations = []
-    gravity = _gravity(holds)
+    gravity, ends = _gravity(holds), flat_ends(gyroscope.values)
     for before, after in itertools.pairwise(holds):
         if same_rest(before, after, gravity):
             continue
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
         )
-        problem = _problem(part, interval, _rest(before, after))
+        problem = _problem(part, interval, _rest(before, after), ends)
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     return rotations
@@ -191,7 +193,9 @@ def _rest(before: Hold, after: Hold) -> FloatArray:
     return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
 
 
-def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
+def _problem(
+    part: Series, interval: float, rest: FloatArray, ends: FloatArray | None
+) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
     gaps = np.diff(part.time)
@@ -200,4 +204,8 @@ def _problem(part: Series, interval: float, rest: FloatArray) -> str | None:
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     axis = clipped_axis(part.values, rest, None, part.unit)
+    if axis is None and ends is not None:
+        at_end = (part.values <= ends[0]) | (part.values >= ends[1])
+        touched = at_end.sum(axis=0) >= MIN_PLATEAU
+        axis = AXES[int(touched.argmax())] if touched.any() else None
     return None if axis is None else CLIPPED_ROTATION.format(axis=axis)

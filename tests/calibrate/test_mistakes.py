@@ -114,7 +114,16 @@ def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
 
 @pytest.mark.parametrize(
     ("factor", "word"),
-    [(180.0 / np.pi, "deg/s"), (np.pi / 180.0, "rad/s, not deg/s"), (1e3, "thousandths")],
+    [
+        (180.0 / np.pi, "in deg/s and were taken for rad/s"),
+        (np.pi / 180.0, "in rad/s and were taken for deg/s"),
+        (1e3, "thousandths"),
+        (1.0 / 3.0, "the sampling rate is about 33 Hz instead of 100 Hz"),
+        (1.0 / 12.0, "the sampling rate is about 8."),
+        (1.7, "the sampling rate is about 170 Hz"),
+        (0.25, "the range set in the device is 4 times wider"),
+        (2.0, "the range set in the device is 2 times narrower"),
+    ],
 )
 def test_a_wrong_unit_of_rate_is_told(factor: float, word: str) -> None:
     """Readings in degrees that were taken for radians, and the like."""
@@ -142,7 +151,9 @@ def test_a_wrong_unit_of_acceleration_is_told(unit: str, factor: float) -> None:
     )
 
 
-@pytest.mark.parametrize(("factor", "word"), [(2.0, "twice too high"), (0.5, "twice too low")])
+@pytest.mark.parametrize(
+    ("factor", "word"), [(2.0, "Hz instead of 200 Hz"), (0.5, "Hz instead of 50 Hz")]
+)
 def test_a_wrong_sampling_rate_is_told(factor: float, word: str) -> None:
     """Time half as long or twice: every angle is wrong by that."""
     report = fit_readings(at_rate(session(), factor))
@@ -180,6 +191,17 @@ def test_a_clipped_axis_costs_its_rotations_only() -> None:
             assert (np.abs(rotation.rate) == 3.0).sum() < 4
     scale = np.diag(report.sensors["gyroscope"].matrix)
     assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
+
+
+@pytest.mark.parametrize("limit", [60.0, 100.0])
+def test_clipping_is_seen_without_knowing_the_range(limit: float) -> None:
+    """Flat at ±100 °/s, below every usual range: turn more slowly, in these rotations."""
+    end = np.radians(limit)
+    report = fit_readings(with_gyroscope(session(), lambda y: np.clip(y, -end, end)))
+    assert sum("clipped" in (one.problem or "") for one in report.rotations) > 10
+    assert _warned(report, "end of its range", "turn more slowly", " s in all")
+    fit = report.sensors.get("gyroscope")
+    assert fit is None or np.degrees(fit.rms_fitted) < 1.0
 
 
 def test_two_printed_decimals_are_not_clipping() -> None:

@@ -24,6 +24,9 @@ MIN_PLATEAU_JUMP = 5.0
 MIN_LONG_PLATEAU, MIN_LONG_PLATEAU_JUMP = 8, 3.0
 """The same for longer plateaus: noise would have changed so many samples, and a smooth peak this
 flat changes by a single step."""
+MIN_FLAT_ENDS, MAX_RANGE_DIFFERENCE = 2, 0.05
+"""Extremes of the six of a sensor that must be flat, and their relative difference: one range holds
+for all axes and both senses, apart from the bias."""
 MIN_PLATEAU_RATIO = 3.0
 """Ratio of the longest plateau at the extreme to the longest elsewhere: coarse readings form
 plateaus in every position of rest."""
