@@ -115,14 +115,13 @@ class Assembler:
         values = rows.values
         if not len(values):
             return None
-        indices = self._indices(rows)
         good = self.missing.sift(values)
-        if not good.all():
-            values, indices = values[good], indices[good]
-            if not len(values):
-                return None
+        values = values if good.all() else values[good]
         if self._split is not None:
-            return self._timed(self._split.feed(values))
+            return self._timed(self._split.feed(values)) if len(values) else None
+        indices = self._indices(rows)[good]
+        if not len(values):
+            return None
         if self._count is not None:
             period = self._host.period
             gap = RESTART_GAP_SECONDS / period if period else 1.0

@@ -1,7 +1,6 @@
 """From bytes to Readings: format, columns, units, clock."""
 
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -219,7 +218,7 @@ class Intake:
         if self._decoder is not None and self._assembler is not None:
             return self._run(self._decoder, self._assembler, data, arrival)
         self._held.add(data, arrival)
-        for piece in _lines(data):
+        for piece in data.splitlines(keepends=True):
             found = self._search.feed(piece, arrival)
             if found is not None:
                 return self._start(found)
@@ -297,11 +296,3 @@ class Intake:
 def _joined(parts: Iterable[Readings | None]) -> Readings | None:
     there = [part for part in parts if part is not None]
     return join_readings(there) if len(there) > 1 else next(iter(there), None)
-
-
-_LINE = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
-
-
-def _lines(data: bytes) -> Iterator[bytes]:
-    """The lines with their ends, one after the other: the first few are all that is needed."""
-    return (match[0] for match in _LINE.finditer(data))

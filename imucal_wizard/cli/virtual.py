@@ -34,7 +34,7 @@ def parser() -> Parser:
         description="Offer the virtual IMU on a pseudo-terminal until it is stopped.\n"
         "Its path is printed; open it in another terminal: imucal-wizard --port PATH",
         epilog=COMMANDS,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter=argparse.RawDescriptionHelpFormatter,
     )
     add_sensor(made)
     made.add_argument(

@@ -68,8 +68,14 @@ class RotationSamples:
             slope[:, ends] = (near * self.slope[:, ends]).sum(axis=1)
         w0, w1, dt = w[:, :-1], w[:, 1:], np.diff(self.time)
         bent = slope[:, :-1] - slope[:, 1:]
-        phi = 0.5 * dt * (w0 + w1) + dt * dt / 12.0 * (bent + cross(w0, w1))
-        return np.asarray(phi.take(self.first, axis=1) * (self.first < self.second))
+        bent += cross(w0, w1)
+        bent *= dt * dt / 12.0
+        phi = w0 + w1
+        phi *= 0.5 * dt
+        phi += bent
+        steps = phi.take(self.first, axis=1)
+        steps[:, np.flatnonzero(self.first == self.second)] = 0.0
+        return steps
 
     def sample_weights(self, steps: FloatArray) -> FloatArray:
         """``Σ steps · w`` as weights of the samples' w, with w at the middle of each step.

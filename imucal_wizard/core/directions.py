@@ -36,8 +36,9 @@ def group_directions(up: FloatArray, limit: float = SAME_DIRECTION) -> IntArray:
         apart[:, first] = apart[first]
         apart[second], apart[:, second] = np.inf, np.inf
         apart[first, first] = np.inf
-    _, where, names = np.unique(labels, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(where))[names]
+    found = labels.tolist()
+    order = {label: place for place, label in enumerate(dict.fromkeys(found))}
+    return np.array([order[label] for label in found], np.int64)
 
 
 def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:

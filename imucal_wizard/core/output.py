@@ -12,7 +12,7 @@ _OBEYED = ("Cc", "Cf", "Cs", "Co")
 
 def without_control_characters(text: str) -> str:
     """The text without control characters, except for line ends."""
-    if text.isprintable():
+    if text.replace("\n", "").isprintable():
         return text
     return "".join(
         c if c == "\n" or unicodedata.category(c) not in _OBEYED else "\N{REPLACEMENT CHARACTER}"

@@ -5,7 +5,8 @@ over the force along x, ``model-x-force-x`` the reading of the x axis beside the
 ``suspect-second-order`` what that effect would explain (the added-variable plot).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -63,7 +64,11 @@ class ResidualView:
         error: what the noise alone makes of each y, one standard deviation, shape (n,), or None.
         slope: y per x of a line through the origin, or None.
         model: what the model says, shape (n,), where the points are what was measured; or None.
+        predicted: what a suspect would leave of each point after the base parameters have absorbed
+            what they can, shape (n,), or None.
+        suspect: name of that suspect, or "".
         rows: the kind of rows that the points belong to, and which of them; None of a drawing.
+        together: each y is the length of all components of its rotation.
     """
 
     name: str
@@ -78,7 +83,16 @@ class ResidualView:
     error: FloatArray | None = None
     slope: float | None = None
     model: FloatArray | None = None
+    predicted: FloatArray | None = None
+    suspect: str = ""
     rows: tuple[RowSource, IntArray] | None = None
+    together: bool = False
+
+    @property
+    def legend(self) -> str:
+        """What the signs of the picture mean: noise band and suspect."""
+        band = "" if self.floor is None else f"▒ noise ±{number(self.floor, 2)} {self.unit}"
+        return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
     @property
     def floor(self) -> float | None:
@@ -93,7 +107,9 @@ def pictures(said: Diagnosis) -> tuple[ResidualView, ...]:
         return ()
     findings = bench.look()
     explained = (suspect_view(findings, one) for one in findings.suspects)
-    return (*views_of(bench.fit), *(view for view in explained if view is not None))
+    first = next(iter(findings.suspects), None)
+    left = (misfit_curve(findings, view, first) for view in views_of(bench.fit))
+    return (*left, *(view for view in explained if view is not None))
 
 
 def views_of(fit: SensorFit) -> tuple[ResidualView, ...]:
@@ -104,6 +120,69 @@ def views_of(fit: SensorFit) -> tuple[ResidualView, ...]:
     for part in sorted(_parts(table), key=lambda one: not one.source.moving):
         views += _left_over(table, part)
     return (*views, *_beside_model(experiment.beside(fit)))
+
+
+def misfit_curve(
+    findings: BenchFindings, view: ResidualView, suspect: Suspect | None
+) -> ResidualView:
+    """A picture of what is left, with what a suspect predicts there.
+
+    The prediction is the least-squares fit of all the suspect's parameters to the residuals, both
+    freed from what the base parameters absorb: of a second-order term, a W instead of a parabola.
+    Other pictures are returned as they are.
+    """
+    table, misfit = findings.fit.rows, findings.misfit
+    if suspect is None or suspect.candidate is None or table is None or view.rows is None:
+        return view
+    if view.model is not None or view.slope is not None:
+        return view
+    across = _across(misfit.base)
+    columns, residual = across.T @ suspect.candidate.columns, across.T @ misfit.residual
+    sizes = np.linalg.lstsq(columns, residual, rcond=None)[0]
+    source, at = view.rows
+    first = 0
+    for one in table.sources:
+        if one is source:
+            break
+        first += len(one.labels)
+    predicted = misfit.sigma * (across @ (columns @ sizes)) * readable(source.unit)[0]
+    own = predicted[first : first + len(source.labels)]
+    drawn = own[at]
+    if view.together:  # the components of one length
+        lengths = np.sqrt(np.bincount(source.labels.index, own**2))
+        drawn = lengths[source.labels.index[at]]
+    return replace(view, predicted=drawn, suspect=suspect.term)
+
+
+def most_telling(views: Sequence[ResidualView]) -> int:
+    """Place of the picture whose abscissa explains most of the misfit.
+
+    What is left of each point, divided by its noise, is fitted by a curve of fourth degree in the
+    abscissa. The share of the variance that the curve explains, less what as many free numbers
+    explain of noise, decides.
+    """
+    shares = [_explained(view) for view in views]
+    return int(np.argmax(shares)) if shares else 0
+
+
+CURVE_DEGREE = 4
+"""A term of second or third order leaves up to four bends once bias and scale have taken theirs."""
+
+
+def _explained(view: ResidualView) -> float:
+    """Adjusted share of the variance that a curve explains; −inf where there is no misfit curve."""
+    free = len(view.x) - CURVE_DEGREE - 1
+    if view.error is None or view.slope is not None or free < 1:
+        return -np.inf
+    at = view.x - view.x.mean()
+    at /= max(float(np.abs(at).max()), 1e-300)
+    left = view.y / view.error
+    total = float(((left - left.mean()) ** 2).sum())
+    curve = np.polynomial.legendre.legvander(at, CURVE_DEGREE)
+    if total <= 0.0 or np.linalg.matrix_rank(curve) <= CURVE_DEGREE:
+        return -np.inf
+    rest = left - curve @ np.linalg.lstsq(curve, left, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / total * (len(at) - 1) / free
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +220,8 @@ def _left_over(table: ResidualTable, part: _Part) -> Iterator[ResidualView]:
     factor, unit = readable(source.unit)
     own, place = np.unique(source.labels.index[rows], return_index=True, return_inverse=True)[1:]
     left, error = table.residual[first + rows], table.floor[first + rows]
-    if len(own) < len(rows):
+    together = len(own) < len(rows)
+    if together:
         left, error = (np.sqrt(np.bincount(place, one**2)) for one in (left, error))
         rows = rows[own]
     for over in source.influences():
@@ -152,6 +232,7 @@ def _left_over(table: ResidualTable, part: _Part) -> Iterator[ResidualView]:
                 part.prefix + over.name, part.name, source.left, over.label, unit, over.values[at],
                 left[chosen] * factor, source.labels.index[at],
                 _LOOK_FOR[over.name.partition("-")[0]], error[chosen] * factor, rows=(source, at),
+                together=together,
             )  # fmt: skip
 
 
@@ -227,10 +308,14 @@ def freed(
     misfit: WhitenedResiduals, others: FloatArray, pattern: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Residual and pattern without what the base and other columns absorb, whitened, (n,) each."""
-    base = np.concatenate([misfit.base, others], axis=1)
-    length = np.linalg.norm(base, axis=0)
-    across = complement(base[:, length > 0.0] / length[length > 0.0])
+    across = _across(np.concatenate([misfit.base, others], axis=1))
     return across @ (across.T @ misfit.residual), across @ (across.T @ pattern)
+
+
+def _across(columns: FloatArray) -> FloatArray:
+    """Orthonormal directions across these columns, shape (n, n − rank)."""
+    length = np.linalg.norm(columns, axis=0)
+    return complement(columns[:, length > 0.0] / length[length > 0.0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -243,23 +243,29 @@ class GyroscopeExperiment(Experiment):
             ),
             rounding=rotations.rounding if matters else np.zeros(3),
         )
-        self.closure = self._closures(known, noise[1])
+        self.closure = self._closures(known, *noise[1:])
         self.sources = (self.rest, self.closure, *more)
         if more:
             self.method = "vector + field"
 
-    def _noise(self) -> tuple[FloatArray, FloatArray]:
-        """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,)."""
+    def _noise(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,).
+
+        The closures with the rate noise of the quietest axis; that of each axis follows, (3,).
+        """
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
-        walk = float(rest.per_second.mean()) * (last - first)
+        walk = float(rest.per_second.min()) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk
         return (
             np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
+            rest.per_second,
         )
 
-    def _closures(self, known: Circumstances, noise: FloatArray) -> GravityClosure:
+    def _closures(
+        self, known: Circumstances, noise: FloatArray, walk: FloatArray
+    ) -> GravityClosure:
         one, reference = self.rotations, self.of
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
@@ -275,6 +281,7 @@ class GyroscopeExperiment(Experiment):
             resting=self._still_samples() if self.rest.rounding.any() else None,
             holds=np.column_stack([one.before, one.after]),
             tilts=reference.variance,
+            walk=walk,
             labels=RowLabels(
                 index=np.repeat(one.usable, 2),
                 axis=np.tile([0, 1], count),
@@ -302,10 +309,10 @@ class GyroscopeExperiment(Experiment):
         """The same experiment from another start, with other entries determined."""
         other = copy(self)
         other._start, other.free = start, tuple(free)
-        resting, closing = other._noise()
+        resting, closing, walk = other._noise()
         motion = replace(self.closure.motion, rate=self.rotations.rates(start))
         other.rest = replace(self.rest, noise=resting)
-        other.closure = replace(self.closure, noise=closing, motion=motion)
+        other.closure = replace(self.closure, noise=closing, walk=walk, motion=motion)
         other.sources = (other.rest, other.closure, *self.sources[2:])
         return other
 

@@ -158,7 +158,8 @@ def inverted(normal: FloatArray) -> FloatArray:
     """
     if not len(normal):
         return normal
-    outer = np.outer(*2 * (_scale(normal),))
+    scale = _scale(normal)
+    outer = scale[:, None] * scale
     lower = _cholesky(normal / outer)
     if lower is None or np.diag(lower).min() ** 2 < MIN_SHOWN_SHARE:
         return np.asarray(

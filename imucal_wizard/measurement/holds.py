@@ -183,10 +183,11 @@ def drifts(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
     """
     if len(blocks) < 2:
         return False
-    rounding = float(np.sum(np.broadcast_to(step_a, 3) ** 2)) / 12.0
-    within = float(blocks.variance[:, :3].mean(axis=0).sum())
-    fast = within * blocks.size / (blocks.size - 1.0) + rounding
-    slow = float(blocks.mean_a.var(axis=0, ddof=1).sum()) - fast / blocks.size
+    count, step = len(blocks), step_a + np.zeros(3)
+    within = float(blocks.variance[:, :3].sum()) / count
+    fast = within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
+    away = blocks.mean_a - np.add.reduce(blocks.mean_a, axis=0) / count
+    slow = float((away * away).sum()) / (count - 1.0) - fast / blocks.size
     least = MIN_SWAY if slow > MAX_SLOW_TO_FAST * fast else MAX_SWAY
     return slow > (least * gravity) ** 2
 
@@ -242,9 +243,9 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     if first < MIN_BLOCKS_TO_TRIM:
         return blocks
     means = blocks.mean_a[:first] - blocks.mean_a[first - 1]
-    variance = blocks.variance[:first, :3].mean(axis=0)
-    step = np.broadcast_to(np.asarray(step_a, float), 3)
-    noise = np.maximum(variance / blocks.size + rounding_variance(variance, step), 1e-300)
+    variance = np.add.reduce(blocks.variance[:first, :3], axis=0) / first
+    rounded = rounding_variance(variance, step_a + np.zeros(3))
+    noise = np.maximum(variance / blocks.size + rounded, 1e-300)
     size = _settling_shapes(first, SETTLING_TIMES)[1] @ means
     found = size**2 @ (1.0 / noise)
     best = int(found.argmax())

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from imucal_wizard.core.quantities import finite_or_none, number
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.report.plot import scatter
 
@@ -18,13 +18,12 @@ MAX_NEAR_NAMES = 3
 
 def view_text(sensor: str, view: ResidualView) -> str:
     """A plot with its title, and what to look for in it."""
-    noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)} {view.unit}"
     title = view.title if view.slope is not None else f"{view.title}, {view.unit}"
     drawn = scatter(
         view.x, view.y, VIEW_COLUMNS, VIEW_ROWS, x_label=view.x_label, error=view.error,
-        slope=view.slope, model=view.model,
+        slope=view.slope, model=view.model, predicted=view.predicted,
     )  # fmt: skip
-    head = f"{sensor.upper()}  {view.part}: {title}{noise}"
+    head = f"{sensor.upper()}  {view.part}: {title}  {view.legend}".rstrip()
     return "\n".join([head, *drawn, "", *textwrap.wrap(view.look_for, VIEW_COLUMNS)])
 
 
@@ -90,6 +89,10 @@ def _data(view: ResidualView) -> dict[str, Any]:
         "y": [finite_or_none(value) for value in view.y],
         "error": None if view.error is None else [finite_or_none(value) for value in view.error],
         "model": None if view.model is None else [finite_or_none(value) for value in view.model],
+        "predicted": None
+        if view.predicted is None
+        else [finite_or_none(value) for value in view.predicted],
+        "suspect": view.suspect,
         "slope": view.slope,
         "noise": view.floor,
         "source": view.source.tolist(),

@@ -3,7 +3,6 @@
 import sys
 import threading
 import time
-import traceback
 from pathlib import Path
 from types import TracebackType
 
@@ -12,6 +11,8 @@ from imucal_wizard.core.output import note
 
 def write_traceback(error: BaseException) -> Path | None:
     """Write the traceback of a fault to a new file; None if that is not possible."""
+    import traceback
+
     from platformdirs import user_log_path
 
     lines = traceback.format_exception(error)

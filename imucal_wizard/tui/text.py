@@ -83,6 +83,7 @@ STYLES = {
 """The styles of a row, in the colours of the theme. Colour only repeats a word or a sign."""
 _SIGNS = {
     "◆": "accent", "●": "warn", "∘": "strong", "·": "accent", "×": "accent", "⊗": "good",
+    "━": "accent",
     "▸": "accent", "▼": "good", "▲": "warn", **dict.fromkeys("█▉▊▋▌▍▎▏»", "accent"),
 }  # fmt: skip
 """Style of each sign of a plot or table."""

@@ -273,17 +273,16 @@ def test_the_coning_that_the_derivative_leaves_out_moves_no_parameter(rate: floa
     closure, table = _of(fit).closure, fit.rows
     assert table is not None
     assert fit.covariance is not None
-    rows = table.kind == "rotation"
     sigma = np.sqrt(np.diag(fit.covariance))
 
     def cost(moved: FloatArray) -> float:
-        """Of the rotations and, about their mean, of the rates at rest."""
+        """Of the rates at rest about their mean, and of the rotations."""
         errors = closure.rows_of(
             closure.closures(fit.matrix + moved[:9].reshape(3, 3), fit.bias + moved[9:])[:, :, None]
         )
         reading = (_of(fit).rest.reading - fit.bias - moved[9:]) @ fit.matrix.T
-        found = float((errors[:, 0] ** 2 / table.variance[rows]).sum())
-        return found + float((reading.ravel() ** 2 / table.variance[~rows]).sum())
+        independent = table.independent.rows(np.concatenate([reading.ravel(), errors[:, 0]]))
+        return float((independent**2 / table.variance).sum())
 
     step = 0.1
     slope = np.array(

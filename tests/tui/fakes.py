@@ -195,9 +195,9 @@ def up_down_status() -> Status:
     return Status(
         step=StepKind.UP_DOWN,
         elapsed=45.0,
-        instruction="TURN −Y UP",
+        instruction="HOLD STILL",
         detail="the −y face on top",
-        act=Act.POSE,
+        act=Act.HOLD,
         aim=(0.0, -1.0, 0.0),
         still=still(),
         up=(0.0, 0.05, 0.998),

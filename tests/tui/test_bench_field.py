@@ -11,7 +11,7 @@ from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.diagnose.recordings import tumbled
 from tests.tui.bench_steps import app_with
 from tests.tui.terminals import LARGE, USUAL
-from tests.tui.waiting import shows
+from tests.tui.waiting import seen, shows
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,10 @@ async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the
 ) -> None:
     async with app_with(drawing).run_test(size=LARGE) as pilot:
         await to_the_field(pilot)
-        await pilot.press("shift+tab")
+        for _ in range(20):
+            if "current, A" in seen(pilot):
+                break
+            await pilot.press("shift+tab")
         await shows(pilot, "current, A")
         await pilot.press("right")
         await shows(pilot, "◆ field along", "read", "µT")

@@ -10,7 +10,15 @@ from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.views import ResidualView, freed, pictures, suspect_view
+from imucal_wizard.diagnose.views import (
+    ResidualView,
+    freed,
+    misfit_curve,
+    most_telling,
+    pictures,
+    suspect_view,
+    views_of,
+)
 from imucal_wizard.report.bench_text import blocks, ladder_rows
 from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.report.plot import scatter
@@ -100,10 +108,44 @@ def test_a_plot_puts_points_noise_line_and_cursor_where_they_belong() -> None:
     assert rows[0].lstrip().startswith("4")
     assert rows[8][10] == "●"
     assert "◆" in rows[3] + rows[4]
-    assert sum("┈" in row for row in rows) == 2
+    assert sum("▒" in row for row in rows) == 2  # one row on each side of the line of zero
+    assert sum("│" in row[10:] for row in rows) >= 2  # the error bars of the points outside
     assert sum("·" in row for row in rows) > 5
     assert "force" in rows[-1]
     assert {len(row) for row in rows} == {51}
+
+
+def test_the_misfit_curve_is_what_the_suspect_leaves_after_the_base(
+    snapshot: BenchSnapshot, bench: Bench
+) -> None:
+    """Adding the suspect takes away what it predicts, hold by hold."""
+    suspect = snapshot.entries[0].suspect
+    before = next(view for view in snapshot.views if view.name == "force-y")
+    drawn = misfit_curve(snapshot.findings, before, suspect)
+    assert drawn.predicted is not None
+    assert drawn.suspect == "second-order"
+    bench.add("second-order")
+    after = next(view for view in views_of(bench.fit) if view.name == "force-y")
+    taken = before.y - after.y[np.argsort(after.source)][np.argsort(np.argsort(before.source))]
+    assert drawn.error is not None
+    np.testing.assert_allclose(drawn.predicted, taken, atol=0.5 * drawn.error.max())
+    assert np.abs(drawn.predicted).max() > 10.0 * drawn.error.max()
+
+
+@pytest.mark.parametrize("axis", "xyz")
+def test_the_first_picture_is_the_one_along_which_the_misfit_runs(axis: str) -> None:
+    """Whatever the axis of the effect; no shape of the program's own effects is used."""
+    rng = np.random.default_rng(4)
+    up = rng.normal(size=(30, 3))
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    left = 3.0 * np.abs(up[:, "xyz".index(axis)]) ** 3 + rng.normal(0.0, 0.3, 30)
+    views = [
+        ResidualView(
+            f"force-{name}", "holds", "", "", "mg", up[:, k], left, np.arange(30), "", np.ones(30)
+        )
+        for k, name in enumerate("xyz")
+    ]
+    assert views[most_telling(views)].name == f"force-{axis}"
 
 
 def test_a_plot_against_a_count_ends_in_counts() -> None:

@@ -1,6 +1,5 @@
 """Numbers separated by commas, semicolons, tabs, bars or blanks, with or without a header."""
 
-import csv
 import math
 import re
 from collections import Counter, deque
@@ -228,6 +227,8 @@ def split_fields(line: bytes) -> list[bytes]:
     sign = separator_of(line)
     if b'"' in line:
         if sign != b" " and line.count(b'"') % 2 == 0 and line.isascii():
+            import csv  # few lines have quotation marks
+
             with suppress(csv.Error):
                 rows = csv.reader(
                     [line.decode("ascii")], delimiter=sign.decode(), skipinitialspace=True

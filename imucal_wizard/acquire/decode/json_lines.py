@@ -1,6 +1,5 @@
 """One JSON object per line; the keys name the columns."""
 
-import json
 import math
 from collections import deque
 from collections.abc import Sequence
@@ -31,6 +30,8 @@ class JsonDecoder(TextDecoder):
     def _read(self, line: bytes, first: bool) -> None:
         if first and not line.lstrip().startswith(b"{"):
             return
+        import json  # no other format needs it
+
         try:
             value = json.loads(line, parse_int=float)
         except (ValueError, RecursionError):

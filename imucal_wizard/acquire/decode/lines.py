@@ -80,13 +80,13 @@ class TextDecoder(ABC):
         block = self._cutter.feed(data)
         start = 0
         while start < len(block) and self._count < MAX_DECIMALS_ROWS:
-            end = _end_of_lines(block, start + _MIN_TABLE)
+            end = end_of_lines(block, start + _MIN_TABLE)
             self._each_line(block[start:end])
             start = end
         block, start = block[start:], 0
         if block and self._table_of(block) is None:
             while start < len(block):
-                end = _end_of_lines(block, start + _PIECE_BYTES)
+                end = end_of_lines(block, start + _PIECE_BYTES)
                 piece = block[start:end]
                 if len(piece) == len(block) or self._table_of(piece) is None:
                     self._each_line(piece)
@@ -185,6 +185,6 @@ class TextDecoder(ABC):
         return rows
 
 
-def _end_of_lines(block: bytes, place: int) -> int:
+def end_of_lines(block: bytes, place: int) -> int:
     """Where the line that holds a place ends."""
     return block.find(b"\n", place) + 1 or len(block)

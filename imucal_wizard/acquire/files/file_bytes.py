@@ -5,11 +5,7 @@ through the decoders of streams.
 """
 
 import codecs
-import gzip
-import io
-import json
 import re
-import zlib
 from pathlib import Path
 
 from imucal_wizard.acquire.decode.delimited import split_fields
@@ -112,6 +108,10 @@ def decompress(data: bytes) -> bytes:
     """
     if not data.startswith(_GZIP):
         return data
+    import gzip  # few files need this
+    import io
+    import zlib
+
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             content = file.read(MAX_BYTES + 1)
@@ -169,6 +169,8 @@ def _one_object_per_line(data: bytes) -> bytes:
     """The lines of a JSON list of objects; any other text is unchanged."""
     if not data[:_EXAMINED_BYTES].lstrip().startswith((b"[{", b"[\n", b"[ ", b"[\r")):
         return data
+    import json
+
     try:
         found = json.loads(data)
     except (ValueError, RecursionError):

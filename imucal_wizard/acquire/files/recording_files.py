@@ -4,7 +4,7 @@ The bytes go through the same decoders, columns, units and clocks as those of a 
 no arrival times, its first line is complete, and no questions can be asked.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import numpy as np
 from imucal_wizard.acquire.decode import format_names, formats
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
+from imucal_wizard.acquire.decode.lines import end_of_lines
 from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
 from imucal_wizard.acquire.files import RecordingOptions, is_session
@@ -37,8 +38,8 @@ _PAIR = ("accelerometer", "gyroscope")
 _SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
 _BESIDE = ("temperature", "current")
 """Auxiliary quantities that may occur in several files."""
-_FED_BYTES = 1 << 20
-"""Bytes fed at once."""
+_FED_BYTES = 1 << 18
+"""Bytes fed at once, up to the end of the line."""
 _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
@@ -149,15 +150,14 @@ def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
         axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
         setup = replace(setup, columns=(Column("t", "s", "t"), *axes))
     if name in formats() and formats()[name].binary:
-        return _samples([(0.0, data)], setup)
+        return _samples(data, setup)
     try:
         text, notes = decode_text(data)
     except NotTextError:
         if found := _binary_format(data):
-            return _samples([(0.0, data)], replace(setup, format=found))
+            return _samples(data, replace(setup, format=found))
         raise
-    pieces = [(0.0, text[i : i + _FED_BYTES]) for i in range(0, len(text), _FED_BYTES)]
-    samples = _samples(pieces, setup, file=path.name)
+    samples = _samples(text, setup, file=path.name)
     return FileSamples(samples.series, (*notes, *samples.warnings))
 
 
@@ -170,13 +170,11 @@ def _binary_format(data: bytes) -> str:
     )
 
 
-def _samples(
-    pieces: Sequence[tuple[float, bytes]], setup: StreamSetup, file: str = ""
-) -> FileSamples:
+def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
     """The samples in the bytes of a recording.
 
     Args:
-        pieces: arrival times (not used) and bytes.
+        data: all of them.
         setup: what is known of them.
         file: name of the file, which may name the sensor of its bare axes.
 
@@ -184,13 +182,13 @@ def _samples(
         RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
-    samples = decode_pieces(intake, pieces)
+    samples = decode_pieces(intake, _pieces(data))
     names = [c.name for c in intake.columns]
     by_file = tuple(column_of_name(name, file) for name in names)
     bare = {name.lower() for name in names} >= {"x", "y", "z"}
     if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
         intake = Intake(replace(setup, columns=by_file), recording=True)
-        samples = decode_pieces(intake, pieces)
+        samples = decode_pieces(intake, _pieces(data))
     if samples is None:
         raise _unreadable(intake, setup)
     misfits = _misfits(intake)
@@ -198,6 +196,15 @@ def _samples(
     if missing:
         misfits += (f"{missing}; left out",)
     return FileSamples(samples.series, (*samples.warnings, *misfits))
+
+
+def _pieces(data: bytes) -> Iterator[tuple[float, bytes]]:
+    """Whole lines that stay in the processor's cache, each with an arrival time, not used."""
+    start = 0
+    while start < len(data):
+        end = end_of_lines(data, start + _FED_BYTES)
+        yield 0.0, data[start:end]
+        start = end
 
 
 def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:

@@ -189,9 +189,12 @@ class ClosureRows(Rows):
         return np.concatenate([source.rows_of(change), shifts], axis=1)
 
     def loading(self) -> Loading | None:
-        """See ``Rows``: each rotation shares the direction errors of both its holds."""
+        """See ``Rows``: each rotation shares the direction errors of both its holds.
+
+        By the noise of an axis beyond that of the quietest one its two rows move together.
+        """
         source = self._source
-        if not source.tilts.any():
+        if not len(source.tilts):
             return None
         carried = carry(self.ends, source.before)
         before, after = source.holds.T
@@ -208,7 +211,19 @@ class ClosureRows(Rows):
             axis=2,
         )
         latent = np.stack([2 * before, 2 * before + 1, 2 * after, 2 * after + 1], axis=1)
-        return Loading(np.repeat(latent, 2, axis=0), source.rows_of(change))
+        own = 2 * len(source.tilts) + np.arange(3 * len(before)).reshape(-1, 3)
+        latent = np.repeat(np.concatenate([latent, own], axis=1), 2, axis=0)
+        return Loading(latent, np.concatenate([source.rows_of(change), self._uneven()], axis=1))
+
+    def _uneven(self) -> FloatArray:
+        """A root of the covariance of each rotation's rows by what axes have over the quietest."""
+        source, samples = self._source, self._source.samples
+        steps = self._attitudes.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
+        steps = steps * np.sqrt(source.walk - source.walk.min())[:, None]
+        products = np.einsum("ias,jas->ijs", steps, steps).reshape(9, -1)
+        whole = np.add.reduceat(products, samples.step_offsets[:-1], axis=1).T.reshape(-1, 3, 3)
+        values, vectors = np.linalg.eigh(whole)
+        return self._closed(vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :])
 
     def _closed(self, turned: FloatArray) -> FloatArray:
         """Derivative of the rows from ``Σ L ∫ ∂w dt``, shape (m, 3, p)."""
@@ -250,6 +265,8 @@ class GravityClosure(RowSource):
         labels: see ``RowSource``.
         rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
         resting: which samples are still at rest, shape (n,); None where rounding is no matter.
+        walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,); ``noise`` has
+            that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
@@ -266,6 +283,7 @@ class GravityClosure(RowSource):
     labels: RowLabels
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
+    walk: FloatArray = field(default_factory=lambda: np.zeros(3))
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     basis: FloatArray = field(init=False)

@@ -80,6 +80,8 @@ class MagnitudeRows(Rows):
     @property
     def _along(self) -> FloatArray:
         """How |x| moves with ``M (y − b)``, shape (n, 3)."""
+        if not len(self._terms):
+            return self.direction
         return np.asarray(np.einsum("ni,nij->nj", self.direction, self.inverse))
 
     def base_columns(self) -> FloatArray:

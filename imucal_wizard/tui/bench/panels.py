@@ -28,7 +28,7 @@ def picture_rows(
     """The plot of a view; see ``report.plot.scatter``."""
     rows = scatter(
         view.x, view.y, width, height, x_label=view.x_label, error=view.error, slope=view.slope,
-        model=view.model, cursor=cursor,
+        model=view.model, predicted=view.predicted, cursor=cursor,
     )  # fmt: skip
     return [by_sign(row) for row in rows]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.diagnose.bench import Entry
-from imucal_wizard.diagnose.views import ResidualView, suspect_view
+from imucal_wizard.diagnose.views import ResidualView, misfit_curve, most_telling, suspect_view
 from imucal_wizard.tui.bench.panels import Part, order, parts_of_model
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 
@@ -36,7 +36,9 @@ class Selection:
         self.added, self.cursor, self._suspect = False, None, 0
         self._term = min(self._term, len(self.parts()) - 1)
         if self._part not in snapshot.parts:
-            self._part, self._view = snapshot.parts[0], 0
+            best = snapshot.views[most_telling(snapshot.views)]
+            own = [view.name for view in snapshot.views if view.part == best.part]
+            self._part, self._view = best.part, own.index(best.name)
 
     def entries(self) -> tuple[Entry, ...]:
         """The suspects as shown."""
@@ -78,7 +80,10 @@ class Selection:
             if explained is not None:
                 return explained
         views = [view for view in self.snapshot.views if view.part == self._part]
-        return views[self._view % len(views)] if views else None
+        if not views:
+            return None
+        suspect = None if self.hidden or self.entry is None else self.entry.suspect
+        return misfit_curve(self.snapshot.findings, views[self._view % len(views)], suspect)
 
     def choose(self, by: int) -> None:
         """Select another suspect, or another term of the model."""

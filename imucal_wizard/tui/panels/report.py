@@ -157,7 +157,7 @@ def residual_plot(fit: SensorFit) -> Iterator[RenderableType]:
     """The fitted residual of each hold or rotation, beside the noise of fitted residuals."""
     _, unit = readable(fit.unit)
     floor = fit.floor_fitted
-    noise = "" if floor is None else f", ┈ = noise ±{quantity(floor, fit.unit)}"
+    noise = "" if floor is None else f", ▒ = noise ±{quantity(floor, fit.unit)}"
     head = f"residual of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
     yield Text.assemble((f"{fit.sensor}: ", "bold"), (head, "dim"))
     yield _Plot(fit)

@@ -10,7 +10,6 @@ from textual.containers import Container, Vertical
 from textual.screen import Screen
 
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.core.quantities import number
 from imucal_wizard.diagnose.bench import Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import to_measure
@@ -225,8 +224,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         if place is not None:
             last = point_row(snapshot, view, place)
         title = f"{view.title}, {view.unit}" if view.slope is None else view.title
-        noise = "" if view.floor is None else f"  ┈ noise ±{number(view.floor, 2)}"
-        head: Line = ((f"{view.part}: ", "strong"), (title, ""), (noise, "quiet"))
+        head: Line = ((f"{view.part}: ", "strong"), (title, ""), (f"  {view.legend}", "quiet"))
         return [head, *picture_rows(view, width, height - 2, place), last]
 
     def _head(self) -> Line:

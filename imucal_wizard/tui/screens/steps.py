@@ -225,9 +225,10 @@ class StepScreen(LiveScreen):
         return rows + (wrapped(status.reason, width, "quiet") if status.reason else [])
 
     def hold_row(self, status: Status, width: int) -> Line:
-        """Duration of the hold, and the duration needed."""
+        """Duration of the hold that is asked for, and the duration needed."""
         still = status.still
-        return progress_bar(still.held, still.needed, width, "good" if still.still else "")
+        held = still.held if status.act is Act.HOLD else 0.0
+        return progress_bar(held, still.needed, width, "good" if still.still else "")
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (each step has its own)
         """The step's own rows."""

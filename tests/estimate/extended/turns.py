@@ -210,7 +210,7 @@ def sizes_by(found: SensorFit, *, moving: bool) -> tuple[FloatArray, FloatArray]
     bias = np.array([name.startswith("bias") for name in table.names])
     free = effects | bias | table.of_reference | moving
     columns = table.columns[np.ix_(rows, free)]
-    weighted = columns / table.variance[rows, None]
+    weighted = table.independent.weighted(columns, table.variance, rows)
     covariance = inverted(columns.T @ weighted + np.diag(table.precision[free]))
     value = np.zeros(len(table.names))
     value[effects] = sizes
