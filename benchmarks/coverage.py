@@ -75,8 +75,7 @@ def under_noise(sensor: str, turns: int, instability: float, rng: np.random.Gene
     session = wandering(turns, instability, rng)
     found = fit_accelerometer(session.holds, GRAVITY, "m/s^2")
     if sensor == "accelerometer":
-        truth = session.accelerometer
-        return found, triangular_parameters(truth.matrix, truth.bias)
+        return found, triangular_parameters(session.accelerometer.matrix, session.mean_bias)
     fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
     if fit is None:
         raise SystemExit("a simulated gyroscope was not fitted")

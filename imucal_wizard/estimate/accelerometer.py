@@ -8,7 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
@@ -17,7 +17,7 @@ from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
+from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
@@ -50,6 +50,8 @@ FIRST_NOISE = 1e-5
 """Of gravity; by it the first fit tells whether its steps still matter."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
+MIN_REPEATS_OF_POSES = 4
+"""Repeats of poses that show how the biases change with time."""
 NEGLIGIBLE_DOUBT = 1e-12
 """Share of the largest variance below which an error of the calibration is rounding."""
 
@@ -102,6 +104,11 @@ class AccelerometerExperiment(Experiment):
             component=np.zeros(len(holds), np.int64),
         )
         own = np.maximum(noise.accelerometer * gain**2, (MIN_NOISE * gravity) ** 2)
+        self.long_rest = (
+            None if readings is None else long_rest(readings.accelerometer, holds, gain)
+        )
+        repeats = len(distinct(labels.visit)) - len(distinct(group))
+        self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 
@@ -188,22 +195,30 @@ class AccelerometerExperiment(Experiment):
         """See ``Experiment``."""
         return unit_of(name, self.unit, self.error_unit)
 
-    def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
+    def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: the bias of each axis wanders by itself.
 
         Two holds show the same slow error as far as they point the same way.
         """
-        system, (rows,) = found.system, found.rows
-        shown = Shown(
-            system.residual, system.columns, system.own, rows.direction @ rows.direction.T
+        balance, system, (rows,) = found.balance, found.system, found.rows
+        if balance.freedom[0] < 1.0:
+            return None
+        basis = found.directions.columns
+        free = slice(0, len(found.directions))
+        fitted = Fitted(
+            errors=system.residual,
+            columns=system.columns,
+            variance=balance.variance,
+            alike=rows.direction @ rows.direction.T,
+            pull=basis @ found.pull()[free],
         )
-        slow = slow_covariances(spans_of(self.holds), [shown])[0]
-        sigma = np.sqrt(found.balance.variance)
-        columns = system.columns / sigma[:, None]
-        scatter = float((found.white_variance / found.balance.variance).mean())
-        more = unseen(slow / np.outer(sigma, sigma), columns, scatter)
-        pull = found.directions.columns @ found.pull()[: len(found.directions)] * sigma
-        return np.asarray(pull @ more @ pull.T)
+        by_errors = in_session(
+            spans_of(self.holds), fitted, bool(self.slow_noise_measured), self.long_rest
+        )
+        if by_errors is None:
+            return None
+        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""

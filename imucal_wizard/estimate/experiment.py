@@ -93,6 +93,8 @@ class Experiment(ABC):
         settled: parameters that another fit has determined and that are reported with these.
         needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
             cannot be judged before that model is complete.
+        slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
+            where that is not asked.
     """
 
     sensor: str
@@ -110,6 +112,7 @@ class Experiment(ABC):
     at_rest: bool = True
     settled: "tuple[Parameter, ...]" = ()
     needs_reference: bool = False
+    slow_noise_measured: bool | None = None
 
     @abstractmethod
     def under(
@@ -154,6 +157,14 @@ class Experiment(ABC):
         """What slow noise, which no residual shows, adds to the covariance of M and b, (12, 12)."""
         del found
         return np.zeros((ENTRIES, ENTRIES))
+
+    def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
+        """Covariance of M and b, (12, 12), with slow noise told from what the fit leaves.
+
+        None where ``slow_noise`` is added to the covariance by the scatter instead.
+        """
+        del found
+        return None
 
     def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":
         """Up in each hold, for the sensors that are calibrated by it."""

@@ -330,7 +330,7 @@ class _Problem:
 def report(found: Minimum[Experiment]) -> SensorFit:
     """Everything that is said of a fit, computed once."""
     experiment, calibration, terms = found.experiment, found.calibration, found.terms
-    covariance, slow = found.covariance(), experiment.slow_noise(found)
+    covariance, in_session = found.covariance(), experiment.in_session(found)
     free, sizes = slice(0, len(found.directions)), found.sizes
     of_entries = of_sizes = by_repeats = None
     errors, independent = found.errors, found.independent
@@ -352,12 +352,14 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     repeats = repeatability_of(table)
     if covariance is not None:
         basis = found.directions.columns
-        of_entries = basis @ covariance[free, free] @ basis.T + slow
+        of_entries = in_session
+        if of_entries is None:
+            of_entries = basis @ covariance[free, free] @ basis.T + experiment.slow_noise(found)
         of_sizes = covariance[sizes, sizes]
         # repeats tell the scatter of the rows fitted only where all of these are such rows
         if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
             share = repeats.rms**2 / float(found.white_variance.mean())
-            by_repeats = share * (basis @ covariance[free, free] @ basis.T) + slow
+            by_repeats = share * of_entries
     items = _items(found)
     size_errors = np.full(len(terms), np.nan)
     if of_sizes is not None:
@@ -401,6 +403,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         warnings=(found.directions.reason,) if found.directions.reason else (),
         degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
         repeatability=repeats,
+        slow_noise_measured=experiment.slow_noise_measured,
         suspects=() if odd is None else (odd.index,),
         not_held_out="" if out is not None else _why_none(found),
         base=found.base,

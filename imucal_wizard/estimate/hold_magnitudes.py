@@ -32,14 +32,8 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.slow_noise import Shown, slow_covariances, spans_of, unseen
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.identifiability import (
-    EDGES_OF,
-    amplification,
-    basis_of,
-)
-from imucal_wizard.model.rows.gravity_magnitude import MagnitudeRows
+from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
 from imucal_wizard.model.terms import Terms
 
@@ -158,8 +152,7 @@ class HoldMagnitudes:
         variance = float(used @ used) / freedom if freedom > 0 else None
         covariance = whole = None
         if variance is not None and not biased:
-            of_holds = variance * np.eye(len(points)) + self._slow(rows, variance)
-            covariance = pull @ of_holds @ pull.T
+            covariance = variance * pull @ pull.T
             whole = np.zeros((ENTRIES, ENTRIES))
             whole[np.ix_(ENTRY_OF, ENTRY_OF)] = covariance
 
@@ -218,13 +211,6 @@ class HoldMagnitudes:
         scale = np.full(9, self.problem.magnitude / self.problem.span)
         scale[:3] = self.problem.span
         return np.asarray(pull * scale[:, None] / self.problem.magnitude)
-
-    def _slow(self, rows: MagnitudeRows, variance: float) -> FloatArray:
-        """Covariance of the holds by slow noise, beyond what their scatter shows."""
-        columns = rows.base_columns()[:, [ENTRY_OF[place] for place in self.free]]
-        shown = Shown(rows.residual, columns, rows.own, rows.direction @ rows.direction.T)
-        slow = slow_covariances(spans_of(self.experiment.holds), [shown])[0]
-        return unseen(slow, columns / np.linalg.norm(columns, axis=0), variance)
 
     def _held_out(
         self, method: str, labels: IntArray, solve: Callable[[IntArray], FloatArray]

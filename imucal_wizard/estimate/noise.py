@@ -4,16 +4,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
+from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.measurement.holds import Hold
 
 BATCH_FREEDOM = 4
-"""Degrees of freedom per axis of the covariance of an average: five batch means."""
+"""Usual degrees of freedom per axis of the covariance of an average: five batch means."""
 TREMBLING = 2.0
-"""Variance across gravity over that along it from which on they are two numbers and not one: some
-thirty holds know the ratio to 20 % where it is 1."""
+"""Variance across gravity over that along it from which on they are two numbers and not one ..."""
+SURE = 3.0
+"""... if it is larger than 1 by so many standard errors."""
+OUTLYING = 4.0
+"""Standard deviations by which a hold's noise exceeds that of all others if something moved it."""
+MIN_CHANCE = 1e-6
+"""Least variance by chance of a logarithm, where a share is nearly the whole."""
+EQUAL_P = 0.05
+"""Probability of variances that differ as much by chance, above which they are taken as equal."""
+EXACT = 1e6
+"""Degrees of freedom of a variance that is known."""
+SHRINKING_ROUNDS = 30
+SHRUNK_TO = 1e-4
+"""Change of the variance beyond chance, relative, that no longer matters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +51,12 @@ def has_rate(hold: Hold) -> bool:
 
 
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
-    """Pooled noise of the holds, by duration.
+    """Noise of the holds: each by its own samples, moderated by all others.
 
-    The batch covariance of one hold has four degrees of freedom, too few to weigh it by; the noise
-    per second is therefore the median over all holds, and a hold's variance is that over its time.
-    A hold taken hand-held keeps its own, larger one.
+    The noise per second of a hold is that of its batch means, which count correlated noise in full
+    but have few degrees of freedom, and that of its samples, of which there are many: what the
+    batch means show beyond the samples is told from all holds together. How far holds differ by
+    more than chance decides how much each one's own noise counts (``shrunk``).
     """
     times = np.array([hold.end - hold.start for hold in holds])
     along, across = _along_and_across(holds)
@@ -53,25 +67,94 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
         seconds = np.array([hold.end - hold.start for hold in with_rate])
         columns = covariances[:, range(3), range(3)] * seconds[:, None]
         per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns.T])
-    by_hand = np.array([hold.hand_held for hold in holds], bool)
-    per_second = _densities(along * times, across * times)
-    return HoldNoise(
-        _by_duration(per_second[0], along, times, by_hand),
-        _by_duration(per_second[1], across, times, by_hand),
-        per_axis,
-    )
+    freedom = np.array([hold.batch_freedom for hold in holds])
+    if _trembling(along, across, freedom):
+        along = shrunk(along * times, freedom) / times
+        across = shrunk(across * times, 2 * freedom) / times
+        return HoldNoise(along, across, per_axis)
+    # one number for all axes, which is better known
+    both = (along + 2.0 * across) / 3.0 * times
+    scatters = [hold.accelerometer_scatter for hold in holds]
+    single = times * [np.nan if one is None else one.mean() for one in scatters]
+    if (single > 0.0).all():
+        samples = 3 * np.array([hold.samples - 1 for hold in holds])
+        growth = shrunk(both / single, 3 * freedom, samples)
+        both = growth * shrunk(single, samples / max(median(growth), 1.0)) / times
+    else:
+        both = shrunk(both, 3 * freedom) / times
+    return HoldNoise(both, both, per_axis)
 
 
-def _densities(along: FloatArray, across: FloatArray) -> tuple[float, float]:
-    """Noise per second along gravity and across it, from that of each hold, shape (n,) each.
+def shrunk(
+    values: FloatArray, freedom: IntArray | FloatArray, of: IntArray | None = None
+) -> FloatArray:
+    """Variances, each moderated by all others: empirical Bayes on their logarithms.
 
-    One number from all axes, which is better known, unless the hands trembled.
+    Where a 5 % test finds them equal, all become their mean; where they differ much more than by
+    chance, each keeps its own. One that is far larger than all others (a bump) keeps its own, too,
+    and does not count for how much the others differ. Those not known or zero become the mean.
+
+    Args:
+        values: distributed as χ²/ν about the variances, shape (n,).
+        freedom: ν of each.
+        of: where the values are shares of a variance with more degrees of freedom, these.
     """
-    first, second = _pooled(along, BATCH_FREEDOM), _pooled(across, 2 * BATCH_FREEDOM)
-    if second > TREMBLING * first:
-        return first, second
-    both = _pooled((along + 2.0 * across) / 3.0, 3 * BATCH_FREEDOM)
-    return both, both
+    known = (values > 0.0) & (values < np.inf) & (freedom > 0)
+    if not known.any():
+        return np.zeros(len(values))
+    offset, chance = log_moments(np.maximum(freedom, 1))
+    if of is not None:
+        whole = log_moments(of)
+        offset, chance = offset - whole[0], np.maximum(chance - whole[1], MIN_CHANCE)
+    logs = np.where(known, np.log(np.where(known, values, 1.0)) - offset, 0.0)
+    middle = median(logs[known])
+    spread = (SIGMA_PER_MEDIAN * median(np.abs(logs[known] - middle))) ** 2
+    off = np.where(known, (logs - middle) / np.sqrt(np.maximum(spread, chance)), 0.0)
+    kept = known & (np.abs(off) < OUTLYING)
+    beyond = 0.0
+    for _ in range(SHRINKING_ROUNDS):
+        # variance beyond chance by which the weighed squares are as many as degrees of freedom
+        weight = np.where(kept, 1.0 / (chance + beyond), 0.0)
+        centre = float((weight * logs).sum() / weight.sum())
+        squares = weight * (logs - centre) ** 2
+        slope = float((weight * squares).sum())
+        more, freedom_left = float(squares.sum()), int(kept.sum()) - 1
+        if not beyond and (
+            freedom_left < 1 or exceeded(more / freedom_left, freedom_left, EXACT) > EQUAL_P
+        ):
+            break
+        step = (more - freedom_left) / slope
+        before, beyond = beyond, max(beyond + step, 0.0)
+        if abs(beyond - before) <= SHRUNK_TO * (beyond + float(chance.min())):
+            break
+    share = np.where(off < OUTLYING, beyond / (beyond + chance), 1.0)
+    return np.asarray(np.exp(centre + np.where(known, share * (logs - centre), 0.0)))
+
+
+def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool:
+    """Whether the noise across gravity is clearly larger than that along it, in most holds."""
+    known = (along > 0.0) & (across > 0.0) & (freedom > 0)
+    known &= np.isfinite(along) & np.isfinite(across)
+    if not known.any():
+        return False
+    first, second = (log_moments(k * freedom[known]) for k in (1, 2))
+    ratio = np.log(across[known] / along[known]) - (second[0] - first[0])
+    # the variance of a median is π/2 times that of a mean
+    doubt = np.sqrt(0.5 * np.pi * float((first[1] + second[1]).mean()) / len(ratio))
+    return bool(median(ratio) > max(np.log(TREMBLING), SURE * float(doubt)))
+
+
+def log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance of the logarithm of χ²/ν, by the digamma and trigamma functions.
+
+    Their asymptotic series (Abramowitz & Stegun 6.3.18, 6.4.12); from one step up, so that they
+    hold for one degree of freedom, too.
+    """
+    half = 0.5 * np.asarray(freedom, np.float64)
+    up = half + 1.0
+    mean = np.log(up / half) - 1.0 / half - 1.0 / (2.0 * up) - 1.0 / (12.0 * up**2)
+    variance = 1.0 / half**2 + 1.0 / up + 1.0 / (2.0 * up**2) + 1.0 / (6.0 * up**3)
+    return mean, variance
 
 
 def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
@@ -90,15 +173,6 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     along = np.maximum(np.einsum("ni,nij,nj->n", up, covariances, up), 0.0)
     across = np.maximum(0.5 * (whole - along), 0.0)
     return np.where(told, along, whole / 3.0), np.where(told, across, whole / 3.0)
-
-
-def _by_duration(
-    per_second: float, own: FloatArray, times: FloatArray, by_hand: BoolArray
-) -> FloatArray:
-    """The common noise over each hold's time; a hand-held hold's own where larger."""
-    variance = per_second / times
-    keep = by_hand & np.isfinite(own)
-    return np.where(keep, np.maximum(variance, np.where(keep, own, 0.0)), variance)
 
 
 def _pooled(values: FloatArray, freedom: int) -> float:

@@ -139,6 +139,8 @@ class SensorFit:
             many.
         repeatability: how far the same pose differs from one visit to the next: what no model of
             the pose can explain; None where no pose was repeated.
+        slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
+            biases, which else is told from what the fit leaves; None where that is not asked.
         suspects: which of the residuals stand out from all others: to be measured again.
         unused: which of the residuals are of holds that the method does not look at, so that they
             are held out as they are.
@@ -177,6 +179,7 @@ class SensorFit:
     warnings: tuple[str, ...] = ()
     degrees_of_freedom: int = 0
     repeatability: "Repeatability | None" = None
+    slow_noise_measured: bool | None = None
     suspects: tuple[int, ...] = ()
     unused: tuple[int, ...] = ()
     not_held_out: str = ""
@@ -193,6 +196,13 @@ class SensorFit:
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None
+
+    @property
+    def slow_noise_note(self) -> str:
+        """What the errors of the biases rest on where slow noise was not measured, or ""."""
+        if self.slow_noise_measured is not False:
+            return ""
+        return "slow noise of the biases was not measured: repeat some poses or rest for a minute"
 
     @property
     def unusable(self) -> str:

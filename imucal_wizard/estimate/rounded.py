@@ -43,9 +43,15 @@ def with_rounding(holds: Sequence[Hold], steps: Steps) -> list[Hold]:
     ``rate_shift``.
     """
     averages = [(hold.accelerometer_covariance, hold.samples) for hold in holds]
-    shift = np.diag(_shift(averages, steps[0]))
+    shift = _shift(averages, steps[0])
     return [
-        replace(hold, accelerometer_covariance=hold.accelerometer_covariance + shift)
+        replace(
+            hold,
+            accelerometer_covariance=hold.accelerometer_covariance + np.diag(shift),
+            accelerometer_scatter=None
+            if hold.accelerometer_scatter is None
+            else hold.accelerometer_scatter + shift,
+        )
         for hold in holds
     ]
 

@@ -13,11 +13,11 @@ N is not known; data sheets say about what to expect, and the probability of eac
 scatter of the holds (restricted likelihood) says what to think of it here.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.noise import hold_noise
@@ -39,6 +39,20 @@ KNOWN_TO = 0.12
 """How well the noise within the holds is known (logarithm of the variance) ..."""
 NOTHING_ELSE = 0.9
 """... and how often nothing else scatters from hold to hold; else up to some ten times as much."""
+MIN_LONG_REST = 60.0
+"""Seconds from which on a rest shows slow noise: twenty averages as long as a hold."""
+PIECE = 3.0
+"""Seconds of each of these averages."""
+MOMENTS = 6
+"""Parts of each of them, whose scatter is white noise."""
+ALL_WHITE = 0.85, 0.6
+"""Probability that no error of a session's holds is slow, where nothing measures slow noise and
+where repeats or a long rest do: slow errors move the parameters less than white ones of the same
+size, and without a measurement what a fit leaves hardly tells the two apart ..."""
+FLICKER = 0.75
+"""... and the probability that slow errors are flicker noise and not a random walk."""
+PARTS = np.geomspace(0.1, 100.0, 13)
+"""Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +95,162 @@ def slow_covariances(spans: FloatArray, shown: Sequence[Shown]) -> list[FloatArr
     share = np.exp(log - log.max())
     square = float(share @ RATIOS**2 / share.sum())
     return [square * one for one in slow]
+
+
+@dataclass(frozen=True, eq=False)
+class LongRest:
+    """One rest in one direction, cut into pieces: it shows slow noise apart from any model.
+
+    Attributes:
+        spans: beginning and end of each piece, s, shape (m, 2).
+        means: of the pieces on each axis, shape (m, 3).
+        white: variance of each by what differs from one moment to the next, shape (3,).
+    """
+
+    spans: FloatArray
+    means: FloatArray
+    white: FloatArray
+
+    def evidence(
+        self, kernel: Callable[[FloatArray], FloatArray], squares: FloatArray
+    ) -> FloatArray:
+        """Logarithm of the likelihood of slow noise of each of these sizes, shape (k,)."""
+        across = complement(np.ones((len(self.means), 1)))
+        values, vectors = np.linalg.eigh(across.T @ kernel(self.spans - self.spans[0, 0]) @ across)
+        turned = (vectors.T @ across.T @ self.means) ** 2
+        slow = squares[:, None, None] * np.maximum(values, 0.0)[:, None]
+        variance = self.white + slow
+        return np.asarray(-0.5 * (np.log(variance) + turned / variance).sum(axis=(1, 2)))
+
+
+def long_rest(series: Series, holds: Sequence[Hold], gain: float) -> LongRest | None:
+    """The longest rest of a recording, if it is long enough to show slow noise.
+
+    Args:
+        series: readings of the accelerometer.
+        holds: still periods.
+        gain: SI per reading.
+    """
+    longest = max(holds, key=lambda hold: hold.end - hold.start)
+    seconds = longest.end - longest.start
+    if seconds < MIN_LONG_REST:
+        return None
+    inside = series.between(longest.start, longest.end)
+    count = int(seconds / PIECE)
+    moments = np.floor((inside.time - longest.start) / (seconds / (count * MOMENTS))).astype(int)
+    moments = np.clip(moments, 0, count * MOMENTS - 1)
+    number = np.bincount(moments, minlength=count * MOMENTS)
+    if number.min() < 1:
+        return None  # samples are missing
+    centred = gain * (inside.values - longest.accelerometer)
+    means = np.array([np.bincount(moments, axis) / number for axis in centred.T])
+    means = means.reshape(3, count, MOMENTS)
+    pieces = means.mean(axis=2)
+    white = ((means - pieces[:, :, None]) ** 2).sum(axis=(1, 2)) / (count * (MOMENTS - 1) * MOMENTS)
+    if not (white > 0.0).all():
+        return None
+    edges = longest.start + seconds / count * np.arange(count + 1)
+    return LongRest(np.column_stack([edges[:-1], edges[1:]]), pieces.T, white)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A linear fit of holds, each with its weight.
+
+    Attributes:
+        errors: what the fit leaves of each hold, shape (n,).
+        columns: derivative by what was fitted, shape (n, p).
+        variance: by whose inverse each hold was weighed, shape (n,).
+        alike: which share of the same slow error two holds show, shape (n, n).
+        pull: by how much an error of each hold moves each parameter, shape (k, n).
+    """
+
+    errors: FloatArray
+    columns: FloatArray
+    variance: FloatArray
+    alike: FloatArray
+    pull: FloatArray
+
+
+def in_session(
+    spans: FloatArray, fitted: Fitted, measured: bool, rest: LongRest | None = None
+) -> FloatArray | None:
+    """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
+
+    The errors of the holds are independent, with variances in the ratio of the weights, and part of
+    them is slow: flicker noise or a random walk, less its mean over the session. Their size, and
+    which part is slow, are told from what the fit leaves, by restricted likelihood. No prior knows
+    the size, so that white errors have the intervals of least squares with Student's t.
+
+    Args:
+        spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
+        fitted: the fit.
+        measured: whether repeats or a rest show slow noise apart from the model.
+        rest: a rest so long that it shows slow noise by itself.
+
+    Returns:
+        The covariance; None where the fit leaves nothing to judge by.
+    """
+    sigma = np.sqrt(fitted.variance)
+    across = complement(fitted.columns / sigma[:, None])
+    freedom = across.shape[1]
+    if not freedom:
+        return None
+    turned = across.T @ (fitted.errors / sigma)
+    white = (fitted.pull * fitted.variance) @ fitted.pull.T
+    logs, covariances = [], []
+    for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
+        whole = about_the_mean(spans, kernel)
+        slow = whole * fitted.alike
+        values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
+        values = np.maximum(values, 0.0)
+        size = float(values.mean())
+        if not size > 0.0:
+            continue
+        added = fitted.pull @ slow @ fitted.pull.T / size
+        square = (vectors.T @ turned) ** 2
+        parts = np.append(0.0, PARTS)
+        all_white = ALL_WHITE[measured]
+        prior = share * np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
+        variance = 1.0 + np.outer(parts, values / size)
+        scale = (square / variance).sum(axis=1) / freedom
+        log = np.log(prior) - 0.5 * np.log(variance).sum(axis=1)
+        log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
+        if rest is not None:
+            log += rest.evidence(kernel, scale * parts / size)
+        logs.append(log)
+        covariances.append(scale[:, None, None] * (white + parts[:, None, None] * added))
+    if not logs:
+        return np.asarray(white * float(turned @ turned) / freedom)
+    log = np.concatenate(logs)
+    weight = np.exp(log - log.max())
+    return np.asarray(
+        np.tensordot(weight / weight.sum(), np.concatenate(covariances), axes=1), np.float64
+    )
+
+
+def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Covariance of averages over spans of time about the mean from the first to the last one."""
+    gaps = np.column_stack([spans[:-1, 1], spans[1:, 0]])
+    pieces = np.concatenate([spans, gaps[gaps[:, 1] > gaps[:, 0]]]) - spans[0, 0]
+    covariance, length = kernel(pieces), pieces[:, 1] - pieces[:, 0]
+    share, count = length / length.sum(), len(spans)
+    with_mean = covariance[:count] @ share
+    of_mean = float(share @ covariance @ share)
+    own = covariance[:count, :count]
+    return np.asarray(own - with_mean[:, None] - with_mean[None, :] + of_mean)
+
+
+def walked(spans: FloatArray) -> FloatArray:
+    """Covariance of averages of a random walk over separate spans, with unit variance per second.
+
+    It begins at zero at time zero, before all of them, shape (n, n).
+    """
+    start, end = spans.T
+    middle = 0.5 * (start + end)
+    out = np.minimum.outer(middle, middle)
+    np.fill_diagonal(out, start + (end - start) / 3.0)
+    return np.asarray(out)
 
 
 def unseen(slow: FloatArray, columns: FloatArray, scatter: float) -> FloatArray:

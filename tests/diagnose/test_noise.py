@@ -42,12 +42,15 @@ def test_a_wandering_bias_is_noise_for_rotations_too(gyroscope: WhitenedResidual
 
 
 def test_faces_and_edges_show_two_numbers_of_a_characteristic_corners_more() -> None:
-    """Second and third order imitate every ripple on exact faces and edges."""
+    """Second and third order imitate every ripple on exact faces and edges.
+
+    Exactly so if all holds weigh alike; holds in which the hand trembled weigh less.
+    """
     shares = {
         plan.name: discriminability(misfit, hypotheses.frame)
         for plan in (EXACT, STANDARD, REPEATED)
         for misfit, hypotheses in [session(design=plan.name)]
     }
-    assert shares[EXACT.name] < 0.02
+    assert shares[EXACT.name] < 0.06
     assert shares[STANDARD.name] < 0.1
     assert shares[REPEATED.name] > 0.25

@@ -1,13 +1,14 @@
 """The wandering of a bias: what it does to averages, how it is told, and that intervals know it."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.distributions import quantile
@@ -17,12 +18,17 @@ from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import (
     OCTAVES,
     RATIOS,
+    Fitted,
     Shown,
+    about_the_mean,
     averaged,
     complement,
+    in_session,
+    long_rest,
     slow_covariances,
     slow_rate,
     unseen,
+    walked,
 )
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
@@ -114,6 +120,51 @@ def test_the_likelihood_is_that_of_what_the_fit_cannot_absorb() -> None:
     assert found == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("kernel", [averaged, walked])
+def test_the_covariance_about_the_mean_of_a_session_is_that_of_its_moments(
+    kernel: Callable[[FloatArray], FloatArray],
+) -> None:
+    """Against the same kernel over a thousand slices of the session, averaged by hand."""
+    slices = np.linspace(10.0, 412.0, 2011)  # 0.2 s each, on which all spans below end
+    pieces = np.column_stack([slices[:-1], slices[1:]]) - 10.0
+    spans = 10.0 + SPANS
+    shares = np.array([(pieces[:, 0] + 10.05 > a) & (pieces[:, 1] + 9.95 < b) for a, b in spans])
+    shares = shares / shares.sum(axis=1)[:, None] - np.full(len(pieces), 1.0 / len(pieces))
+    expected = shares @ kernel(pieces) @ shares.T
+    assert about_the_mean(spans, kernel) == pytest.approx(expected, rel=1e-3, abs=1e-4)
+
+
+def test_white_errors_have_the_intervals_of_least_squares() -> None:
+    """A line through twelve holds: σ² (XᵀX)⁻¹, of which the doubt takes up to a tenth."""
+    rng, columns = np.random.default_rng(7), np.column_stack([np.ones(12), np.tile([1.0, -1.0], 6)])
+    pull, spans = np.linalg.pinv(columns), _regular(12)
+    total = np.zeros((2, 2))
+    for _ in range(300):
+        errors = rng.standard_normal(12)
+        errors -= columns @ pull @ errors
+        found = in_session(
+            spans, Fitted(errors, columns, np.ones(12), np.ones((12, 12)), pull), False
+        )
+        assert found is not None
+        total += found / 300.0
+    # 300 sets of ten degrees of freedom know a variance to 2.6 %
+    assert np.diag(total) == pytest.approx(np.full(2, 1.0 / 12.0 * 0.94), rel=0.1)
+
+
+def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
+    """Ninety seconds under three sizes of a random walk: the true one of five is the likeliest."""
+    rng, sizes = np.random.default_rng(8), np.array([0.0, 1.0, 10.0, 100.0, 1000.0])
+    time = np.arange(4500) / 50.0
+    for true in (0.0, 10.0, 100.0):
+        steps = np.sqrt(true / 50.0) * rng.standard_normal((4500, 3))
+        values = np.cumsum(steps, axis=0) + rng.standard_normal((4500, 3))
+        series = Series(time, values, "m/s^2")
+        rest = long_rest(series, [hold(values.mean(axis=0), 0.0, 90.0)], 1.0)
+        assert rest is not None
+        assert sizes[rest.evidence(walked, sizes).argmax()] == true
+    assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], 1.0) is None
+
+
 def test_without_noise_nothing_is_known_of_it() -> None:
     """Readings without any noise, as simulations have them, get none added."""
     shown = Shown(np.ones(5), np.ones((5, 1)), np.zeros(5))
@@ -182,8 +233,8 @@ def test_what_the_scatter_shows_already_is_not_counted_twice() -> None:
 def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> None:
     """A consumer sensor's wandering and four times it: 95 % within 4 %, the biases within 10 %.
 
-    Nobody who measures for five minutes can know what takes ten; taking holds for independent,
-    the intervals of the biases hold the truth in two cases of three, or in one of three.
+    The accelerometer's bias is its mean over the session; the gyroscope's is that of all times:
+    nobody who measures for five minutes can know what takes ten.
     """
     rng, repetitions = np.random.default_rng(4), 30
     inside: Counter[str] = Counter()
@@ -202,7 +253,7 @@ def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> 
         found = fit_accelerometer(session.holds, STANDARD_GRAVITY, "m/s^2")
         count(
             found,
-            triangular_parameters(session.accelerometer.matrix, session.accelerometer.bias),
+            triangular_parameters(session.accelerometer.matrix, session.mean_bias),
         )
         fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
         assert fit is not None

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import special, stats
 
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
-from imucal_wizard.estimate.noise import has_rate, hold_noise
+from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.measurement.blocks import BlockCutter
-from imucal_wizard.measurement.holds import hold_from
+from imucal_wizard.measurement.holds import Hold, hold_from
 from tests.estimate.truth import EIGHTEEN, even_directions, hold, tilted
 
 
@@ -67,20 +67,69 @@ def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
     assert noise.gyroscope_density == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
 
 
-def test_one_restless_hold_does_not_move_the_pooled_noise() -> None:
-    """The median, not the mean, of all holds; its own noise counts when it was taken by hand."""
-    quiet = [hold(np.zeros(3), 10.0 * i, sigma=1e-3) for i in range(9)]
-    shaky = hold(np.zeros(3), 100.0, sigma=0.1)
-    alone, spoilt = hold_noise(quiet).accelerometer, hold_noise([*quiet, shaky]).accelerometer
-    assert spoilt == pytest.approx(np.full(10, alone[0]))
-    by_hand = hold_noise([*quiet, replace(shaky, hand_held=True)]).accelerometer
-    assert by_hand[9] == pytest.approx(0.1**2)
+def _sampled(sigma: float, seconds: float, rng: np.random.Generator, smooth: int = 1) -> Hold:
+    """A hold at 50 Hz of white noise of this size, or of its running means."""
+    count = round(50 * seconds)
+    values = sigma * rng.standard_normal((count + smooth - 1, 3))
+    values = np.array([np.convolve(axis, np.ones(smooth), "valid") for axis in values.T]).T
+    series = Series(np.arange(count) / 50.0, values, "m/s^2")
+    return hold_from(BlockCutter(50.0).feed(Readings(series)))
+
+
+def test_one_restless_hold_counts_by_its_own_noise_and_leaves_the_others_theirs() -> None:
+    """Forty times the noise of seventeen others, which stay within 10 % of theirs."""
+    rng = np.random.default_rng(21)
+    quiet = [_sampled(1e-3, 3.0, rng) for _ in range(17)]
+    noise = hold_noise([*quiet, _sampled(0.04, 3.0, rng)]).accelerometer
+    assert noise[:17] == pytest.approx(np.full(17, 1e-6 / 150.0), rel=0.1)
+    assert noise[17] == pytest.approx(0.04**2 / 150.0, rel=0.25)
+
+
+def test_a_hold_that_drifts_counts_by_its_batches() -> None:
+    """Its samples are as quiet as all others, its batch means are not."""
+    rng = np.random.default_rng(22)
+    quiet = [_sampled(1e-3, 3.0, rng) for _ in range(17)]
+    drifting = replace(quiet[0], accelerometer_covariance=1e-6 * np.eye(3))
+    noise = hold_noise([drifting, *quiet[1:]]).accelerometer
+    assert noise[0] == pytest.approx(1e-6, rel=0.1)
+    assert noise[1:] == pytest.approx(np.full(16, 1e-6 / 150.0), rel=0.1)
 
 
 def test_a_longer_hold_is_quieter() -> None:
     """White noise: four times as long, a quarter of the variance."""
-    noise = hold_noise([hold(np.zeros(3), 0.0, seconds, sigma=1e-3) for seconds in (2.0, 8.0)])
-    assert noise.accelerometer[0] == pytest.approx(4.0 * noise.accelerometer[1])
+    rng = np.random.default_rng(23)
+    noise = hold_noise([_sampled(1e-3, seconds, rng) for seconds in 50 * (2.0, 8.0)]).accelerometer
+    assert noise[0::2].mean() == pytest.approx(4.0 * noise[1::2].mean(), rel=0.05)
+
+
+def test_equal_noise_is_found_equal_and_unequal_noise_is_kept() -> None:
+    """The scatter of the variances, beyond chance, decides how much each one's own counts."""
+    rng = np.random.default_rng(24)
+    equal = [_sampled(1e-3, 3.0, rng) for _ in range(18)]
+    noise = hold_noise(equal).accelerometer
+    assert np.log(noise).std() < 0.05
+    sizes = 1e-3 * np.exp(rng.standard_normal(18))
+    noise = hold_noise([_sampled(size, 3.0, rng) for size in sizes]).accelerometer
+    # 450 samples know the logarithm of a variance to 0.07, their common factor apart
+    assert np.log(noise / sizes**2 * 150.0).std() < 0.1
+    assert np.log(noise / sizes**2 * 150.0).mean() == pytest.approx(0.0, abs=0.2)
+
+
+def test_correlated_samples_count_by_their_independent_number() -> None:
+    """Running means of ten samples: a hold's average has ten times the variance of white noise."""
+    rng = np.random.default_rng(25)
+    noise = hold_noise([_sampled(1e-3, 6.0, rng, smooth=10) for _ in range(120)]).accelerometer
+    assert noise == pytest.approx(np.full(120, 100.0 * 1e-6 / 300.0), rel=0.2)
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 4, 12, 200])
+def test_the_logarithm_of_a_variance_has_these_moments(freedom: int) -> None:
+    """Against SciPy's digamma and trigamma functions."""
+    mean, variance = log_moments(np.array([freedom]))
+    assert mean[0] == pytest.approx(
+        special.digamma(freedom / 2) - np.log(freedom / 2), abs=2e-3, rel=2e-3
+    )
+    assert variance[0] == pytest.approx(special.polygamma(1, freedom / 2), rel=2e-3)
 
 
 def test_holds_within_twelve_degrees_are_repeats() -> None:
@@ -221,8 +270,8 @@ def test_a_hand_that_trembles_turns_gravity_more_than_it_changes_it() -> None:
 def test_gravity_is_seen_from_the_middle_of_the_readings(offset: float) -> None:
     """Raw counts around 32768 point nowhere; what is left of their middle does.
 
-    Each axis holds 1 along gravity and 9 on either component across it; a median of four degrees of
-    freedom stands for a mean that is 1 / (1 − 1/18)³ times as large, of eight 1 / (1 − 1/36)³.
+    Each axis holds 1 along gravity and 9 on either component across it. All holds show the same; as
+    variances with ν degrees of freedom their logarithms are low by log(ν/2) − ψ(ν/2) on average.
     """
     holds = [
         replace(
@@ -232,8 +281,10 @@ def test_gravity_is_seen_from_the_middle_of_the_readings(offset: float) -> None:
         for index, up in enumerate(np.concatenate([np.eye(3), -np.eye(3)]))
     ]
     noise = hold_noise(holds)
-    assert noise.accelerometer == pytest.approx(np.full(6, 1.0 / (1.0 - 1.0 / 18.0) ** 3))
-    assert noise.across == pytest.approx(np.full(6, 9.0 / (1.0 - 1.0 / 36.0) ** 3))
+    assert noise.accelerometer == pytest.approx(
+        np.full(6, 2.0 / np.exp(special.digamma(2.0))), rel=1e-3
+    )
+    assert noise.across == pytest.approx(np.full(6, 36.0 / np.exp(special.digamma(4.0))), rel=1e-3)
 
 
 def test_a_hold_without_a_number_of_the_gyroscope_has_no_rate() -> None:

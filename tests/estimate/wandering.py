@@ -3,6 +3,7 @@
 The noise is the virtual sensor's, drawn sample by sample from the first rest to the last.
 """
 
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,12 +28,16 @@ FLOOR = np.array(3 * [0.03e-3 * STANDARD_GRAVITY] + 3 * [np.radians(0.0015)])
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """What was measured, and of what: truth in m/s² and rad/s."""
+    """What was measured, and of what: truth in m/s² and rad/s.
+
+    ``mean_bias`` is the accelerometer's bias with the mean of its wandering over the session.
+    """
 
     accelerometer: Truth
     gyroscope: Truth
     holds: list[Hold]
     rotations: list[Rotation]
+    mean_bias: FloatArray
 
 
 def wandering(turns: int, instability: float, rng: np.random.Generator) -> Session:
@@ -48,6 +53,8 @@ def wandering(turns: int, instability: float, rng: np.random.Generator) -> Sessi
     poses = tilted(EIGHTEEN, 1.0, rng)
     seconds = (len(poses) + 2 * len(motions)) * (HOLD + MOVED)
     seconds += sum(len(motion.time) for motion in motions) / RATE
+    # the same stream without its white part
+    slow = SensorNoise(deepcopy(rng), RATE, 0.0 * DENSITY, instability * FLOOR)
     noise = SensorNoise(rng, RATE, DENSITY, instability * FLOOR).take(int(seconds * RATE))
     count, moved = int(HOLD * RATE), int(MOVED * RATE)
 
@@ -75,4 +82,5 @@ def wandering(turns: int, instability: float, rng: np.random.Generator) -> Sessi
         )
         holds += [before, after]
         first = inside.stop + count + moved
-    return Session(force, rate, holds, rotations)
+    wandered = slow.take(int(holds[-1].end * RATE)).mean(axis=0)
+    return Session(force, rate, holds, rotations, force.bias + wandered[:3])

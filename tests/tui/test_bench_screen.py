@@ -106,7 +106,7 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
         await pilot.press("pagedown")
         await shows(pilot, "force along x, g")
         await pilot.press("end")
-        await shows(pilot, "what it costs to ignore it", "up wrong by")
+        await shows(pilot, "what to do about it", "how to confirm it", "IEEE Std 1293")
         await pilot.press("l")
         await until(pilot, lambda: "proof mass" not in seen(pilot))
 

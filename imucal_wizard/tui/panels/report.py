@@ -117,6 +117,8 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
         said = [f"held out, 90 % interval: {limits}"] if limits else []
         if diagnosis is not None and diagnosis.could_be is not None:
             said.append(f"could be {quantity(diagnosis.could_be, fit.unit)} in other directions")
+        if fit.slow_noise_note:
+            said.append(fit.slow_noise_note)
         if said:
             beside.append(Text(f" {name}: {', '.join(said)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]

@@ -1,0 +1,86 @@
+"""How often the accelerometer's 95 % intervals hold the truth, and how far its parameters scatter.
+
+``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed] [poses]``. Coverage: the
+share of sessions in which the interval of each parameter by Student's t holds the truth, in per
+cent; the bias is its mean over the session. Scatter: the rms error of each parameter over the
+least that any unbiased estimator has when it knows the noise of every hold (Cramér and Rao).
+"""
+
+import sys
+from itertools import product
+
+import numpy as np
+
+from benchmarks.hold_sessions import DESIGNS, GRAVITY, MG, NAMES, Noise, session
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.distributions import quantile
+
+NOISES = {
+    "white": Noise(),
+    "uneven, 0.7": Noise(uneven=0.7),
+    "0.3 mg from hold to hold": Noise(scatter=0.3 * MG),
+    "flicker 0.03 mg": Noise(flicker=0.03 * MG),
+    "flicker 0.12 mg": Noise(flicker=0.12 * MG),
+    "random walk 0.01 mg/√s": Noise(walk=0.01 * MG),
+}
+"""A consumer sensor's white noise, 0.15 mg/√Hz, alone and with more."""
+
+
+def coverage(
+    design: FloatArray, noise: Noise, sessions: int, seed: int, rest: float = 0.0
+) -> FloatArray:
+    """Share of sessions in which each interval holds the truth, shape (9,)."""
+    rng = np.random.default_rng(seed)
+    inside = np.zeros(9)
+    for _ in range(sessions):
+        one = session(design, noise, rng, rest=rest)
+        fit = fit_accelerometer(one.holds, GRAVITY, "m/s^2", readings=one.readings)
+        reach = quantile(0.95, fit.degrees_of_freedom)
+        found = {parameter.name: parameter for parameter in fit.parameters}
+        for k, name in enumerate(NAMES):
+            off = abs(found[name].value - one.truth[k])
+            inside[k] += off < reach * (found[name].standard_error or 0.0)
+    return inside / sessions
+
+
+def scatter(
+    design: FloatArray, noise: Noise, sessions: int, seed: int, rate: float = 50.0
+) -> FloatArray:
+    """Rms error of each parameter over the bound, shape (9,)."""
+    rng = np.random.default_rng(seed)
+    off = np.empty((sessions, 9))
+    for row in off:
+        one = session(design, noise, rng, rate=rate)
+        fit = fit_accelerometer(one.holds, GRAVITY, "m/s^2")
+        found = {parameter.name: parameter.value for parameter in fit.parameters}
+        row[:] = (np.array([found[name] for name in NAMES]) - one.truth) / one.bound()
+    return np.asarray(np.sqrt((off**2).mean(axis=0)))
+
+
+def main(what: str = "coverage", sessions: str = "4000", seed: str = "1", poses: str = "") -> None:
+    """Print the table."""
+    count = int(sessions)
+    designs = {name: design for name, design in DESIGNS.items() if poses in ("", name)}
+    print(f"{count} sessions each, seed {seed}")
+    names = "".join(f"{name.replace('sensitivity', 'scale'):>9}" for name in NAMES)
+    if what == "scatter":
+        print(f"rms error over the bound, each ± {1.0 / np.sqrt(2.0 * count):.3f}\n{'':54}{names}")
+        for name, design in designs.items():
+            for (samples, rate), uneven in product(((150, 50.0), (12, 4.0)), (0.0, 0.4, 0.7, 1.0)):
+                found = scatter(design, Noise(uneven=uneven), count, int(seed), rate)
+                label = f"{name} poses of {samples} samples, uneven by {uneven}"
+                print(f"{label:54}" + "".join(f"{x:9.3f}" for x in found), flush=True)
+        return
+    doubt = 100.0 * np.sqrt(0.95 * 0.05 / count)
+    print(f"per cent of intervals that hold the truth, each ± {doubt:.1f}\n{'':54}{names}")
+    for name, design in designs.items():
+        for kind, noise in NOISES.items():
+            for rest in (0.0, 90.0) if noise.flicker or noise.walk else (0.0,):
+                found = coverage(design, noise, count, int(seed), rest)
+                label = f"{name} poses{', a rest of 90 s' * bool(rest)}, {kind}"
+                print(f"{label:54}" + "".join(f"{100.0 * x:9.1f}" for x in found), flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
