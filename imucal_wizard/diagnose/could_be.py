@@ -11,18 +11,18 @@ With the whitened columns B of the model and C of an effect of size s, the fit m
 """
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
-from imucal_wizard.model.rows.source import Parameters
+from imucal_wizard.model.rows.source import Parameters, Rows
 from imucal_wizard.model.rows.table import numbered
 from imucal_wizard.model.terms import Term, Terms
 
@@ -36,21 +36,6 @@ MIN_CATALOGUE_SHARE = 0.05
 """Probability of noise and effects together below which the catalogue tells nothing."""
 DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
 """Middles of seven equal shares of a normal distribution, standard deviations."""
-
-
-@dataclass(frozen=True, eq=False)
-class Elsewhere:
-    """Judged rows in directions that were not measured, at the calibration found.
-
-    Attributes:
-        base: derivative by the fitted parameters, shape (k, p).
-        effects: derivative by the sizes of each effect and setting, shape (k, q).
-        item: number of the hold or rotation of each row, shape (k,).
-    """
-
-    base: FloatArray
-    effects: dict[tuple[str, float | None], FloatArray]
-    item: IntArray
 
 
 def could_be(
@@ -72,23 +57,27 @@ def could_be(
     """
     table = fit.rows
     assert table is not None  # noqa: S101 (narrows the type)
-    elsewhere = _elsewhere(fit, misfit)
-    white = table.columns / table.floor[:, None]
+    rows, base, item = _elsewhere(fit)
+    white = table.whitened(table.columns)
     # B'·δ for one unit of noise in each row
-    absorbed = -elsewhere.base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
+    absorbed = -base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
     noise = (absorbed**2).sum(axis=1)
-    moved = {
-        (one.term, one.variant): one.typical
-        * (absorbed @ one.columns - elsewhere.effects[one.term, one.variant])
-        for one in misfit.candidates
-    }
-    names = {one.term: one.names for one in misfit.candidates}
+    candidates = {(one.term, one.variant): one for one in misfit.candidates}
+
+    @cache
+    def moved(term: str, variant: float | None) -> FloatArray:
+        one = candidates[term, variant]
+        effect = Term(one.effect, one.variant)
+        own = np.concatenate([each.design_columns(effect) for each in rows])
+        return np.asarray(one.typical * (absorbed @ one.columns - own))
 
     def columns_of(one: Hypothesis) -> FloatArray:
         if one.kind != EFFECT:
             return np.zeros((len(absorbed), one.patterns.shape[1]))
-        columns = moved[one.terms[0], one.variant]
-        return columns[:, [names[one.terms[0]].index(one.parameter)]] if one.parameter else columns
+        key = one.terms[0], one.variant
+        if not one.parameter:
+            return moved(*key)
+        return moved(*key)[:, [candidates[key].names.index(one.parameter)]]
 
     weights = hypotheses.frame.weights(posterior.wander)
     coordinates = hypotheses.frame.across.T @ misfit.residual
@@ -99,10 +88,8 @@ def could_be(
         for part, found, root in _sizes(patterns, spreads, coordinates, weights, sigma):
             mean, variance = columns @ found, ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise
             shares.append(share * part)
-            means.append(np.bincount(elsewhere.item, mean**2 + variance))
-            squares.append(
-                np.bincount(elsewhere.item, 2.0 * variance**2 + 4.0 * mean**2 * variance)
-            )
+            means.append(np.bincount(item, mean**2 + variance))
+            squares.append(np.bincount(item, 2.0 * variance**2 + 4.0 * mean**2 * variance))
     if sum(shares) < MIN_CATALOGUE_SHARE:
         return None
     return _quantile(np.array(shares), np.array(means), np.array(squares))
@@ -143,9 +130,15 @@ def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> f
     return float(errors[order[np.searchsorted(below, COVERED_SHARE * below[-1])]])
 
 
-def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
-    experiment = fit.experiment
-    assert experiment is not None  # noqa: S101 (narrows the type)
+def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, IntArray]:
+    """Judged rows in directions that were not measured, at the calibration found.
+
+    Returns:
+        The rows of each source; their derivative by the fitted parameters, shape (k, p); the number
+        of each row's hold or rotation, shape (k,).
+    """
+    experiment, table = fit.experiment, fit.rows
+    assert experiment is not None and table is not None  # noqa: S101, PT018 (narrows the types)
     sizes = np.concatenate([np.zeros(0), *fit.sizes])
     calibration, terms = Parameters(fit.matrix, fit.bias, sizes), Terms(fit.sensor, fit.terms)
     sources = [
@@ -153,28 +146,14 @@ def _elsewhere(fit: SensorFit, misfit: WhitenedResiduals) -> Elsewhere:
     ]
     rows = [source.at(calibration, terms) for source in sources]
     directions = experiment.directions(fit.base).columns
-    base = np.concatenate(
-        [
-            np.concatenate(
-                [one.base_columns() @ directions, *(one.term_columns(term) for term in fit.terms)],
-                axis=1,
-            )
-            for one in rows
-        ]
-    )
-    assert fit.rows is not None  # noqa: S101 (narrows the type)
-    # errors of the reference are no error of this sensor
-    shared = np.zeros((len(base), fit.rows.columns.shape[1] - base.shape[1]))
-    return Elsewhere(
-        base=np.concatenate([base, shared], axis=1),
-        effects={
-            (one.term, one.variant): np.concatenate(
-                [r.design_columns(Term(one.effect, one.variant)) for r in rows]
-            )
-            for one in misfit.candidates
-        },
-        item=numbered([source.labels.index for source in sources]),
-    )
+    # errors of the reference, which come last, are no error of this sensor
+    base = np.zeros((sum(len(one.residual) for one in rows), table.columns.shape[1]))
+    own = [
+        np.concatenate([one.base_columns() @ directions, *map(one.term_columns, fit.terms)], axis=1)
+        for one in rows
+    ]
+    base[:, : own[0].shape[1]] = np.concatenate(own)
+    return rows, base, numbered([source.labels.index for source in sources])
 
 
 def _sizes(
