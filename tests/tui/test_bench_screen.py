@@ -36,7 +36,7 @@ async def test_the_suspects_stand_beside_what_is_left_and_what_is_to_be_said(
         await shows(
             pilot, "▸SUSPECTS", "▸ second-order", "asymmetry", held_out(bench), "<0.003", "x 5.0",
             "mg/g²", "▼", "looks", "second-order non-linearity, x", "force along x, g",
-            "▒ noise ±0.052 mg", "━ second-order",
+            "▒ noise ±0.053 mg", "━ second-order",
         )  # fmt: skip
 
 

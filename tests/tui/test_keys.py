@@ -37,11 +37,11 @@ async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> No
         await pilot.press("s")
         await shows(pilot, "fewer directions")
         await pilot.press("question_mark")
-        await shows(pilot, "help: poses", "counter-clockwise")
+        await shows(pilot, "help: poses", "Hold the device as it is drawn")
         source.say(fakes.rotations_status())
         await shows(pilot, "▸ROTATIONS", "done    3 of 6")
         assert "fewer directions" not in seen(pilot)
-        assert "counter-clockwise" not in seen(pilot)
+        assert "Hold the device as it is drawn" not in seen(pilot)
 
 
 @pytest.mark.parametrize("step", [StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE])
