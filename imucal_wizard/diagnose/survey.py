@@ -10,6 +10,7 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, nameless, unconfirmed
 from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.estimate.lack_of_fit import LackOfFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.effect import SENSORS
 
@@ -33,7 +34,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
     """
     _complete_base(bench)
     below = len(bench.ladder)
-    said = bench.look()
+    before = said = bench.look()
     carried = bench.fit.base == bench.whole and not bench.undetermined
     for _ in range(MAX_ROUNDS_OF_ADDING if carried else 0):
         found = bench.look()
@@ -50,7 +51,8 @@ def add_by_itself(bench: Bench) -> BenchFindings:
     if last.opinion.shapeless:
         return said
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
-    if without_name and _resembles_only(bench, below):
+    was, left = before.opinion.lack, last.opinion.lack
+    if without_name and len(bench.ladder) > below and _resembles_only(was, left):
         return _withdrawn(bench, below)
     return last
 
@@ -102,19 +104,13 @@ def _proven(opinion: Opinion, added: Terms) -> Opinion:
     )
 
 
-def _resembles_only(bench: Bench, below: int) -> bool:
+def _resembles_only(before: LackOfFit, after: LackOfFit) -> bool:
     """Whether too much is left for the names that were given.
 
-    Args:
-        bench: with the effects added.
-        below: rungs of the ladder before any was.
+    Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
     """
-    if len(bench.ladder) <= below:
-        return False
-    first, last = bench.ladder[below - 1], bench.ladder[-1]
-    noise = bench.fit.floor_fitted or 0.0
-    left = max(last.rms_fitted**2 - noise**2, 0.0)
-    return left > MAX_SHARE_LEFT_BY_NAME * (first.rms_fitted**2 - last.rms_fitted**2)
+    left = max(after.ratio**2 - 1.0, 0.0)
+    return left > MAX_SHARE_LEFT_BY_NAME * (before.ratio**2 - after.ratio**2)
 
 
 def _withdrawn(bench: Bench, below: int) -> BenchFindings:
