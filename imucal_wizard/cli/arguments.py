@@ -231,20 +231,18 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     )
 
 
-def save_usable(calibration: "Calibration", place: Path | None, *, force: bool) -> list[str]:
+def save_usable(calibration: "Calibration", place: Path, *, force: bool) -> list[str]:
     """Save the usable sensors; all of them with ``force``.
 
     Args:
         calibration: the result.
-        place: the file, or None to save nothing.
+        place: the file.
         force: whether the user wants what is worse than none.
 
     Returns:
         What was saved and what was left out, in lines.
     """
     left_out = [] if force else list(calibration.unusable)
-    if place is None:
-        return []
     if left_out and len(left_out) == len(calibration.sensors):
         return ["not saved: no sensor has a usable calibration (--force saves it all the same)"]
     calibration.save(place, force=force)

@@ -53,12 +53,13 @@ def run(argv: Sequence[str]) -> int:
 
         diagnosis = diagnose(fit)
     says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
-    calibration = fit.judged(diagnosis)
-    saved = save_usable(calibration, arguments.save, force=arguments.force)
+    saved = []
+    if arguments.save:
+        saved = save_usable(fit.judged(diagnosis), arguments.save, force=arguments.force)
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 
-        write_json(fit_document(fit.report, calibration.sensors, says), arguments.json)
+        write_json(fit_document(fit.report, fit.judged(diagnosis).sensors, says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary
@@ -70,4 +71,5 @@ def run(argv: Sequence[str]) -> int:
             note(f"warning: {warning}")
     for text in saved:
         tell(text)
-    return 1 if calibration.unusable and not arguments.force else 0
+    unusable = any(one.unusable for one in fit.report.sensors.values())
+    return 1 if unusable and not arguments.force else 0

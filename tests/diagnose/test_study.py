@@ -59,8 +59,11 @@ def test_two_effects_are_found_together() -> None:
 @pytest.mark.parametrize("name", STRANGERS)
 @pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
 def test_a_misfit_outside_the_catalogue_gets_no_name(plan: Plan, name: str) -> None:
-    """A strange shape, scatter and slow noise are not called by the name of an effect."""
-    assert set(counted(plan, row(name), 4)) <= {"unexpl", "complete", "cannot"}
+    """A strange shape, scatter and slow noise are not called by the name of an effect.
+
+    Where repeats show it, scatter is called what it is: poses that are not repeatable.
+    """
+    assert set(counted(plan, row(name), 4)) <= {"unexpl", "repeat", "complete", "cannot"}
 
 
 def test_a_disturbed_hold_is_called_one() -> None:
