@@ -11,7 +11,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.model.rows.decorrelation import Decorrelation, decorrelation
 from imucal_wizard.model.rows.source import Parameters
 from tests.estimate.closures import NO_EFFECTS
-from tests.estimate.motions import Truth
+from tests.estimate.truth import Truth
 
 POOR = next(one for one in DEVICES if "6 mg" in one.name)
 
