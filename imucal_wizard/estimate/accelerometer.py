@@ -251,6 +251,7 @@ class AccelerometerExperiment(Experiment):
             np.concatenate([doubt, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
+            modes.shape[1],
         )
 
 

@@ -105,6 +105,18 @@ class Minimum(Generic[E_co]):
         return known
 
     @property
+    def measured(self) -> BoolArray:
+        """Which errors of the reference are measured noise, of all parameters.
+
+        The others are parameters of usual size that the reference's own data do not determine.
+        """
+        known = ~self.reported
+        undetermined = {name for s in self.experiment.sources for name in s.undetermined}
+        for place, name in enumerate(_shared_names(self), self.sizes.stop):
+            known[place] &= name not in undetermined
+        return known
+
+    @property
     def errors(self) -> FloatArray:
         """Error of each measured row with the reference taken as it is, shape (n,)."""
         doubts = ~self.reported
@@ -499,8 +511,8 @@ def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
 
     With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
     ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
-    small. The expected errors follow from the same linear maps, applied to the measured noise and
-    to the reference's own errors. With these maps E, the mean square held out is a quadratic form
+    small. The expected errors follow from the same linear maps, applied to the measured noise of
+    the rows and of the reference. With these maps E, the mean square held out is a quadratic form
     in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite).
     A new row has its own noise and the errors of the fit of all rows.
 
@@ -607,9 +619,9 @@ def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
 
 
 def _noise_root(found: Minimum[Experiment]) -> FloatArray:
-    """A root of the covariance of independent rows by noise and by errors of the reference."""
-    doubts = ~found.reported
-    return np.column_stack([np.diag(np.sqrt(found.system.own)), found.system.columns[:, doubts]])
+    """A root of the covariance of independent rows by noise, that of the reference included."""
+    own, columns = found.system.own, found.system.columns
+    return np.column_stack([np.diag(np.sqrt(own)), columns[:, found.measured]])
 
 
 def _floor_fitted(found: Minimum[Experiment]) -> float:

@@ -274,6 +274,7 @@ class GyroscopeExperiment(Experiment):
             after=reference.up[one.after],
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
+            usual=reference.undetermined,
             noise=noise,
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,

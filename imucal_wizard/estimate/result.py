@@ -58,6 +58,7 @@ class GravityReference:
             calibration may be wrong, shape (n, 3, k).
         gain: m/s² per reading unit of the accelerometer, at its largest.
         gravity: m/s².
+        undetermined: how many of the k ways, the last, no pose measured: parameters of usual size.
     """
 
     up: FloatArray
@@ -66,6 +67,7 @@ class GravityReference:
     doubt: FloatArray
     gain: float
     gravity: float
+    undetermined: int = 0
 
 
 def worse_than_none(

@@ -24,6 +24,7 @@ from imucal_wizard.model.rows.source import (
     Rows,
     RowSource,
     hold_place,
+    reference_names,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
 
@@ -105,7 +106,7 @@ class Dip(RowSource):
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
         turned = (f"misalignment_{axis}" for axis in AXES)
-        return ("dip", *turned, *(f"accelerometer_{k}" for k in range(self.doubt.shape[2])))
+        return ("dip", *turned, *reference_names(self.doubt))
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above

@@ -42,6 +42,7 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     Rows,
     RowSource,
+    reference_names,
     rounding_names,
     unmeasured,
 )
@@ -269,6 +270,7 @@ class GravityClosure(RowSource):
             that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
+        usual: how many of the k ways, the last, nothing measured: parameters of usual size.
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -286,6 +288,7 @@ class GravityClosure(RowSource):
     walk: FloatArray = field(default_factory=lambda: np.zeros(3))
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
+    usual: int = 0
     basis: FloatArray = field(init=False)
     kind, moving = "rotation", True
     unit = "rad"
@@ -336,8 +339,13 @@ class GravityClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        doubts = tuple(f"accelerometer_{k}" for k in range(self.before_doubt.shape[2]))
-        return (*doubts, *rounding_names(self.rounding))
+        return (*reference_names(self.before_doubt), *rounding_names(self.rounding))
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        names = reference_names(self.before_doubt)
+        return names[len(names) - self.usual :]
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above

@@ -177,6 +177,7 @@ class RowSource(ABC):
         by_axis: rows of one item are axes, each drawn by itself; else components of one length.
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
+        undetermined: names of those whose prior is a usual size that nothing measured: no noise.
     """
 
     kind: str
@@ -194,6 +195,7 @@ class RowSource(ABC):
     by_axis: bool = False
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
+    undetermined: tuple[str, ...] = ()
 
     @abstractmethod
     def influences(self) -> tuple[Influence, ...]:
@@ -297,6 +299,11 @@ def _pose(force: FloatArray) -> str | None:
 def joined(parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays of several sources one below the other."""
     return np.concatenate(list(parts)) if parts else np.zeros(0)
+
+
+def reference_names(doubt: FloatArray) -> tuple[str, ...]:
+    """Names of the shared parameters of k error modes of the accelerometer, shape (…, k)."""
+    return tuple(f"accelerometer_{k}" for k in range(doubt.shape[-1]))
 
 
 def rounding_names(variance: FloatArray) -> tuple[str, ...]:
