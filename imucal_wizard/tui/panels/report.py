@@ -114,13 +114,13 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
         )
     for name, fit in report.sensors.items():
         limits, diagnosis = limits_text(fit.held_out_interval, fit.unit), diagnoses.get(name)
-        said = [f"held out, 90 % interval: {limits}"] if limits else []
+        said = [f"held out, 90 %: {limits}"] if limits else []
         if diagnosis is not None and diagnosis.could_be is not None:
-            said.append(f"could be {quantity(diagnosis.could_be, fit.unit)} in other directions")
+            said.append(f"could be {quantity(diagnosis.could_be, fit.unit)}")
         if fit.slow_noise_note:
             said.append(fit.slow_noise_note)
         if said:
-            beside.append(Text(f" {name}: {', '.join(said)}", "dim"))
+            beside.append(Text(f" {name}: {'; '.join(said)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
     return Group(table, *beside, *new)
 
