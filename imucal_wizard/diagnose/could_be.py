@@ -166,7 +166,7 @@ def _sizes(
     """By prior spread of an explanation: share, mean and root of the covariance of its sizes."""
     weighted = patterns * weights[:, None] / sigma**2
     values, vectors = np.linalg.eigh(patterns.T @ weighted)
-    spreads = spreads[: max(len(values) * len(spreads), 1)][:, None]
+    spreads = (spreads if len(values) else spreads[:1])[:, None]  # noise alone has no sizes
     variance = 1.0 / (np.maximum(values, 0.0) + spreads**-2)
     turned = vectors.T @ (weighted.T @ coordinates)
     log = 0.5 * (variance * turned**2 + np.log(variance / spreads**2)).sum(axis=1)
