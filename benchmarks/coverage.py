@@ -75,11 +75,11 @@ def under_noise(sensor: str, turns: int, instability: float, rng: np.random.Gene
     session = wandering(turns, instability, rng)
     found = fit_accelerometer(session.holds, GRAVITY, "m/s^2")
     if sensor == "accelerometer":
-        return found, triangular_parameters(session.accelerometer.matrix, session.mean_bias)
+        return found, triangular_parameters(session.accelerometer.matrix, session.mean_bias[:3])
     fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
     if fit is None:
         raise SystemExit("a simulated gyroscope was not fitted")
-    return fit, full_parameters(session.gyroscope.matrix, session.gyroscope.bias)
+    return fit, full_parameters(session.gyroscope.matrix, session.mean_bias[3:])
 
 
 def shares(trials: Iterator[Trial], repeats: bool) -> tuple[float, float, float, float, int]:

@@ -213,7 +213,7 @@ class AccelerometerExperiment(Experiment):
             pull=basis @ found.pull()[free],
         )
         by_errors = in_session(
-            spans_of(self.holds), fitted, bool(self.slow_noise_measured), self.long_rest
+            spans_of(self.holds), [fitted], bool(self.slow_noise_measured), self.long_rest
         )
         if by_errors is None:
             return None

@@ -153,15 +153,15 @@ class Experiment(ABC):
         del base  # for experiments that have such entries
         return calibration
 
-    def slow_noise(self, found: "Minimum[Experiment]") -> FloatArray:
-        """What slow noise, which no residual shows, adds to the covariance of M and b, (12, 12)."""
+    def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
+        """What entries that stay nominal add to the covariance of M and b, (12, 12)."""
         del found
         return np.zeros((ENTRIES, ENTRIES))
 
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
-        """Covariance of M and b, (12, 12), with slow noise told from what the fit leaves.
+        """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
-        None where ``slow_noise`` is added to the covariance by the scatter instead.
+        With slow noise told from what the fit leaves; None where that of the rows holds as it is.
         """
         del found
         return None

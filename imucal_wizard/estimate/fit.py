@@ -366,7 +366,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         basis = found.directions.columns
         of_entries = in_session
         if of_entries is None:
-            of_entries = basis @ covariance[free, free] @ basis.T + experiment.slow_noise(found)
+            of_entries = basis @ covariance[free, free] @ basis.T + experiment.left_nominal(found)
         of_sizes = covariance[sizes, sizes]
         # repeats tell the scatter of the rows fitted only where all of these are such rows
         if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():

@@ -8,7 +8,6 @@ import itertools
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
-from imucal_wizard.estimate.slow_noise import slow_rate, spans_of
+from imucal_wizard.estimate.slow_noise import Fitted, in_session, slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import resolution_of
@@ -56,8 +55,6 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
-TREMOR = 2.0
-"""Noise of a rest, as a variance, over that of most, from which on the device trembled in it."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
@@ -408,25 +405,45 @@ class GyroscopeExperiment(Experiment):
         """See ``Experiment``."""
         return unit_of(name, self.unit, "rad/s")
 
-    def slow_noise(self, found: Minimum[Experiment]) -> FloatArray:
-        """See ``Experiment``: what slow noise does to all rates alike."""
-        out = np.zeros((ENTRIES, ENTRIES))
-        free = np.flatnonzero(found.directions.columns[BIAS].any(axis=1))
-        out[free + BIAS.start, free + BIAS.start] = self._slow[free]
-        return out
+    def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
+        """See ``Experiment``: the bias of each axis wanders by itself, and the rests show it."""
+        balance, system, spans = found.balance, found.system, spans_of(self.resting)
+        if balance.freedom.min() < 1.0:
+            return None
+        basis, free = found.directions.columns, slice(0, len(found.directions))
+        pull, alike = basis @ found.pull()[free], np.ones(2 * (len(spans),))
+        resting = self.rest.reading.size
+        closing = pull[:, resting:]
+        out = (closing * found.white_variance[resting:]) @ closing.T
+        axes = [slice(axis, resting, 3) for axis in range(3)]
+        by_rests = in_session(
+            spans,
+            [
+                Fitted(
+                    system.residual[rows],
+                    system.columns[rows],
+                    balance.variance[rows],
+                    alike,
+                    pull[:, rows],
+                )
+                for rows in axes
+            ],
+            measured=True,
+        )
+        if by_rests is None:
+            return None
+        out = out + by_rests
+        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        return np.asarray(out + basis @ by_priors[free, free] @ basis.T)
 
-    @cached_property
-    def _slow(self) -> FloatArray:
-        """Variance of the biases by slow noise, as far as the rests without a tremor show it."""
-        seconds = np.array([hold.end - hold.start for hold in self.resting])
-        noise = self.rest.noise.mean(axis=1) * seconds
-        calm = np.flatnonzero(noise <= TREMOR * median(noise))
-        return slow_rate([self.resting[i] for i in calm])
+    def shift(self, rotations: Sequence[int]) -> FloatArray:
+        """Variance by which the mean of the rests before rotations is off, reading units², (3,).
 
-    @property
-    def shift(self) -> FloatArray:
-        """Variance by which all means at rest are shifted alike, reading units², shape (3,)."""
-        return self._slow + self.rotations.rounding
+        On top of what their scatter shows: by slow noise and by rounding.
+        """
+        before = self.rotations.before[list(rotations)]
+        times = np.bincount(before, minlength=len(self.holds))[self._resting]
+        return slow_rate(self.resting, times / max(times.sum(), 1)) + self.rotations.rounding
 
     def everything(self) -> Circumstances:
         """See ``Experiment``."""

@@ -130,7 +130,7 @@ def fit_gyroscope(
                 full=found,
                 axes=single,
                 channels=experiment.nominal.channels,
-                slow=experiment.shift,
+                slow={axis: experiment.shift(own.places) for axis, own in single.items()},
                 closure=experiment.closure.closures,
             )
         )

@@ -106,7 +106,7 @@ class GyroscopeData:
         full: the nine-parameter fit; None where the method looks at the rests alone.
         axes: rotations about each body axis.
         channels: which sensor axis feels each body axis.
-        slow: variance of the biases by slow noise, shape (3,).
+        slow: variance by slow noise of the rests before the rotations about each axis, (3,) each.
         closure: closure error of every rotation, rad, shape (m, 3), from M and b, one for all or
             one for each.
     """
@@ -118,5 +118,5 @@ class GyroscopeData:
     full: "SensorFit | None" = None
     axes: Mapping[str, AxisTurns] = field(default_factory=dict)
     channels: tuple[int, ...] = (0, 1, 2)
-    slow: FloatArray | None = None
+    slow: Mapping[str, FloatArray] = field(default_factory=dict)
     closure: Callable[[FloatArray, FloatArray], FloatArray] | None = None

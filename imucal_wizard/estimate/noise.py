@@ -76,13 +76,18 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     both = (along + 2.0 * across) / 3.0 * times
     scatters = [hold.accelerometer_scatter for hold in holds]
     single = times * [np.nan if one is None else one.mean() for one in scatters]
-    if (single > 0.0).all():
-        samples = 3 * np.array([hold.samples - 1 for hold in holds])
-        growth = shrunk(both / single, 3 * freedom, samples)
-        both = growth * shrunk(single, samples / max(median(growth), 1.0)) / times
-    else:
-        both = shrunk(both, 3 * freedom) / times
+    both = _moderated(both, single, holds) / times
     return HoldNoise(both, both, per_axis)
+
+
+def _moderated(batches: FloatArray, single: FloatArray, holds: Sequence[Hold]) -> FloatArray:
+    """Variances of three axes together by batch means and, where known, by single samples, (n,)."""
+    freedom = 3 * np.array([hold.batch_freedom for hold in holds])
+    if not (single > 0.0).all():
+        return shrunk(batches, freedom)
+    samples = 3 * np.array([hold.samples - 1 for hold in holds])
+    growth = shrunk(batches / single, freedom, samples)
+    return np.asarray(growth * shrunk(single, samples / max(median(growth), 1.0)))
 
 
 def shrunk(
@@ -185,10 +190,6 @@ def _pooled(values: FloatArray, freedom: int) -> float:
     return median(known) / ratio if len(known) else 0.0
 
 
-TRUST = 3 * BATCH_FREEDOM
-"""Degrees of freedom with which the pooled noise speaks against a hold's own: as many as it has."""
-
-
 @dataclass(frozen=True, eq=False)
 class Rest:
     """Noise of the holds.
@@ -210,9 +211,10 @@ class Rest:
 def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     """From the scatter of the holds' batch means.
 
-    The noise per second is common to all holds; a hand that trembled in one of them is not. The
-    scatter of a hold, moderated by the common one, counts where it is larger: a device that turned
-    while it was averaged tells less of the bias, and ends elsewhere than its mean direction.
+    Axes differ by the noise per second that is common to all holds, holds by their own scatter,
+    moderated by all others (``shrunk``). What a hold has beyond the common noise counts as motion:
+    a device that turned while it was averaged tells less of the bias, and ends elsewhere than its
+    mean direction.
 
     Args:
         holds: all of them; without a gyroscope in them they count as noisy as the others.
@@ -224,16 +226,17 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     per_second = (matrix**2) @ density
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
-    ratio = np.array([_ratio(hold, density) for hold in holds])
-    own = 3 * BATCH_FREEDOM
-    growth = np.maximum((TRUST + own * ratio) / (TRUST + own), 1.0)
-    moved = (growth - 1.0) * common.mean(axis=1)
-    return Rest(common + moved[:, None], moved, moved * (0.5 * seconds) ** 2, per_second)
-
-
-def _ratio(hold: Hold, density: FloatArray) -> float:
-    """Variance of a hold's mean, by its own scatter, over that by the common noise."""
-    if hold.gyroscope_covariance is None or not (density > 0.0).all():
-        return 1.0
-    own = np.diag(hold.gyroscope_covariance) * (hold.end - hold.start) / density
-    return float(own.mean()) if np.isfinite(own).all() else 1.0
+    growth = np.ones(len(holds))
+    if (density > 0.0).all():
+        # of each axis over the common noise: by the batch means and by the single samples
+        unknown = np.full(3, np.nan)
+        own = [None if (c := one.gyroscope_covariance) is None else np.diag(c) for one in holds]
+        single = [one.gyroscope_scatter for one in holds]
+        batches, samples = (
+            np.array([unknown if v is None else v for v in values]) * seconds[:, None] / density
+            for values in (own, single)
+        )
+        growth = _moderated(batches.mean(axis=1), samples.mean(axis=1), holds)
+    moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
+    mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
+    return Rest(mean, moved, moved * (0.5 * seconds) ** 2, per_second)

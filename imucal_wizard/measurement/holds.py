@@ -48,6 +48,7 @@ class Hold:
         hand_held: recorded on the operator's command although the device was not still.
         accelerometer_scatter: variance of each axis of the accelerometer's mean if its samples were
             independent, shape (3,), or None; it has one degree of freedom per sample.
+        gyroscope_scatter: the same of the gyroscope.
         batch_freedom: degrees of freedom per axis of the covariances.
     """
 
@@ -62,6 +63,7 @@ class Hold:
     pose: str | None = None
     hand_held: bool = False
     accelerometer_scatter: FloatArray | None = None
+    gyroscope_scatter: FloatArray | None = None
     batch_freedom: int = COVARIANCE_BATCHES - 1
 
     def readings(self, series: Series) -> Series:
@@ -137,7 +139,7 @@ def hold_from(blocks: Blocks) -> Hold:
     mean, covariance, freedom = _average(blocks.mean)
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     samples = len(blocks) * blocks.size
-    squares = (blocks.variance[:, :3] + (blocks.mean[:, :3] - mean[:3]) ** 2).mean(axis=0)
+    scatter = (blocks.variance + (blocks.mean - mean) ** 2).mean(axis=0) / (samples - 1)
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -147,7 +149,8 @@ def hold_from(blocks: Blocks) -> Hold:
         gyroscope_covariance=covariance[3:, 3:] if blocks.turning else None,
         samples=samples,
         temperature=float(known.mean()) if len(known) else None,
-        accelerometer_scatter=squares / (samples - 1),
+        accelerometer_scatter=scatter[:3],
+        gyroscope_scatter=scatter[3:] if blocks.turning else None,
         batch_freedom=freedom,
     )
 

@@ -30,7 +30,8 @@ FLOOR = np.array(3 * [0.03e-3 * STANDARD_GRAVITY] + 3 * [np.radians(0.0015)])
 class Session:
     """What was measured, and of what: truth in m/s² and rad/s.
 
-    ``mean_bias`` is the accelerometer's bias with the mean of its wandering over the session.
+    ``mean_bias`` is that of accelerometer and gyroscope with the mean of its wandering over the
+    session, shape (6,).
     """
 
     accelerometer: Truth
@@ -83,4 +84,5 @@ def wandering(turns: int, instability: float, rng: np.random.Generator) -> Sessi
         holds += [before, after]
         first = inside.stop + count + moved
     wandered = slow.take(int(holds[-1].end * RATE)).mean(axis=0)
-    return Session(force, rate, holds, rotations, force.bias + wandered[:3])
+    biases = np.concatenate([force.bias, rate.bias])
+    return Session(force, rate, holds, rotations, biases + wandered)

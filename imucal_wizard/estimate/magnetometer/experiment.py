@@ -279,7 +279,7 @@ class MagnetometerExperiment(Experiment):
             return self.unit
         return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
 
-    def slow_noise(self, found: "Minimum[Experiment]") -> FloatArray:
+    def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
         """Soft iron that is left at none counts with its usual size, see ``Experiment``.
 
         No sensor has none. With rows J, weights W, free directions B and the others C, an error δ

@@ -223,10 +223,11 @@ def _parameter(parameter: Parameter, rows: list[ScaleAndBias], data: GyroscopeDa
         row = rows[axis]
         error = None if row.scale_error is None else row.scale_error / row.scale**2
         return replace(parameter, value=1.0 / row.scale, standard_error=error, carried=True)
-    row = rows[data.channels.index(axis)]
+    about = data.channels.index(axis)
+    row = rows[about]
     error = row.bias_error
-    # slow noise shifts the rests of all turns alike, so that their scatter does not show it
-    slow = 0.0 if data.slow is None else float(data.slow[axis])
+    # slow noise shifts rests that follow one another alike, so that their scatter does not show it
+    slow = float(data.slow["xyz"[about]][axis])
     error = None if error is None else float(np.hypot(error, np.sqrt(slow)))
     return replace(parameter, value=row.bias, standard_error=error, carried=True)
 
