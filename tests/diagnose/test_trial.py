@@ -103,8 +103,8 @@ def test_a_promised_error_is_the_one_that_adding_brings(sensor: str, hidden: str
         assert one.trial is not None
         assert one.candidate is not None
         rung = bench.add(one.term, one.candidate.variant)
-        assert one.trial.rms_fitted == pytest.approx(rung.rms_fitted, rel=0.08)
-        assert one.trial.rms_held_out == pytest.approx(rung.rms_held_out, rel=0.08)
+        assert one.trial.rms_fitted == pytest.approx(rung.rms_fitted, rel=0.15)
+        assert one.trial.rms_held_out == pytest.approx(rung.rms_held_out, rel=0.15)
         bench.undo()
 
 
