@@ -31,7 +31,7 @@ def welcome_rows(width: int) -> list[Line]:
     return [row for text in _WELCOME for row in (*wrapped(text, max(30, width)), line(""))]
 
 
-def ready(stream: "StreamStatus") -> bool:
+def startable(stream: "StreamStatus") -> bool:
     """Whether samples arrive with known columns and units."""
     return bool(stream.samples) and not stream.needs and not _interrupted(stream)
 

@@ -17,7 +17,7 @@ from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.tui.panels.preview import preview_rows, ready, state_span, welcome_rows
+from imucal_wizard.tui.panels.preview import preview_rows, startable, state_span, welcome_rows
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.state import WizardState
@@ -114,7 +114,7 @@ class SourceScreen(LiveScreen):
     def _ready(self) -> bool:
         """Whether samples arrive with known columns and units."""
         snapshot = self.state.snapshot if self.state.source is not None else None
-        return snapshot is not None and ready(snapshot.stream)
+        return snapshot is not None and startable(snapshot.stream)
 
     @property
     def _columns_known(self) -> bool:
