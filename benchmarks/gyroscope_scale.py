@@ -49,12 +49,13 @@ def retimed(readings: Readings, factor: float) -> Readings:
 
 
 def answer(readings: Readings) -> str:
-    """What the fit says: warned, nothing, no gyroscope, or refused."""
+    """What the fit says: warned, nothing, no gyroscope, or refused with the duration or without."""
     try:
         report = fit_readings(readings)
-    except DataError:
-        return "refused"
-    words = ("which no sensor has", "By its own time", "sampling rate")
+    except DataError as error:
+        named = "sampling rate" in str(error)
+        return "refused, duration said" if named else "refused otherwise"
+    words = ("which no sensor has", "By its own time")
     if any(word in text for text in report.warnings for word in words):
         return "warned"
     return "silent" if "gyroscope" in report.sensors else "no gyroscope"

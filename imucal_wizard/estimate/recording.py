@@ -15,7 +15,7 @@ from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
 
-MIN_SESSION_SECONDS = 30.0
+MIN_RECORDING_SECONDS = 30.0
 """Six rests of two seconds with the motions between them take longer."""
 
 __all__ = ["FitOptions", "fit_collected", "fit_readings"]
@@ -79,7 +79,7 @@ def _with_duration(error: DataError, readings: Readings) -> DataError:
     """The error of a recording that is refused, with its duration if that is implausible."""
     time = readings.accelerometer.time
     seconds, rate = float(time[-1] - time[0]), readings.accelerometer.rate
-    if seconds >= MIN_SESSION_SECONDS:
+    if seconds >= MIN_RECORDING_SECONDS:
         return error
     return DataError(
         f"{error}. By its times the recording lasts {seconds:.3g} s at {rate:.4g} Hz: if it took "
