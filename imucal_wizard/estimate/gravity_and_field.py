@@ -297,7 +297,7 @@ def _heading_rows(
     turned = RotationSet(samples, np.arange(count), before, after, None, np.zeros(3))
     origin = first_time(known.holds, readings)
     span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
-    walk = float(rest.per_second.mean()) * (span[:, 1] - span[:, 0])
+    walk = (float(rest.per_second.mean()) + known.lost) * (span[:, 1] - span[:, 0])
     noise = np.maximum(rest.end[before] + rest.end[after] + walk, MIN_CLOSING_NOISE**2)
     # each rotation is closed against gravity, too, and is left out as a whole
     pairs = zip(rotations.before.tolist(), rotations.after.tolist(), strict=True)

@@ -26,6 +26,7 @@ from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
+from imucal_wizard.estimate.sampling_loss import sampling_loss
 from imucal_wizard.estimate.slow_noise import Fitted, in_session, slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -220,6 +221,8 @@ class GyroscopeExperiment(Experiment):
             holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
         )
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
+        rates, per_sample = rotations.rates(start), rest_of(holds, start.matrix).per_sample
+        self.lost = sampling_loss(rotations.samples, rates, per_sample)
         rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
@@ -252,7 +255,7 @@ class GyroscopeExperiment(Experiment):
         """
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
-        walk = float(rest.per_second.min()) * (last - first)
+        walk = (float(rest.per_second.min()) + self.lost) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk
         return (
             np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
@@ -448,6 +451,15 @@ class GyroscopeExperiment(Experiment):
     def everything(self) -> Circumstances:
         """See ``Experiment``."""
         return self.circumstances.joined(self.closure.motion)
+
+    @property
+    def undersampled(self) -> float | None:
+        """Rms closure by what sampling loses, rad, where it is most of the noise; else None."""
+        span = np.diff(self.rotations.spans, axis=1)[:, 0]
+        lost = 2.0 * float((self.lost * span).mean())
+        tilts = self.of.variance[self.closure.holds].sum(axis=1)
+        whole = 2.0 * float((self.closure.noise + tilts).mean())
+        return float(np.sqrt(lost)) if lost > 0.5 * whole else None
 
     @property
     def unsteady(self) -> int:

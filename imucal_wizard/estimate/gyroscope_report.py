@@ -9,6 +9,7 @@ import numpy as np
 from imucal_wizard.core.attitude import strictly_later
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
@@ -114,6 +115,14 @@ def fit_gyroscope(
         note = (
             f"{experiment.unsteady} of {len(usable)} rotations begin or end while the device was "
             "not steady: they weigh less, and their closure shows the hand"
+        )
+        found = replace(found, warnings=(*found.warnings, note))
+
+    if experiment.undersampled is not None:
+        angle = quantity(experiment.undersampled, "rad")
+        note = (
+            f"the hand trembles faster than the gyroscope is sampled, which leaves {angle} in a "
+            "rotation, more than all other noise: sample faster or turn more calmly"
         )
         found = replace(found, warnings=(*found.warnings, note))
 

@@ -200,12 +200,14 @@ class Rest:
         end: variance of the direction at either end of the hold about its mean by that, rad²,
             shape (h,).
         per_second: variance × time of the corrected rate by noise alone, rad²/s, shape (3,).
+        per_sample: the same by single samples, whose noise a filter in the sensor may lessen, (3,).
     """
 
     mean: FloatArray
     moved: FloatArray
     end: FloatArray
     per_second: FloatArray
+    per_sample: FloatArray
 
 
 def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
@@ -226,7 +228,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     per_second = (matrix**2) @ density
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
-    growth = np.ones(len(holds))
+    growth, per_sample = np.ones(len(holds)), density
     if (density > 0.0).all():
         # of each axis over the common noise: by the batch means and by the single samples
         unknown = np.full(3, np.nan)
@@ -237,6 +239,10 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
             for values in (own, single)
         )
         growth = _moderated(batches.mean(axis=1), samples.mean(axis=1), holds)
+        if np.isfinite(samples).all():
+            per_sample = density * [median(one) for one in samples.T]
     moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
     mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
-    return Rest(mean, moved, moved * (0.5 * seconds) ** 2, per_second)
+    return Rest(
+        mean, moved, moved * (0.5 * seconds) ** 2, per_second, (matrix**2) @ np.asarray(per_sample)
+    )

@@ -1,0 +1,63 @@
+"""What sampling loses of a trembling rotation, told from the spectrum of its samples."""
+
+import numpy as np
+import pytest
+
+from benchmarks.tremor import HANDS, compared, found
+from imucal_wizard.core.attitude import rotation_samples
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.sampling_loss import sampling_loss
+
+STEP, FINER = 0.01, 32
+NOISE = 1e-8
+"""Variance × time of a sample's noise, rad²/s."""
+
+
+def _shaken(fall: float, rng: np.random.Generator) -> FloatArray:
+    """Three seconds of rates whose power falls as 1/ν^fall, at 3,200 samples/s, shape (n, 3)."""
+    count = 300 * FINER
+    frequency = np.fft.rfftfreq(count, STEP / FINER)[1:]
+    size = np.minimum(1.0, (5.0 / frequency) ** (fall / 2.0))[:, None]
+    spectrum = size * (rng.standard_normal((2, len(frequency), 3)).T @ [1.0, 1j]).T
+    rate = np.fft.irfft(np.concatenate([np.zeros((1, 3)), spectrum]), count, axis=0)
+    ends = np.minimum(1.0, 10.0 * np.minimum(np.arange(count), count - np.arange(count)) / count)
+    return np.asarray(rate * ends[:, None])
+
+
+@pytest.mark.parametrize("fall", [2.5, 4.0])
+def test_it_is_what_the_sum_of_samples_lacks(fall: float) -> None:
+    """Sixty rotations, three axes, sums over 300 of 9,600 samples: the variance to a third."""
+    rng = np.random.default_rng(1)
+    whole = [_shaken(fall, rng) for _ in range(60)]
+    sampled = [one[::FINER] for one in whole]
+    off = [STEP * (few.sum(axis=0) - all_of_it.sum(axis=0) / FINER)
+           for few, all_of_it in zip(sampled, whole, strict=True)]  # fmt: skip
+    time = STEP * np.arange(300.0)
+    samples = rotation_samples([time] * 60, sampled)
+    loss = sampling_loss(samples, samples.reading, np.zeros(3))
+    assert 3.0 * loss == pytest.approx(np.mean(np.square(off)), rel=0.35)
+
+
+def test_noise_of_the_samples_is_no_tremor() -> None:
+    """White noise as large as at rest loses nothing, in 20 sets of rotations."""
+    rng, time = np.random.default_rng(2), STEP * np.arange(300.0)
+    for _ in range(20):
+        rates = [np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3)) for _ in range(20)]
+        samples = rotation_samples([time] * 20, rates)
+        assert sampling_loss(samples, samples.reading, np.full(3, NOISE)) < 0.1 * NOISE
+
+
+def test_the_report_says_what_to_do() -> None:
+    """At 25 samples/s of a trembling hand, not of a calm one."""
+    rng = np.random.default_rng(3)
+    for hand, expected in ((HANDS[1], True), (HANDS[0], False)):
+        warnings = found(hand, 25.0, rng).warnings
+        assert any("sample faster or turn more calmly" in one for one in warnings) is expected
+
+
+@pytest.mark.study
+def test_the_noise_figure_contains_it() -> None:
+    """Four sessions at 50 samples/s: within a third; without it it is 2 and 22 times too small."""
+    for hand in HANDS[1:3]:
+        said, true, _ = compared(hand, 50.0, 4, 5)
+        assert said == pytest.approx(true, rel=0.33)
