@@ -60,6 +60,8 @@ NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
+MIN_SPARE = 0.05
+"""Share of the closures' noise that is left after the fit, at least."""
 UNSTEADY = 9.0
 """Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
@@ -197,6 +199,8 @@ class GyroscopeExperiment(Experiment):
         free: which of the twelve entries the rotations determine.
         readings: what the holds were found in: beginning of the session, temperature.
         more: rows of other kinds.
+        lost: variance per second by what sampling loses, rad²/s; None for what the spectrum of the
+            rates allows.
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
@@ -213,6 +217,7 @@ class GyroscopeExperiment(Experiment):
         free: Sequence[int] = tuple(range(ENTRIES)),
         readings: Readings | None = None,
         more: Sequence[RowSource] = (),
+        lost: float | None = None,
     ) -> None:
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
@@ -221,8 +226,10 @@ class GyroscopeExperiment(Experiment):
             holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
         )
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
-        rates, per_sample = rotations.rates(start), rest_of(holds, start.matrix).per_sample
-        self.lost = sampling_loss(rotations.samples, rates, per_sample)
+        if lost is None:
+            per_sample = rest_of(holds, start.matrix).per_sample
+            lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample)
+        self.lost = lost
         rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
@@ -328,7 +335,7 @@ class GyroscopeExperiment(Experiment):
             free: which of the twelve entries all rows together determine.
         """
         args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
-        return GyroscopeExperiment(*args, self.readings, more)
+        return GyroscopeExperiment(*args, self.readings, more, self.lost)
 
     def under(
         self, reference: GravityReference | None, readings: Readings | None
@@ -339,7 +346,7 @@ class GyroscopeExperiment(Experiment):
             return self
         more = [source.under(reference.up) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, more)
+        return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
 
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""
@@ -523,8 +530,32 @@ def gyroscope_minimum(
         found = minimum(rough.moved(found.calibration, free))
         again = determined_entries(found, nominal, free)
         if again == free:
-            return found
+            break
         free = again
+    share = share_lost(found)
+    if share == 1.0:
+        return found
+    averaging = rough.moved(found.calibration, free)
+    averaging.lost *= share
+    return minimum(averaging.moved(found.calibration, free))
+
+
+def share_lost(found: Minimum[GyroscopeExperiment]) -> float:
+    """Which share of what sampling may lose the closures show, 0 to 1.
+
+    A sensor that averages from sample to sample loses less than its spectrum allows, and nothing in
+    its samples tells that it does.
+    """
+    experiment = found.experiment
+    if not experiment.lost:
+        return 1.0
+    span = np.diff(experiment.rotations.spans, axis=1)[:, 0]
+    rows = slice(experiment.rest.reading.size, experiment.rest.reading.size + 2 * len(span))
+    lost = np.repeat(experiment.lost * span, 2)
+    own = found.independent.diagonal(found.system.own)[rows] - lost
+    spare = max(float(found.balance.spare[rows].mean()), MIN_SPARE)
+    beyond = float((found.errors[rows] ** 2 / spare - own).sum())
+    return min(max(beyond / float(lost.sum()), 0.0), 1.0)
 
 
 def determined_entries(

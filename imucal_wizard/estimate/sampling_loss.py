@@ -11,7 +11,9 @@ No sample shows P(f), but the spectrum of the rates tells how P falls towards it
     q₂ = 2 P(f/2) (1 + 3^(−p) + 5^(−p) + …)    at f/2, where the power above folds back,
     q₄ =   P(f/4) (1 + 3^(−p) + 5^(−p) + …)    at f/4,
 
-so that ``2^(−p) = q₂/2q₄`` and ``2 Σ P(k f) = q₂ 2^(−p) / (1 − 2^(−p))``.
+so that ``2^(−p) = q₂/2q₄`` and ``2 Σ P(k f) = q₂ 2^(−p) / (1 − 2^(−p))``. That is what sampling may
+lose: a sensor that averages from one sample to the next loses less, and its samples do not tell.
+The closures then say which share of it they have lost (``gyroscope.share_lost``), never more.
 """
 
 import itertools

@@ -153,7 +153,8 @@ def in_session(
             slow = whole * one.alike
             values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
             values = np.maximum(values, 0.0)
-            size = max(float(values.mean()), np.finfo(float).tiny)
+            shown = bool(values.any())  # spans without an order in time show nothing
+            size = float(values.mean()) if shown else 1.0
             square = (vectors.T @ (across.T @ (one.errors / sigma))) ** 2
             variance = 1.0 + np.outer(parts, values / size)
             scale = (square / variance).sum(axis=1) / freedom
@@ -161,7 +162,7 @@ def in_session(
             log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
             if rest is not None:
                 log += rest.evidence(kernel, scale * parts / size)
-            added = np.multiply.outer(parts / size, one.pull @ slow @ one.pull.T)
+            added = np.multiply.outer(shown * parts / size, one.pull @ slow @ one.pull.T)
             white = (one.pull * one.variance) @ one.pull.T
             covariance = covariance + scale[:, None, None] * (white + added)
         logs.append(log)
