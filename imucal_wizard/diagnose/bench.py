@@ -27,7 +27,13 @@ from imucal_wizard.diagnose.residuals import (
     candidate_at,
     whitened_residuals,
 )
-from imucal_wizard.diagnose.suspects import EffectTrial, Suspect, expected_noise, rank, try_effect
+from imucal_wizard.diagnose.suspects import (
+    MIN_ODDS_SETTLED,
+    EffectTrial,
+    Suspect,
+    rank,
+    try_effect,
+)
 from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
@@ -36,9 +42,6 @@ from imucal_wizard.model.catalogue import effects_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
-
-MIN_ODDS_SETTLED = 5.0
-"""Log odds from which on a suspect may be added, so that its setting is worth the time."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +241,7 @@ class Bench:
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
             ranked = rank(misfit, hypotheses, posterior)
-            noise, walk = expected_noise(posterior), hypotheses.frame.walked(posterior.wander)
+            noise, walk = posterior.expected_noise, hypotheses.frame.walked(posterior.wander)
             suspects = tuple(self._settled(one, misfit, noise, walk) for one in ranked)
             opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
             self._findings = BenchFindings(
@@ -266,7 +269,7 @@ class Bench:
         grid = sorted({float(np.log(setting)) for setting in known if setting is not None})
         settle(unlikely, grid, float(np.log(begin)))
         candidate, trial = tried[min(tried, key=unlikely)]
-        return replace(one, candidate=candidate, trial=trial)
+        return replace(one, candidate=candidate, sized=candidate, trial=trial)
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""

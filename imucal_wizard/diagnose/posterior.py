@@ -57,6 +57,11 @@ class Posterior:
         """Probability that the noise wanders at all."""
         return float(self.noise[1:].sum())
 
+    @property
+    def expected_noise(self) -> float:
+        """Expected noise over all explanations, in units of that within the holds."""
+        return float(self.single @ self.sigma + self.paired @ self.sigma_paired)
+
 
 class HypothesisSet:
     """All explanations of one design, ready to judge any residual of it.
@@ -85,8 +90,26 @@ class HypothesisSet:
         """
         coordinates = self.frame.across.T @ residual
         alone = self.frame.log_noise(coordinates)
-        single = self._single(coordinates, alone)
-        paired = self._paired(coordinates, alone)
+        squares = [(coordinates @ one.basis) ** 2 for one in self.spectra]
+        return self._weighed(self._single(squares, alone), self._paired(coordinates, alone))
+
+    def expected(self, pattern: FloatArray, square: float, variance: FloatArray) -> Posterior:
+        """The weights with the expected squares of an effect in noise put in, without pairs.
+
+        Args:
+            pattern: of the effect at a size of one, in the coordinates of the frame, shape (m,).
+            square: of its size.
+            variance: of the noise along each coordinate, shape (m,).
+        """
+        totals = [own @ (square * pattern**2 + variance) for own in self.frame.each_weights]
+        squares = [
+            square * (pattern @ one.basis) ** 2 + variance @ one.basis**2 for one in self.spectra
+        ]
+        alone = self.frame.log_noise_of(np.array(totals))
+        return self._weighed(self._single(squares, alone), np.zeros((0, *alone.shape)))
+
+    def _weighed(self, single: FloatArray, paired: FloatArray) -> Posterior:
+        """The weights from likelihoods, (h, wanders, sigmas), and those of pairs with prior."""
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
         joint = np.concatenate([single + self.log_prior[:, None, None], paired])
         weight = np.exp(joint - joint.max())
@@ -106,9 +129,10 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
+    def _single(self, squares: Sequence[FloatArray], alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
-        gains = np.stack([one.gains(coordinates) for one in self.spectra], axis=1)
+        each = zip(self.spectra, squares, strict=True)
+        gains = np.stack([one.gains(own) for one, own in each], axis=1)
         averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
@@ -144,13 +168,12 @@ class Spectrum:
     log_det: FloatArray
     starts: NDArray[np.intp]
 
-    def gains(self, coordinates: FloatArray) -> FloatArray:
+    def gains(self, squares: FloatArray) -> FloatArray:
         """What each explanation adds to the log likelihood of noise alone, (h, spreads, sigmas).
 
         Args:
-            coordinates: of a residual, shape (m,).
+            squares: of a residual's coordinates times the basis, shape (rows,).
         """
-        squares = (coordinates @ self.basis) ** 2
         rows = squares[:, None, None] * self.gain
         return np.asarray(0.5 * (np.add.reduceat(rows, self.starts, axis=0) - self.log_det))
 

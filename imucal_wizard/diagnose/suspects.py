@@ -7,13 +7,14 @@ effect's columns, Λ the prior's precision on the effect alone; then
     error of group d when it is left out = (I − H_dd)⁻¹ (r − Hr)_d
 """
 
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, partial
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
+from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, Detectability
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
@@ -129,35 +130,10 @@ def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:
 
 MIN_CORRELATION_ALIKE = 0.9
 """Correlation of two effects' visible patterns above which they look the same here."""
-
-
-class Significance:
-    """What noise alone makes of suspects, computed when it is first asked for.
-
-    Args:
-        hypotheses: the explanations of this design.
-        posterior: their probabilities.
-        chances: simulations of noise alone on this design.
-    """
-
-    def __init__(self, hypotheses: HypothesisSet, posterior: Posterior, chances: Chances) -> None:
-        self._hypotheses, self._posterior, self._chances = hypotheses, posterior, chances
-
-    def p(self, log_odds: float) -> float:
-        """Chance that noise alone makes any suspect look as good."""
-        return self._chances.p(log_odds, self._posterior.noise)
-
-    @cached_property
-    def threshold(self) -> float:
-        """Log odds that noise alone reaches once in a hundred recordings."""
-        return self._chances.threshold(self._posterior.noise)
-
-    def detectable(self, candidate: Candidate) -> FloatArray:
-        """Smallest size of each parameter alone that these data would show, shape (p,)."""
-        posterior = self._posterior
-        return detectable(
-            self._hypotheses, candidate, self.threshold, expected_noise(posterior), posterior.wander
-        )
+MIN_ODDS_SETTLED = 5.0
+"""Log odds from which on the data tell the setting of a suspect."""
+USUAL_SIZES = 5.0
+"""Typical sizes above which a parameter of an effect is not to be expected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +146,10 @@ class Suspect:
         log_odds: logarithm of its marginal likelihood against noise alone.
         trial: what adding it would do; None for a disturbed hold.
         like: terms that look the same here.
-        significance: what noise alone makes of suspects.
+        sized: the variant whose sizes are told: the likeliest where the data tell the setting, else
+            the middle one of those tried.
+        detectability: the sizes that show in such data.
+        chance: of noise alone that any suspect has these log odds.
         hold: index of the hold accused, for a disturbed one.
     """
 
@@ -179,29 +158,52 @@ class Suspect:
     log_odds: float
     trial: EffectTrial | None
     like: tuple[str, ...]
-    significance: Significance
+    sized: Candidate | None
+    detectability: Detectability
+    chance: Callable[[float], float]
     hold: int | None = None
 
     @cached_property
     def p(self) -> float:
         """Share of simulations of noise alone in which any suspect reaches these odds."""
-        return self.significance.p(self.log_odds)
+        return self.chance(self.log_odds)
 
     @cached_property
     def detectable(self) -> FloatArray:
-        """Smallest size of each parameter alone that these data would show, shown unit, (p,).
+        """Size of each parameter alone from which these data show a misfit, shown unit, (p,).
 
         Infinite where the data are blind; empty for a disturbed hold.
         """
-        if self.candidate is None:
+        return np.zeros(0) if self.sized is None else self.detectability.seen(self.sized)
+
+    @cached_property
+    def nameable(self) -> FloatArray:
+        """The same from which the family of the effect is named, (p,)."""
+        if self.sized is None:
             return np.zeros(0)
-        return self.significance.detectable(self.candidate)
+        return np.maximum(self.detectability.named(self.sized), self.detectable)
 
     @property
     def detectable_on_any_axis(self) -> float:
-        """The same for the worst of those parameters that show at all; infinite without any."""
-        seen = self.detectable[np.isfinite(self.detectable)]
-        return float(seen.max()) if len(seen) else np.inf
+        """From which size a misfit is seen, whichever parameter it is of; infinite without any."""
+        return self._on_any_axis(self.detectable)
+
+    @property
+    def nameable_on_any_axis(self) -> float:
+        """The same from which the family is named."""
+        return self._on_any_axis(self.nameable)
+
+    def _on_any_axis(self, sizes: FloatArray) -> float:
+        """The largest of the sizes of those parameters that show at sizes to be expected.
+
+        Of all that show at any size where there are no such parameters.
+        """
+        if self.sized is None:
+            return np.inf
+        shown = sizes[np.isfinite(sizes)]
+        usual = sizes[self.detectable < USUAL_SIZES * self.sized.typical]
+        found = usual if len(usual) else shown
+        return float(found.max()) if len(found) else np.inf
 
     @property
     def largest(self) -> int:
@@ -230,8 +232,10 @@ def rank(
         posterior: their probabilities.
         chances: simulations of this design, when some were made already.
     """
-    significance = Significance(hypotheses, posterior, chances or Chances(hypotheses))
-    noise, walk = expected_noise(posterior), hypotheses.frame.walked(posterior.wander)
+    known = chances or Chances(hypotheses)
+    detectability = Detectability(misfit, hypotheses, posterior, known)
+    chance = partial(known.p, noise=posterior.noise)
+    noise, walk = posterior.expected_noise, hypotheses.frame.walked(posterior.wander)
     alike = _alike(misfit, hypotheses)
     found = []
     for term, places in members(hypotheses).items():
@@ -239,19 +243,23 @@ def rank(
         best = hypotheses.single[max(places, key=lambda place: posterior.evidence[place])]
         if term == DISTURBED:
             hold = None if best.variant is None else int(best.variant)
-            found.append(Suspect(term, None, odds, None, (), significance, hold))
+            found.append(Suspect(term, None, odds, None, (), None, detectability, chance, hold))
             continue
         candidate = next(
             c for c in misfit.candidates if c.term == term and c.variant == best.variant
         )
         trial = try_effect(misfit, (candidate,), noise, walk)
-        found.append(Suspect(term, candidate, odds, trial, alike[term], significance))
+        sized = candidate if odds >= MIN_ODDS_SETTLED else usual_setting(misfit, term)
+        found.append(
+            Suspect(term, candidate, odds, trial, alike[term], sized, detectability, chance)
+        )
     return tuple(sorted(found, key=lambda suspect: -suspect.log_odds))
 
 
-def expected_noise(posterior: Posterior) -> float:
-    """Expected noise over all explanations."""
-    return float(posterior.single @ posterior.sigma + posterior.paired @ posterior.sigma_paired)
+def usual_setting(misfit: WhitenedResiduals, term: str) -> Candidate:
+    """An effect with the middle one of the settings that are tried."""
+    settings = [one for one in misfit.candidates if one.term == term]
+    return settings[(len(settings) - 1) // 2]
 
 
 def _alike(misfit: WhitenedResiduals, hypotheses: HypothesisSet) -> dict[str, tuple[str, ...]]:
