@@ -137,11 +137,11 @@ def said(asked: Asked, hidden: Hidden, setting: float | None, seed: int) -> tupl
         )
         misfit = left_over(measured_of(record(plan, colour, (hidden,), rng, setting=setting)))
         return _judged(misfit, _chances(asked))
-    plan = _field_plan(asked)
-    session, rng = sessions.session_of(plan, seed), np.random.default_rng([seed, 0])
+    field_plan = _field_plan(asked)
+    session, rng = sessions.session_of(field_plan, seed), np.random.default_rng([seed, 0])
     data = of_field.record(session, of_field.CONSUMER, (hidden,), rng)
     misfit = field_trials.left_over(data, fit(data))
-    return _judged(misfit, field_trials.quiet(plan, seed).chances)
+    return _judged(misfit, field_trials.quiet(field_plan, seed).chances)
 
 
 def _judged(misfit: WhitenedResiduals, chances: Chances) -> tuple[bool, list[str]]:
