@@ -48,7 +48,7 @@ Margin = Callable[[FloatArray, float, float], float]
 
 
 class Detectability:
-    """The sizes that show in recordings like the present one.
+    """What noise alone makes of suspects, and the sizes that show in recordings like this one.
 
     Args:
         misfit: what is left.
@@ -65,8 +65,12 @@ class Detectability:
         chances: Chances,
     ) -> None:
         self._misfit, self._hypotheses, self._chances = misfit, hypotheses, chances
-        noise = posterior.expected_noise
-        self._variance = noise**2 / hypotheses.frame.weights(posterior.wander)
+        self._noise = posterior.noise
+        self._variance = posterior.expected_noise**2 / hypotheses.frame.weights(posterior.wander)
+
+    def p(self, log_odds: float) -> float:
+        """Chance that noise alone makes any suspect look as good."""
+        return self._chances.p(log_odds, self._noise)
 
     def seen(self, candidate: Candidate) -> FloatArray:
         """Size of each parameter alone at which some suspect has p ≤ 0.01 in 95 of 100, (p,).

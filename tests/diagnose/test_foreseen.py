@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from imucal_wizard.diagnose.expected_log_odds import detectable, expected_log_odds
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.expected_log_odds import detectable, expected_log_odds
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
