@@ -14,7 +14,7 @@ that a misfit makes look larger, or wandering, is part of the rule.
 """
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -37,14 +37,17 @@ NAMED_DEVIATIONS = 1.282
 """The same for 90 times in 100."""
 MIN_VISIBLE_SHARE = 0.02
 """Share of a pattern left by the base below which the data do not show it."""
-LEAST_ESTIMATE = 2.0
-ESTIMATES = tuple(LEAST_ESTIMATE * 1.4**k for k in range(13))
-"""Looked at one after the other until a rule is met, in their standard deviations."""
-REFINEMENTS = 3
-"""Secants between the last two of them."""
+FIRST_ESTIMATE = 5.0
+"""At which the search begins for what is seen, in standard deviations of the estimate."""
+MIN_ESTIMATE, MAX_ESTIMATE = 1.0, 100.0
+"""Estimates looked at."""
+GROWTH = 1.3
+"""From one to the next until two enclose the least one with which a rule is met."""
+REFINEMENTS = 2
+"""Secants between these two."""
 
-Margin = Callable[[FloatArray, float, float], float]
-"""How far a rule is met with a pattern, its estimate, and the standard deviation of that."""
+Margin = Callable[[Posterior, FloatArray], float]
+"""How far a rule is met with these probabilities and what the effect shows, shape (m,)."""
 
 
 class Detectability:
@@ -67,6 +70,7 @@ class Detectability:
         self._misfit, self._hypotheses, self._chances = misfit, hypotheses, chances
         self._noise = posterior.noise
         self._variance = posterior.expected_noise**2 / hypotheses.frame.weights(posterior.wander)
+        self._slopes: dict[tuple[str, float | None, int], FloatArray] = {}
 
     def p(self, log_odds: float) -> float:
         """Chance that noise alone makes any suspect look as good."""
@@ -77,107 +81,103 @@ class Detectability:
 
         In the shown unit; infinite where no size would do.
         """
-        suspects = list(members(self._catalogue).values())
+        known = self._hypotheses
+        suspects = list(members(known).values())
 
-        def margin(pattern: FloatArray, estimate: float, error: float) -> float:
-            found = self._expected(self._catalogue, pattern, estimate, error)
-            odds = max(float(log_odds(found.evidence, self._catalogue, own)) for own in suspects)
+        def margin(found: Posterior, _: FloatArray) -> float:
+            odds = max(float(log_odds(found.evidence, known, places)) for places in suspects)
             return odds - self._chances.threshold(found.noise)
 
-        return self._sizes(candidate, margin, SEEN_DEVIATIONS)
+        return self._sizes(candidate, margin, FIRST_ESTIMATE, SEEN_DEVIATIONS)
 
     def named(self, candidate: Candidate) -> FloatArray:
         """Size of each parameter alone at which its family is named in 90 of 100, (p,).
 
         In the shown unit; infinite where no size would do.
         """
+        known = self._hypotheses
         squares = needed(candidate.family, self._discriminability)
+        family = np.array([candidate.family in one.families for one in known.single])
+        unknown = np.array([one.kind == UNKNOWN for one in known.single])
+        weights = np.stack(known.frame.each_weights)
 
-        def margin(pattern: FloatArray, estimate: float, error: float) -> float:
-            def rules(known: HypothesisSet) -> float:
-                found = self._expected(known, pattern, estimate, error)
-                return _rules(known, found, candidate.family, pattern * estimate, squares)
+        def margin(found: Posterior, shown: FloatArray) -> float:
+            likeliest = np.argmax(np.where(family, found.single, 0.0))
+            wandering = found.noise.sum(axis=1)
+            taken = float(wandering @ weights @ shown**2) / float(found.sigma[likeliest]) ** 2
+            return min(
+                taken / squares - 1.0,
+                float(found.single[family].sum()) - MIN_FAMILY_PROBABILITY,
+                MAX_UNKNOWN_PROBABILITY - float(found.single[unknown].sum()),
+                MAX_NOISE_PROBABILITY - float(found.single[0]),
+            )
 
-            # the explanations without unknown structure are many fewer, and usually decide it
-            least = rules(self._catalogue)
-            return least if least < 0.0 else rules(self._hypotheses)
+        return self._sizes(candidate, margin, float(np.sqrt(squares)), NAMED_DEVIATIONS)
 
-        return self._sizes(candidate, margin, NAMED_DEVIATIONS)
-
-    def _expected(
-        self, known: HypothesisSet, pattern: FloatArray, estimate: float, error: float
-    ) -> Posterior:
-        """The probabilities with this estimate; the noise in it is no noise beside it."""
-        return known.expected(pattern, estimate**2 - error**2, self._variance)
-
-    @cached_property
-    def _catalogue(self) -> HypothesisSet:
-        """The explanations without unknown structure."""
-        known = [one for one in self._hypotheses.single if one.kind != UNKNOWN]
-        return HypothesisSet(self._hypotheses.frame, known)
-
-    @cached_property
-    def _discriminability(self) -> float:
-        return discriminability(self._misfit, self._hypotheses.frame)
-
-    def _sizes(self, candidate: Candidate, margin: Margin, deviations: float) -> FloatArray:
+    def _sizes(
+        self, candidate: Candidate, margin: Margin, begin: float, deviations: float
+    ) -> FloatArray:
         """The sizes at which a rule is met so many deviations from where it begins to be, (p,)."""
         patterns = self._hypotheses.frame.across.T @ candidate.columns
         whole = np.linalg.norm(candidate.columns, axis=0)
         visible = np.linalg.norm(patterns, axis=0) > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
         found = np.full(len(whole), np.inf)
         for k in np.flatnonzero(visible):
-            pattern = patterns[:, k]
-            error = float(1.0 / np.sqrt(pattern**2 @ (1.0 / self._variance)))
-            found[k] = error * (_least_estimate(pattern, error, margin) + deviations)
+            error = 1.0 / np.sqrt(patterns[:, k] ** 2 @ (1.0 / self._variance))
+            pattern = patterns[:, k] * error
+            slope = self._slope(pattern, (candidate.term, candidate.variant, int(k)))
+            met = partial(self._met, margin, pattern, slope)
+            found[k] = error * (_least_estimate(met, begin) + deviations)
         return found
 
+    def _met(
+        self, margin: Margin, pattern: FloatArray, slope: FloatArray, estimate: float
+    ) -> float:
+        """How far a rule is met by an estimate; the noise in it is no noise beside it."""
+        log_weights = self._without + (estimate**2 - 1.0) * slope
+        return margin(self._hypotheses.expected(log_weights), estimate * pattern)
 
-def _least_estimate(pattern: FloatArray, error: float, margin: Margin) -> float:
-    """Estimate from which on a margin is positive, in its own errors; infinite where it never is.
+    def _slope(self, pattern: FloatArray, key: tuple[str, float | None, int]) -> FloatArray:
+        """What the square of an estimate brings to the weights; kept for the second question."""
+        if key not in self._slopes:
+            known = self._hypotheses
+            self._slopes[key] = known.log_weights(lambda along: (pattern @ along) ** 2, False)
+        return self._slopes[key]
 
-    What is compared grows with the square of the estimate, so that secants in the square are
-    nearly exact.
+    @cached_property
+    def _without(self) -> FloatArray:
+        """The weights with the expected squares of the noise alone."""
+        return self._hypotheses.log_weights(lambda along: self._variance @ along**2, True)
+
+    @cached_property
+    def _discriminability(self) -> float:
+        return discriminability(self._misfit, self._hypotheses.frame)
+
+
+def _least_estimate(met: Callable[[float], float], begin: float) -> float:
+    """Estimate from which on a rule is met; infinite where none of those looked at meets it.
+
+    What is compared grows about with the square of the estimate.
     """
-    low, below = LEAST_ESTIMATE, -np.inf
-    for high in ESTIMATES:
-        above = margin(pattern, high * error, error)
-        if above > 0.0:
-            break
-        low, below = high, above
-    else:
-        return np.inf
-    for _ in range(REFINEMENTS if np.isfinite(below) else 0):
-        share = np.clip(below / (below - above), 0.05, 0.95)
+    low = high = begin
+    below = above = met(begin)
+    while above <= 0.0:
+        low, below, high = high, above, GROWTH * high
+        if high > MAX_ESTIMATE:
+            return np.inf
+        above = met(high)
+    while below > 0.0:
+        low, high, above = low / GROWTH, low, below
+        if low < MIN_ESTIMATE:
+            return MIN_ESTIMATE
+        below = met(low)
+    for _ in range(REFINEMENTS):
+        share = float(np.clip(below / (below - above), 0.05, 0.95))
         middle = float(np.sqrt(low**2 + share * (high**2 - low**2)))
-        between = margin(pattern, middle * error, error)
+        between = met(middle)
         if between > 0.0:
             high, above = middle, between
         else:
             low, below = middle, between
-    return high
-
-
-def _rules(
-    known: HypothesisSet, found: Posterior, family: str, shown: FloatArray, squares: float
-) -> float:
-    """How far the rules of ``decide_verdict`` are met; negative where one of them is not.
-
-    Args:
-        known: the explanations.
-        found: their probabilities.
-        family: to be named.
-        shown: what the effect shows, in the coordinates of the frame, shape (m,).
-        squares: of the noise that it must take away.
-    """
-    own = np.array([family in one.families for one in known.single])
-    unknown = np.array([one.kind == UNKNOWN for one in known.single])
-    likeliest = np.argmax(np.where(own, found.single, 0.0))
-    weights = found.noise.sum(axis=1) @ np.stack(known.frame.each_weights)
-    taken = float(weights @ shown**2) / float(found.sigma[likeliest]) ** 2
-    return min(
-        taken / squares - 1.0,
-        float(found.single[own].sum()) - MIN_FAMILY_PROBABILITY,
-        MAX_UNKNOWN_PROBABILITY - float(found.single[unknown].sum()),
-        MAX_NOISE_PROBABILITY - float(found.single[0]),
-    )
+    share = float(np.clip(below / (below - above), 0.0, 1.0))
+    return float(np.sqrt(low**2 + share * (high**2 - low**2)))

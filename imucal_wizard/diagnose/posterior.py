@@ -9,7 +9,7 @@ which the eigenvectors of XᵀWX turn into sums of single numbers. Sizes, σ and
 averaged over; the repeats in r itself determine how large the noise is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,29 +90,20 @@ class HypothesisSet:
         """
         coordinates = self.frame.across.T @ residual
         alone = self.frame.log_noise(coordinates)
-        squares = [(coordinates @ one.basis) ** 2 for one in self.spectra]
-        return self._weighed(self._single(squares, alone), self._paired(coordinates, alone))
-
-    def expected(self, pattern: FloatArray, square: float, variance: FloatArray) -> Posterior:
-        """The weights with the expected squares of an effect in noise put in, without pairs.
-
-        Args:
-            pattern: of the effect at a size of one, in the coordinates of the frame, shape (m,).
-            square: of its size.
-            variance: of the noise along each coordinate, shape (m,).
-        """
-        totals = [own @ (square * pattern**2 + variance) for own in self.frame.each_weights]
-        squares = [
-            square * (pattern @ one.basis) ** 2 + variance @ one.basis**2 for one in self.spectra
-        ]
-        alone = self.frame.log_noise_of(np.array(totals))
-        return self._weighed(self._single(squares, alone), np.zeros((0, *alone.shape)))
-
-    def _weighed(self, single: FloatArray, paired: FloatArray) -> Posterior:
-        """The weights from likelihoods, (h, wanders, sigmas), and those of pairs with prior."""
+        single = self._single(coordinates, alone)
+        paired = self._paired(coordinates, alone)
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
         joint = np.concatenate([single + self.log_prior[:, None, None], paired])
-        weight = np.exp(joint - joint.max())
+        return self._weighed(np.exp(joint - joint.max()), evidence)
+
+    def expected(self, log_weights: FloatArray) -> Posterior:
+        """The probabilities without pairs, from ``log_weights``."""
+        weight = np.exp(log_weights - log_weights.max()).sum(axis=1)
+        evidence = np.log(np.maximum(weight.sum(axis=(1, 2)), 1e-300)) - self.log_prior
+        return self._weighed(weight, evidence)
+
+    def _weighed(self, weight: FloatArray, evidence: FloatArray) -> Posterior:
+        """From weights of single explanations and pairs, shape (h + p, wanders, sigmas)."""
         weight /= weight.sum()
         share = weight.sum(axis=(1, 2))
         by_sigma = weight.sum(axis=1)
@@ -129,10 +120,31 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def _single(self, squares: Sequence[FloatArray], alone: FloatArray) -> FloatArray:
+    def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
+        """Logarithms of likelihood and prior of every single explanation, size and noise.
+
+        Args:
+            squares: sum of squares of a residual along vectors, (m, k) to (k,). All is linear in
+                it: the weights for a sum of residuals that are independent are sums as well.
+            prior: with the part that does not depend on the residual.
+
+        Returns:
+            Shape (h, spreads, wanders, sigmas); without pairs.
+        """
+        along = squares(np.eye(len(self.frame.walk)))
+        totals = np.array([along @ own for own in self.frame.each_weights])
+        alone = self.frame.log_noise_of(totals) if prior else -0.5 * totals[:, None] / SQUARES
+        gains = [one.gains_of(squares(one.basis), prior) for one in self.spectra]
+        spreads = gains[0].shape[1]
+        nothing = np.zeros((1, spreads, *alone.shape))
+        found = alone + np.concatenate([nothing, np.stack(gains, axis=2)])
+        if prior:
+            found += self.log_prior[:, None, None, None] - np.log(spreads)
+        return np.asarray(found)
+
+    def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
-        each = zip(self.spectra, squares, strict=True)
-        gains = np.stack([one.gains(own) for one, own in each], axis=1)
+        gains = np.stack([one.gains(coordinates) for one in self.spectra], axis=1)
         averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
@@ -168,14 +180,19 @@ class Spectrum:
     log_det: FloatArray
     starts: NDArray[np.intp]
 
-    def gains(self, squares: FloatArray) -> FloatArray:
+    def gains(self, coordinates: FloatArray) -> FloatArray:
         """What each explanation adds to the log likelihood of noise alone, (h, spreads, sigmas).
 
         Args:
-            squares: of a residual's coordinates times the basis, shape (rows,).
+            coordinates: of a residual, shape (m,).
         """
+        return self.gains_of((coordinates @ self.basis) ** 2)
+
+    def gains_of(self, squares: FloatArray, prior: bool = True) -> FloatArray:
+        """The same from the squares of the rows; without ``prior`` only what these bring."""
         rows = squares[:, None, None] * self.gain
-        return np.asarray(0.5 * (np.add.reduceat(rows, self.starts, axis=0) - self.log_det))
+        found = np.add.reduceat(rows, self.starts, axis=0)
+        return np.asarray(0.5 * (found - self.log_det if prior else found))
 
 
 def spectrum(hypotheses: Sequence[Hypothesis], weights: FloatArray) -> Spectrum:
