@@ -189,9 +189,22 @@ class Suspect:
         """
         if self.sized is None:
             return np.inf
-        usual = sizes[self.detectable < USUAL_SIZES * self.sized.typical]
-        shown = usual if len(usual) else sizes[np.isfinite(sizes)]
-        return float(shown.max()) if len(shown) else np.inf
+        shown = np.isfinite(sizes)
+        usual = shown & (self.detectable < USUAL_SIZES * self.sized.typical)
+        shown = usual if usual.any() else shown
+        return float(sizes[shown].max(initial=0.0)) if shown.any() else np.inf
+
+    @property
+    def hardly_shown(self) -> tuple[str, ...]:
+        """Parameters that show above the sizes told only, or at no size; none if all are so."""
+        if self.sized is None:
+            return ()
+        least = self.detectable_on_any_axis
+        return tuple(
+            name
+            for name, size in zip(self.sized.names, self.detectable, strict=True)
+            if size > least
+        )
 
     @property
     def largest(self) -> int:

@@ -44,15 +44,15 @@ def test_nothing_is_claimed_of_a_sensor_that_lacks_nothing(plan: Plan) -> None:
 
 
 @pytest.mark.parametrize("term", TERMS)
-def test_with_repeats_an_effect_at_three_times_its_detectable_size_is_found(term: str) -> None:
+def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -> None:
     """The family is right."""
-    found = counted(REPEATED, single(term, 3.0), 3)
+    found = counted(REPEATED, single(term, 2.0), 3)
     assert sum(found[name] for name in RIGHT) == 3
 
 
 def test_two_effects_are_found_together() -> None:
     """Second and third order on one axis, and any two families: no disturbed hold is blamed."""
-    found = counted(REPEATED, bent(3.0), 4) + counted(REPEATED, two(3.0), 4)
+    found = counted(REPEATED, bent(1.5), 4) + counted(REPEATED, two(1.5), 4)
     assert sum(found[name] for name in RIGHT) == 8
 
 
