@@ -91,24 +91,30 @@ class HypothesisSet:
         coordinates = self.frame.across.T @ residual
         alone = self.frame.log_noise(coordinates)
         single = self._single(coordinates, alone)
-        paired = self._paired(coordinates, alone)
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
-        joint = np.concatenate([single + self.log_prior[:, None, None], paired])
-        return self._weighed(np.exp(joint - joint.max()), evidence)
+        single += self.log_prior[:, None, None]
+        highest = single.max()
+        paired = self._paired(coordinates, alone - highest)
+        beyond = float(paired.max(initial=0.0))
+        single = np.exp(single - (highest + beyond))
+        paired -= np.float32(beyond)
+        np.exp(paired, out=paired)
+        total = single.sum() + paired.sum(dtype=np.float64)
+        noise = (single.sum(axis=0) + paired.sum(axis=1, dtype=np.float64)) / total
+        by_sigma = np.concatenate([single.sum(axis=1), paired.sum(axis=0)]) / total
+        return self._weighed(evidence, noise, by_sigma)
 
     def expected(self, log_weights: FloatArray) -> Posterior:
         """The probabilities without pairs, from ``log_weights``."""
         weight = np.exp(log_weights - log_weights.max()).sum(axis=1)
         evidence = np.log(np.maximum(weight.sum(axis=(1, 2)), 1e-300)) - self.log_prior
-        return self._weighed(weight, evidence)
-
-    def _weighed(self, weight: FloatArray, evidence: FloatArray) -> Posterior:
-        """From weights of single explanations and pairs, shape (h + p, wanders, sigmas)."""
         weight /= weight.sum()
-        share = weight.sum(axis=(1, 2))
-        by_sigma = weight.sum(axis=1)
+        return self._weighed(evidence, weight.sum(axis=0), weight.sum(axis=1))
+
+    def _weighed(self, evidence: FloatArray, noise: FloatArray, by_sigma: FloatArray) -> Posterior:
+        """From the probability of each noise, and of each explanation and σ, (h + p, sigmas)."""
+        share = by_sigma.sum(axis=1)
         sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
-        noise = weight.sum(axis=0)
         count = len(self.single)
         return Posterior(
             evidence,
@@ -148,12 +154,14 @@ class HypothesisSet:
         averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
-    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
-        """Likelihood and prior, shape (p, wanders, sigmas)."""
+    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> NDArray[np.float32]:
+        """Likelihood and prior, shape (wanders, p, sigmas)."""
         if self.pairs is None:
-            return np.zeros((0, *alone.shape))
-        gains = [self.pairs.gains(coordinates, weights) for weights in self.frame.each_weights]
-        return np.asarray(alone + np.stack(gains, axis=1) + self.pairs.log_prior[:, None, None])
+            return np.zeros((len(alone), 0, alone.shape[1]), np.float32)
+        found = self.pairs.gains(coordinates, self.frame.each_weights)
+        found += alone.astype(np.float32)[:, None, :]
+        found += self.pairs.log_prior.astype(np.float32)[:, None]
+        return found
 
 
 def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisSet:
