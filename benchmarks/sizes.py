@@ -151,15 +151,15 @@ def _judged(misfit: WhitenedResiduals, chances: Chances) -> tuple[bool, list[str
     return suspects[0].p <= 0.01, list(judge_misfit(misfit, hypotheses, posterior).families)
 
 
-def trials(asked: Asked, term: str, seed: int, count: int, number: int) -> list[Trial]:
+def trials(asked: Asked, term: str, seed: int, number: int, factor: float) -> list[Trial]:
     """The recordings of one session: near the size seen, and near the size named.
 
     Args:
         asked: what is studied.
         term: the effect.
         seed: of the study.
-        count: sessions.
         number: of this session.
+        factor: sizes hidden over the sizes told.
     """
     own = int(np.random.default_rng([seed, number, *map(ord, asked.sensor + term)]).integers(2**31))
     rng = np.random.default_rng([own, 1])
@@ -173,8 +173,6 @@ def trials(asked: Asked, term: str, seed: int, count: int, number: int) -> list[
         usual = np.where(each < LARGEST * typical, each, np.inf)
         if not np.isfinite(usual).any():
             continue
-        # all sizes alike often, and each term's in an order of its own
-        factor = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number + 0.5) / count)
         hidden = hidden_in(asked.sensor, term, factor, usual, rng)
         seen, families = said(asked, hidden, sizes.setting, own)
         so = seen if what == SEEN else families == [family]
@@ -236,8 +234,10 @@ def main() -> None:
         for term in terms_of(asked.sensor):
             if given.only and not any(word in term for word in given.only):
                 continue
-            work = partial(trials, asked, term, given.seed, given.recordings)
-            own = [one for some in pool.map(work, range(given.recordings)) for one in some]
+            work = partial(trials, asked, term, given.seed)
+            numbers = range(given.recordings)
+            factors = np.linspace(*FACTORS, given.recordings)
+            own = [one for some in pool.map(work, numbers, factors) for one in some]
             every += own
             print(line(term, own), flush=True)
     print(line("all", every))
