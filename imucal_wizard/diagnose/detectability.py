@@ -4,8 +4,8 @@ Both sizes follow from the rules by which the program judges a recording. Noise 
 pattern of the effect changes its estimate; all other noise is replaced by its expected squares.
 What the program computes (odds, probabilities, squares taken away) then rises with the estimate
 alone, and a rule is met from one estimate ``l`` on. With ``e`` the standard deviation of the
-estimate a size ``s`` meets it in the share ``Φ((s − l)/e)`` of recordings. This is averaged over the
-wanders that the data allow the noise (see ``random_walk``), and solved for
+estimate a size ``s`` meets it in the share ``Φ((s − l)/e)`` of recordings. This is averaged over
+the wanders that the data allow the noise (see ``random_walk``), and solved for
 
     seen    in 95 of 100: some suspect's odds reach the threshold of p ≤ 0.01
     named   in 90 of 100: the rule of the verdict names the family
@@ -38,7 +38,7 @@ from imucal_wizard.diagnose.verdict import (
 
 SEEN_SHARE, NAMED_SHARE = 0.95, 0.90
 """Shares of recordings that the sizes are told for."""
-MIN_WANDER_SHARE = 0.02
+MIN_WANDER_SHARE = 0.05
 """Probability of a wander of the noise below which it is left out."""
 MIN_VISIBLE_SHARE = 0.02
 """Share of a pattern left by the base below which the data do not show it."""
@@ -188,7 +188,7 @@ class Detectability:
         """The noise under each wander that these data allow."""
         shares = self._noise.sum(axis=1)
         shares = np.where(shares > MIN_WANDER_SHARE, shares, 0.0)
-        sizes = self._noise @ SIGMAS / np.maximum(self._noise.sum(axis=1), 1e-300)
+        sizes = np.exp(self._noise @ np.log(SIGMAS) / np.maximum(self._noise.sum(axis=1), 1e-300))
         found = []
         for wander in np.flatnonzero(shares):
             weights = self._hypotheses.frame.each_weights[wander]
