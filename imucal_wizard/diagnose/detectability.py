@@ -1,6 +1,6 @@
 """From which size an effect is seen in such data, and from which its family is named.
 
-Both sizes follow from the rules by which the program judges a recording. Noise that has the
+Both sizes follow from the rules by which the program judges a recording. PossibleNoise that has the
 pattern of the effect changes its estimate; all other noise is replaced by its expected squares.
 What the program computes (odds, probabilities, squares taken away) then rises with the estimate
 alone, and a rule is met from one estimate ``l`` on. With ``e`` the standard deviation of the
@@ -28,7 +28,12 @@ from imucal_wizard.diagnose.hypotheses import UNKNOWN
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import SIGMAS
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
-from imucal_wizard.diagnose.significance import Chances, log_odds, members
+from imucal_wizard.diagnose.significance import (
+    MIN_WANDER_PROBABILITY,
+    Chances,
+    log_odds,
+    members,
+)
 from imucal_wizard.diagnose.verdict import (
     MAX_NOISE_PROBABILITY,
     MAX_UNKNOWN_PROBABILITY,
@@ -38,8 +43,8 @@ from imucal_wizard.diagnose.verdict import (
 
 SEEN_SHARE, NAMED_SHARE = 0.95, 0.90
 """Shares of recordings that the sizes are told for."""
-MIN_WANDER_SHARE = 0.05
-"""Probability of a wander of the noise below which it is left out."""
+USUAL_SIZES = 5.0
+"""Typical sizes above which a parameter of an effect is not to be expected."""
 MIN_VISIBLE_SHARE = 0.02
 """Share of a pattern left by the base below which the data do not show it."""
 FIRST_ESTIMATE = 5.0
@@ -58,8 +63,8 @@ Margin = Callable[[Posterior, FloatArray], float]
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
-    """Noise that these data allow.
+class PossibleNoise:
+    """PossibleNoise that these data allow.
 
     Attributes:
         share: its probability.
@@ -107,7 +112,8 @@ class Detectability:
 
         def margin(found: Posterior, _: FloatArray) -> float:
             odds = max(float(log_odds(found.evidence, known, places)) for places in suspects)
-            return odds - self._chances.threshold(found.noise)
+            # odds against the effect are below every threshold, which need not be simulated
+            return odds - self._chances.threshold(found.noise) if odds > 0.0 else odds - 1.0
 
         return self._sizes(candidate, margin, FIRST_ESTIMATE, SEEN_SHARE)
 
@@ -143,6 +149,9 @@ class Detectability:
         whole = np.linalg.norm(candidate.columns, axis=0)
         visible = np.linalg.norm(patterns, axis=0) > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
         found = np.full(len(whole), np.inf)
+        # an estimate more uncertain than any size to be expected shows nothing
+        strength = (1.0 / self._noises[0].variance) @ patterns**2
+        visible &= strength * (USUAL_SIZES * candidate.typical) ** 2 > 1.0
         for k in np.flatnonzero(visible):
             slope = self._slope(patterns[:, k], (candidate.term, candidate.variant, int(k)))
             errors, least = np.zeros(len(self._noises)), np.zeros(len(self._noises))
@@ -162,7 +171,12 @@ class Detectability:
         return found
 
     def _met(
-        self, margin: Margin, noise: Noise, pattern: FloatArray, slope: FloatArray, estimate: float
+        self,
+        margin: Margin,
+        noise: PossibleNoise,
+        pattern: FloatArray,
+        slope: FloatArray,
+        estimate: float,
     ) -> float:
         """How far a rule is met by an estimate; the noise in it is no noise beside it.
 
@@ -184,17 +198,17 @@ class Detectability:
         return self._slopes[key]
 
     @cached_property
-    def _noises(self) -> list[Noise]:
+    def _noises(self) -> list[PossibleNoise]:
         """The noise under each wander that these data allow."""
         shares = self._noise.sum(axis=1)
-        shares = np.where(shares > MIN_WANDER_SHARE, shares, 0.0)
+        shares = np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0)
         sizes = np.exp(self._noise @ np.log(SIGMAS) / np.maximum(self._noise.sum(axis=1), 1e-300))
         found = []
         for wander in np.flatnonzero(shares):
             weights = self._hypotheses.frame.each_weights[wander]
             variance = sizes[wander] ** 2 / weights
             log_weights = self._hypotheses.log_weights(partial(_expected_squares, variance), True)
-            found.append(Noise(float(shares[wander] / shares.sum()), variance, log_weights))
+            found.append(PossibleNoise(float(shares[wander] / shares.sum()), variance, log_weights))
         return found
 
     @cached_property
