@@ -30,7 +30,7 @@ STEEPEST_UNSEEN = 0.25
 """Largest 2^(−p): a hand's torque is at most white noise, and its rate then falls as 1/ν²."""
 TAPERED = 0.05
 """Share of a rotation at either end that is faded; the device hardly moves there."""
-MIN_SAMPLES = 16
+MIN_SPECTRUM_SAMPLES = 16
 """Of a rotation, for a spectrum with something in each band."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
@@ -47,7 +47,7 @@ def sampling_loss(samples: RotationSamples, rate: FloatArray, noise: FloatArray)
     power, count = {HALF: 0.0, QUARTER: 0.0}, {HALF: 0, QUARTER: 0}
     for first, past in itertools.pairwise(samples.offsets.tolist()):
         own, step = rate[first:past], median(np.diff(samples.time[first:past]))
-        if len(own) < MIN_SAMPLES:
+        if len(own) < MIN_SPECTRUM_SAMPLES:
             continue
         place = np.arange(len(own)) / (len(own) - 1.0)
         window = np.minimum(1.0, np.minimum(place, 1.0 - place) / TAPERED)
