@@ -104,7 +104,7 @@ class Benches:
             same = same and (base is None or tuple(base) == fit.base)
             rounding = self._rounding(sensor)
             bench = Bench(sensor, measured, base, self._own, rounding, fit if same else None)
-            if sensor == ACCELEROMETER:
+            if bench.fit.reference is not None:
                 bench.referee = self._referee
             if sensor in self._benches:
                 bench.retrace(self._benches[sensor])
