@@ -258,7 +258,7 @@ SAME_AXIS = 0.2
 WITH_DISTURBED = 0.15
 """Share of an effect and a disturbed hold."""
 MAX_ALONG = 1e10
-"""Largest product of a pattern and a residual; its square times a pattern's fits single precision."""
+"""Largest product of a pattern and a residual: its square times a pattern fits in 32 bits."""
 BENT = ("even-order", "odd-order")
 
 
