@@ -10,6 +10,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.blocks import resample_gyroscope
 from imucal_wizard.measurement.stillness import Noise
@@ -100,9 +101,9 @@ def _together(readings: Readings) -> Readings:
         return readings
     warnings = ["the gyroscope was interpolated to the accelerometer's times for the wizard"]
     own, rate = together.accelerometer, together.gyroscope
-    there = np.isfinite(rate.values).all(axis=1)
+    there = true_on_all_axes(np.isfinite(rate.values))
     if not there.all():
-        away = (len(there) - int(there.sum())) / own.rate
+        away = int((~there).sum()) / own.rate
         warnings.append(
             f"{away:.3g} s of the accelerometer are not played: the gyroscope is missing there"
         )
