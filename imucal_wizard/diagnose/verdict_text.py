@@ -314,7 +314,10 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
-        told.append(f"There are too few {bench.left_out_unit} to predict one that is left out.")
+        told.append(
+            f"So few {bench.left_out_unit} hardly predict one that is left out: more of them "
+            "bring the error held out down."
+        )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
         told.append(
             f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "
