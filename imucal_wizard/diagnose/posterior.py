@@ -42,6 +42,7 @@ class Posterior:
         sigma_paired: the same under each pair, shape (p,).
         noise: probability of each wander and σ over all explanations, shape (wanders, sigmas).
         wander: expected wander of the noise, over all explanations.
+        log_total: logarithm of the probability of the residual under all explanations together.
     """
 
     evidence: FloatArray
@@ -51,6 +52,7 @@ class Posterior:
     sigma_paired: FloatArray
     noise: FloatArray
     wander: float
+    log_total: float
 
     @property
     def wandering(self) -> float:
@@ -89,8 +91,10 @@ class HypothesisSet:
         paired = self._paired(coordinates, alone)
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
         joint = np.concatenate([single + self.log_prior[:, None, None], paired])
-        weight = np.exp(joint - joint.max())
-        weight /= weight.sum()
+        highest = float(joint.max())
+        weight = np.exp(joint - highest)
+        total = float(weight.sum())
+        weight /= total
         share = weight.sum(axis=(1, 2))
         by_sigma = weight.sum(axis=1)
         sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
@@ -104,6 +108,7 @@ class HypothesisSet:
             sigma[count:],
             noise,
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
+            highest + float(np.log(total)),
         )
 
     def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:

@@ -17,9 +17,11 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.fit import groups_by_size
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term
 
 
 class RowKind(IntEnum):
@@ -161,15 +163,15 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     """
     table, experiment = fit.rows, fit.experiment
     assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
-    columns = table.whitened(table.columns)
+    columns, precision = _in_modes(table, fit.terms)
     # a column that only its prior holds is left out
-    seen = (columns**2).sum(axis=0) > table.precision
+    seen = (columns**2).sum(axis=0) > precision
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
         residual=table.whitened(table.residual),
         reported=table.whitened(table.reported),
         base=columns[:, seen],
-        precision=table.precision[seen],
+        precision=precision[seen],
         of_reference=table.of_reference[seen],
         kind=kind,
         source=table.index,
@@ -189,6 +191,25 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
             for candidate in _candidates(table, fit.sensor, experiment.circumstances, effect)
         ),
     )
+
+
+def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, FloatArray]:
+    """Whitened columns of all parameters and the precision of their priors.
+
+    A free curve has about as many coefficients as there are rows, most of which only their prior
+    holds. Its columns are turned to the combinations of coefficients that are independent both in
+    the prior and in these rows, so that each is held either by the rows or by the prior.
+    """
+    columns, precision = table.whitened(table.columns), table.precision.copy()
+    for term in terms:
+        if not term.effect.free:
+            continue
+        own = np.array([name.startswith(f"{term.name}_") for name in table.names])
+        others = complement(columns[:, ~own & (precision == 0.0)])
+        scaled = columns[:, own] / np.sqrt(precision[own])
+        turned = np.linalg.svd(others.T @ scaled, full_matrices=True)[2].T
+        columns[:, own], precision[own] = scaled @ turned, 1.0
+    return columns, precision
 
 
 def _candidates(
@@ -215,6 +236,6 @@ def _candidate(
         names=tuple(parameter.name for parameter in parameters),
         # an effect of size s leaves what adding −s to the model would take away
         columns=-table.whitened(table.design_columns(effect, variant)),
-        typical=np.array([parameter.typical for parameter in parameters]),
+        typical=effect.typical(sensor, variant),
         unit=parameters[0].unit,
     )

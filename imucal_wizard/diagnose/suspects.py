@@ -26,17 +26,22 @@ class EffectTrial:
 
     Attributes:
         size: of each parameter, shown unit, shape (p,).
-        standard_error: of each, shape (p,).
+        covariance: of all of them, shape (p, p).
         rms_fitted: error with it, in the sensor's error unit.
         rms_held_out: error with it when each group is left out; None when a group cannot be.
         fitted: what is left of every row, whitened, shape (n,).
     """
 
     size: FloatArray
-    standard_error: FloatArray
+    covariance: FloatArray
     rms_fitted: float
     rms_held_out: float | None
     fitted: FloatArray
+
+    @property
+    def standard_error(self) -> FloatArray:
+        """Of each parameter, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 def try_effect(
@@ -70,11 +75,12 @@ def try_effect(
     inner, spread = left[: len(columns), seen], right[seen].T / values[seen]
     estimate = spread @ (left[:, seen].T @ np.concatenate([misfit.residual, balance]))
     residual = misfit.residual - columns @ estimate
-    variance = (spread**2).sum(axis=1)
+    own = spread[count:]
+    covariance = own @ own.T
     if walk is not None:
-        taken = spread @ inner.T
-        variance += ((taken @ walk) * taken).sum(axis=1)
-    variance *= noise**2
+        taken = own @ inner.T
+        covariance += taken @ walk @ taken.T
+    covariance *= noise**2
     # the errors that are told take the reference as it is
     told = columns.copy()
     told[:, :count][:, misfit.of_reference] = 0.0
@@ -83,7 +89,7 @@ def try_effect(
     judged = misfit.judged
     return EffectTrial(
         size=estimate[count:],
-        standard_error=np.sqrt(variance[count:]),
+        covariance=covariance,
         rms_fitted=_rms(misfit.measured(errors)[judged], misfit),
         rms_held_out=None if held_out is None else _rms(held_out[judged], misfit),
         fitted=residual,
