@@ -9,36 +9,27 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
-import numpy as np
-
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
-from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
+from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
-from imucal_wizard.diagnose.profile_likelihood import most_likely_setting, settle
+from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
-from imucal_wizard.diagnose.residuals import (
-    Candidate,
-    WhitenedResiduals,
-    candidate_at,
-    whitened_residuals,
-)
-from imucal_wizard.diagnose.suspects import EffectTrial, Suspect, expected_noise, rank, try_effect
-from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.suspects import Suspect, rank
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
-
-MIN_ODDS_SETTLED = 5.0
-"""Log odds from which on a suspect may be added, so that its setting is worth the time."""
+from imucal_wizard.model.unknown_shape import UnknownShape
 
 
 @dataclass(frozen=True)
@@ -181,11 +172,17 @@ class Bench:
         self.whole = measured.base_terms
         known = measured.circumstances
         self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
+        self.curves = free_curves_for(sensor)
         self.rounding = rounding
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue, and the free curves."""
+        return (*self.catalogue, *self.curves)
 
     @property
     def found(self) -> tuple[Found, ...]:
@@ -237,36 +234,28 @@ class Bench:
             misfit = whitened_residuals(self.fit, shown)
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
-            ranked = rank(misfit, hypotheses, posterior)
-            noise, walk = expected_noise(posterior), hypotheses.frame.walked(posterior.wander)
-            suspects = tuple(self._settled(one, misfit, noise, walk) for one in ranked)
+            suspects = rank(misfit, hypotheses, posterior)
             opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
-            self._findings = BenchFindings(
-                self.fit, misfit, suspects, opinion, hypotheses, posterior
+            self._findings = self.with_curves(
+                BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
             )
         return self._findings
 
-    def _settled(
-        self, one: Suspect, misfit: WhitenedResiduals, noise: float, walk: FloatArray
-    ) -> Suspect:
-        """A suspect that may be added, with the setting that adding it would settle on."""
-        effect = next((e for e in self.catalogue if e.name == one.term), None)
-        begin = None if one.candidate is None else one.candidate.variant
-        if effect is None or begin is None or not effect.graded or one.log_odds < MIN_ODDS_SETTLED:
-            return one
-        tried: dict[float, tuple[Candidate, EffectTrial]] = {}
+    def with_curves(self, found: BenchFindings) -> BenchFindings:
+        """The findings with the free curves that explain what no effect does, first of all."""
+        nameless = found.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+        if not nameless or self.fit.base != self.whole or self.undetermined:
+            return found
+        offered = offered_curves(
+            self.fit, found.misfit, found.hypotheses, found.posterior, self._shown_curves()
+        )
+        others = tuple(one for one in found.suspects if one not in offered)
+        return replace(found, suspects=(*offered, *others))
 
-        def unlikely(at: float) -> float:
-            if at not in tried:
-                candidate = candidate_at(self.fit, effect, float(np.exp(at)))
-                tried[at] = candidate, try_effect(misfit, (candidate,), noise, walk)
-            return float((tried[at][1].fitted ** 2).sum())
-
-        known = (*effect.variants(self.measured.circumstances), begin)
-        grid = sorted({float(np.log(setting)) for setting in known if setting is not None})
-        settle(unlikely, grid, float(np.log(begin)))
-        candidate, trial = tried[min(tried, key=unlikely)]
-        return replace(one, candidate=candidate, trial=trial)
+    def _shown_curves(self) -> list[UnknownShape]:
+        """The free curves that are not in the model and that these data may show."""
+        missing = [one for one in self.curves if one.name not in self.fit.model]
+        return [one for one in missing if self.lacking(one) is None]
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""
@@ -308,7 +297,7 @@ class Bench:
         if name in self.whole:
             base = tuple(term for term in self.whole if term in (*self.fit.base, name))
             return self._climb(fit(self.measured, self.fit.terms, base), name)
-        effect = next((one for one in self.catalogue if one.name == name), None)
+        effect = next((one for one in self.effects if one.name == name), None)
         if effect is None:
             known = ", ".join(one.name for one in self.catalogue)
             raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
@@ -365,14 +354,19 @@ class Bench:
         """
         if len(self.ladder) <= steps:
             return False
-        kinds = {effect.name: effect.kind for effect in self.catalogue}
-        added = [one.added for one in self.ladder[-steps:] if one.added is not None]
-        of_time = any(kinds.get(name) == "time" for name in added)
+        # a free curve says nothing of times that were not measured
+        slow = {one.name for one in self.catalogue if one.kind == "time"}
+        of_time = any(one.added in slow for one in self.ladder[-steps:])
         return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
 
     def likeliest_variant(self, name: str) -> float | None:
         """The likeliest setting of an effect for what the present model leaves."""
-        candidates = (suspect.candidate for suspect in self.look().suspects if suspect.term == name)
+        found = self.look()
+        suspects = [one for one in found.suspects if one.term == name]
+        curves = [one for one in self._shown_curves() if one.name == name and not suspects]
+        if curves:
+            suspects += try_curves(self.fit, found.misfit, found.hypotheses, curves).suspects
+        candidates = (one.candidate for one in suspects)
         return next((c.variant for c in candidates if c is not None), None)
 
     def _with(self, effect: Effect, variant: float | None, near: float | None) -> SensorFit:
@@ -446,7 +440,7 @@ class Entry:
 
 def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
     """Parts of the base that are left out, the suspects by rank, what cannot be tested."""
-    known = {effect.name: effect for effect in bench.catalogue}
+    known = {effect.name: effect for effect in bench.effects}
     present = findings.fit
     now = present.rms_held_out
     made = [_base_entry(bench, present, one) for one in bench.whole if one not in present.base]

@@ -1,7 +1,7 @@
 """Free curves where nothing in the catalogue fits: which one, and what it shows.
 
-A curve of one axis over force, time or temperature (``model.unknown_shape``) can imitate much. It is
-offered only after the catalogue has been refused, and only if
+A curve of one axis over force, time or temperature (``model.unknown_shape``) can imitate much. It
+is offered only after the catalogue has been refused, and only if
 
 - what is left depends on that axis and that influence for sure: noise of any size, effects of other
   axes and influences, a disturbed hold, an error that lies anywhere on the sphere are all but
@@ -24,7 +24,7 @@ from imucal_wizard.diagnose.hypotheses import EFFECT, PRIOR, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances
-from imucal_wizard.diagnose.suspects import Significance, Suspect, expected_noise, try_effect
+from imucal_wizard.diagnose.suspects import Significance, Suspect, expected_covariance
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import AxisEffect, BiasEffect, Effect
 from imucal_wizard.model.unknown_shape import LENGTHS, SETTINGS, SIZES, UnknownShape
@@ -170,7 +170,7 @@ def try_curves(
     weights = (evidence - np.log(len(SIZES)) + prior).reshape(len(curves), len(SETTINGS))
     each = np.logaddexp.reduce(weights, axis=1)
     significance = Significance(own, found, Chances(own))
-    noise, walk = expected_noise(found), frame.walked(found.wander)
+    noise = expected_covariance(misfit, own, found)
     order, tried = np.argsort(-each, kind="stable"), []
     for k in order.tolist():
         setting = int(weights[k].argmax())
@@ -178,8 +178,7 @@ def try_curves(
         typical = one.effect.typical(fit.sensor, float(setting))
         best = replace(one, variant=float(setting), typical=typical)
         odds = float(each[k] - prior - np.log(len(LENGTHS)) - found.evidence[0])
-        trial = try_effect(misfit, (best,), noise, walk)
-        tried.append(Suspect(one.term, best, odds, trial, (), significance))
+        tried.append(Suspect(one.term, best, odds, misfit, noise, (), significance))
     return TriedCurves(tuple(tried), np.asarray(each[order]))
 
 

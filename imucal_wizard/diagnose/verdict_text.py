@@ -322,7 +322,7 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
 
 def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     """What the error depends on, which effect, its size, and what it costs to ignore it."""
-    effect = next(one for one in bench.catalogue if one.name == term)
+    effect = next(one for one in bench.effects if one.name == term)
     sizes, errors = _sizes(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])

@@ -31,7 +31,7 @@ from imucal_wizard.model.effect import (
     Kind,
 )
 from imucal_wizard.model.lesson import session_of
-from imucal_wizard.model.unknown_shape import FREE_CURVES
+from imucal_wizard.model.unknown_shape import FREE_CURVES, UnknownShape
 
 
 def classes_in(module: ModuleType) -> list[type[Effect]]:
@@ -65,7 +65,7 @@ def effects_for(sensor: str, extra: Iterable[Effect] = ()) -> tuple[Effect, ...]
     return tuple(effect for effect in (*builtin_effects(), *extra) if sensor in effect.sensors)
 
 
-def free_curves_for(sensor: str) -> tuple[Effect, ...]:
+def free_curves_for(sensor: str) -> tuple[UnknownShape, ...]:
     """The free curves of this sensor, which are offered where no effect explains what is left."""
     return tuple(one for one in FREE_CURVES if sensor in one.sensors)
 

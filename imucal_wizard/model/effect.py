@@ -227,7 +227,7 @@ class Effect(ABC):
         """
 
     def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
-        """Standard deviation of the prior of each parameter at a setting, shown unit, shape (p,)."""
+        """Prior standard deviation of each parameter at a setting, shown unit, shape (p,)."""
         del variant
         return np.array([parameter.typical for parameter in self.parameters(sensor)])
 

@@ -77,7 +77,7 @@ class UnknownShape(Effect):
         return 2 if self.against == "input" else 1
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
-        """The coefficients, the smoothest first: ``x1``, ``x2`` …"""
+        """``x1``, ``x2`` and so on, the smoothest first."""
         del sensor
         count = len(NODES) - self.lines
         return tuple(
