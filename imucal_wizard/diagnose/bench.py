@@ -31,6 +31,10 @@ from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import UnknownShape
 
+MAX_HELD_OUT_OF_CURVE = 2.0
+"""Error held out, in units of what noise makes, above which a free curve of the model is only a
+guess between the poses: it has room for whatever it was fitted to."""
+
 
 @dataclass(frozen=True)
 class Rung:
@@ -236,6 +240,7 @@ class Bench:
             posterior = hypotheses.posterior(misfit.residual)
             suspects = rank(misfit, hypotheses, posterior)
             opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
+            opinion = self._if_between_poses(opinion)
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
             )
@@ -256,6 +261,15 @@ class Bench:
         """The free curves that are not in the model and that these data may show."""
         missing = [one for one in self.curves if one.name not in self.fit.model]
         return [one for one in missing if self.lacking(one) is None]
+
+    def _if_between_poses(self, opinion: Opinion) -> Opinion:
+        """The opinion; a free curve that misses the poses left out does not complete a model."""
+        held_out, floor = self.fit.rms_held_out, self.fit.floor
+        free = any(term.effect.free for term in self.fit.terms)
+        if not free or held_out is None or floor is None or opinion.verdict is not Verdict.COMPLETE:
+            return opinion
+        guessed = held_out > MAX_HELD_OUT_OF_CURVE * floor
+        return replace(opinion, verdict=Verdict.UNEXPLAINED) if guessed else opinion
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""

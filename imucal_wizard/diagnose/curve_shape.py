@@ -1,9 +1,10 @@
 """What a free curve shows: what it depends on, where it is steep, how wide, how large.
 
-The curve is drawn where holds are, freed there from what the base model absorbs. Its steepest part
-is the monotone stretch about the largest slope; two stretches of opposite sense beside each other,
-both steep, are a bump. A width is told only if at least ``MIN_HOLDS_INSIDE`` holds lie inside it:
-with fewer the curve between the holds is a guess, and only the holds on either side are told.
+The curve is drawn where holds are, freed there from what the base model absorbs. It is cut at its
+highs and lows; of the high stretches, one that is far steeper than the others is where it changes,
+two of opposite sense beside each other are a bump, and more of them are a wave. A width is told
+only if at least ``MIN_HOLDS_INSIDE`` holds lie inside it: with fewer the curve between the holds is
+a guess, and only the holds on either side are told.
 """
 
 import itertools
@@ -24,7 +25,9 @@ MIN_HOLDS_INSIDE = 3
 MAX_SHARP_WIDTH = 0.4
 """Width of a steep part that is called sharp, in halves of the curve's range."""
 MIN_MAIN_SHARE = 0.6
-"""Share of the whole span that the steepest part must have to be told; else the curve waves."""
+"""Share of the whole span that a stretch must have to be told."""
+MIN_STEEP_SHARE = 0.5
+"""Share of the steepest such stretch's slope from which on another one is as steep."""
 MIN_RISE_IN_ERRORS = 3.0
 """A rise of fewer standard errors is not told."""
 SMALL_SHARE = 0.15
@@ -70,6 +73,7 @@ class CurveShape:
         standard_error: mg, shape (n,).
         span: from the lowest to the highest point, mg.
         span_error: mg.
+        turns: highs and lows between its ends.
         steep: where it changes most; None where no single part stands out.
     """
 
@@ -81,6 +85,7 @@ class CurveShape:
     standard_error: FloatArray
     span: float
     span_error: float
+    turns: int
     steep: SteepPart | None
 
     @property
@@ -93,6 +98,12 @@ class CurveShape:
         """What it depends on, in words."""
         return f"the force along {self.axis}" if self.against == "force" else f"the {self.against}"
 
+    @property
+    def unknown(self) -> str:
+        """What is not known of it."""
+        absorbed = "bias and scale" if self.against == "force" else "the bias"
+        return f"the curve is known only up to {absorbed}, and between the poses it is a guess"
+
     def words(self) -> str:
         """Where it is steep, how wide, and its size."""
         size = f"{plus_minus(self.span, self.span_error)} mg from its lowest to its highest point"
@@ -101,7 +112,9 @@ class CurveShape:
     def _where(self) -> str:
         steep, unit = self.steep, self.unit
         if steep is None:
-            return "changing all over its range"
+            if self.turns > 1:
+                return f"waving over its whole range, with {self.turns} turns"
+            return "bent over its whole range"
         low, high, at = (fixed(one, DECIMALS[unit]) for one in (*steep.between, steep.at))
         kind = "a bump" if steep.bump else "changing"
         if steep.width is None:
@@ -141,7 +154,8 @@ def curve_shape(
     columns -= straight @ np.linalg.lstsq(straight, columns, rcond=None)[0]
     y, spread = columns @ sizes, columns @ covariance @ columns.T
     low, high = int(y.argmin()), int(y.argmax())
-    steep = _steepest(place, y, spread, held)
+    turns = _turning_points(y)
+    steep = _steepest(place, y, spread, held, turns)
     return CurveShape(
         term=curve.name,
         axis=AXES[curve.axis],
@@ -151,8 +165,20 @@ def curve_shape(
         standard_error=np.sqrt(np.maximum(np.diag(spread), 0.0)),
         span=float(y[high] - y[low]),
         span_error=_error_between(spread, low, high),
+        turns=len(turns) - 2,
         steep=None if steep is None else _in_unit(steep, curve, holds),
     )
+
+
+def rms_size(sizes: FloatArray, errors: FloatArray) -> tuple[float, float]:
+    """Size of a curve, rms over its whole range, and its standard error, from the coefficients.
+
+    Args:
+        sizes: mg, shape (p,).
+        errors: standard errors, shape (p,).
+    """
+    rms = float(np.sqrt((sizes**2).sum()))
+    return rms, float(np.sqrt(((sizes * errors) ** 2).sum())) / max(rms, 1e-300)
 
 
 def _shown(curve: UnknownShape, holds: Circumstances, place: FloatArray) -> FloatArray:
@@ -184,17 +210,23 @@ def _error_between(spread: FloatArray, a: int, b: int) -> float:
 
 
 def _steepest(
-    place: FloatArray, y: FloatArray, spread: FloatArray, held: FloatArray
+    place: FloatArray, y: FloatArray, spread: FloatArray, held: FloatArray, turns: list[int]
 ) -> SteepPart | None:
     """The part where the curve changes most, in places of the range; None where none stands out."""
-    turns = _turning_points(y)
     span = float(np.ptp(y))
-    tall = [
+    high = [
         (a, b)
         for a, b in itertools.pairwise(turns)
         if abs(y[b] - y[a]) >= MIN_MAIN_SHARE * span
         and abs(y[b] - y[a]) > MIN_RISE_IN_ERRORS * _error_between(spread, a, b)
     ]
+    ends = [[_crossing(place, y, a, b, share) for share in STEP_SHARES] for a, b in high]
+    slopes = [
+        abs(y[b] - y[a]) / max(right - left, place[1] - place[0])
+        for (a, b), (left, right) in zip(high, ends, strict=True)
+    ]
+    least = MIN_STEEP_SHARE * max(slopes, default=0.0)
+    tall = [one for one, slope in zip(high, slopes, strict=True) if slope >= least]
     bump = len(tall) == 2 and tall[0][1] == tall[1][0]
     if not tall or (len(tall) > 1 and not bump):
         return None
@@ -203,8 +235,7 @@ def _steepest(
         left = _crossing(place, y, first, top, 0.5)
         right = _crossing(place, y, last, top, 0.5)
     else:
-        first, last = tall[0]
-        left, right = (_crossing(place, y, first, last, share) for share in STEP_SHARES)
+        left, right = ends[high.index(tall[0])]
     inside = int(((held >= left) & (held <= right)).sum())
     width = right - left
     known = inside >= MIN_HOLDS_INSIDE

@@ -20,6 +20,7 @@ import numpy as np
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.diagnose.curve_shape import CurveShape, curve_shape
 from imucal_wizard.diagnose.hypotheses import EFFECT, PRIOR, UNKNOWN, Hypothesis, noise_alone
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
@@ -41,6 +42,31 @@ MAX_HELD_OUT_SHARE = 0.9
 lowers it by less."""
 MAX_P = 0.01
 """Chance of noise alone above which a curve is not offered."""
+
+
+def shape_of(fit: SensorFit, term: str, suspects: Sequence[Suspect]) -> CurveShape | None:
+    """The shape of a free curve, as fitted where it is in the model, else as it would come out.
+
+    Args:
+        fit: the present fit.
+        term: name of the curve.
+        suspects: what may be missing.
+    """
+    holds = None if fit.experiment is None else fit.experiment.circumstances
+    ends = np.cumsum([0, *(len(one) for one in fit.sizes)])
+    for one, sizes, first in zip(fit.terms, fit.sizes, ends, strict=False):
+        curve, covariance = one.effect, fit.size_covariance
+        if one.name == term and isinstance(curve, UnknownShape) and holds is not None:
+            own = slice(int(first), int(first) + len(sizes))
+            known = np.zeros((len(sizes),) * 2) if covariance is None else covariance[own, own]
+            return curve_shape(curve, one.variant, sizes, known, holds)
+    for found in suspects:
+        best, trial = found.candidate, found.trial
+        if found.term != term or best is None or trial is None or holds is None:
+            continue
+        if isinstance(best.effect, UnknownShape):
+            return curve_shape(best.effect, best.variant, trial.size, trial.covariance, holds)
+    return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,9 +182,10 @@ class Suspect:
     def detectable(self) -> FloatArray:
         """Smallest size of each parameter alone that these data would show, shown unit, (p,).
 
-        Infinite where the data are blind; empty for a disturbed hold.
+        Infinite where the data are blind; empty for a disturbed hold and for a free curve, whose
+        coefficients are no sizes.
         """
-        if self.likeliest is None:
+        if self.likeliest is None or self.likeliest.effect.free:
             return np.zeros(0)
         return self.significance.detectable(self.likeliest)
 

@@ -32,6 +32,7 @@ from imucal_wizard.model.effect import (
 )
 from imucal_wizard.model.lesson import session_of
 from imucal_wizard.model.unknown_shape import FREE_CURVES, UnknownShape
+from imucal_wizard.model.unknown_shape import NAME as UNKNOWN_SHAPE
 
 
 def classes_in(module: ModuleType) -> list[type[Effect]]:
@@ -81,6 +82,12 @@ def effect(name: str, extra: Iterable[Effect] = ()) -> Effect:
     if name not in known | curves:
         raise UsageError(f"there is no effect {name!r}; choose one of {', '.join(known)}")
     return (known | curves)[name]
+
+
+def sensor_and_term(text: str) -> tuple[str, str]:
+    """``gyroscope`` and ``warm-up`` of ``gyroscope/warm-up``; the sensor is "" without one."""
+    sensor, slash, term = text.partition("/")
+    return (sensor, term) if slash and sensor != UNKNOWN_SHAPE else ("", text)
 
 
 _T = TypeVar("_T")
