@@ -3,8 +3,8 @@
 The curve is drawn where holds are, freed there from what the base model absorbs. It is cut at its
 highs and lows; of the high stretches, one that is far steeper than the others is where it changes,
 two of opposite sense beside each other are a bump, and more of them are a wave. A width is told
-only if at least ``MIN_HOLDS_INSIDE`` holds lie inside it: with fewer the curve between the holds is
-a guess, and only the holds on either side are told.
+only if at least ``MIN_HOLDS_INSIDE`` holds lie inside it, spread over it: with fewer the curve
+between the holds is a guess, and only the holds on either side are told.
 """
 
 import itertools
@@ -22,6 +22,9 @@ from imucal_wizard.model.unknown_shape import TEMPERATURE_REACH, UnknownShape
 
 MIN_HOLDS_INSIDE = 3
 """A step seen by fewer has any width."""
+MAX_GAP = 0.5
+"""Largest gap between neighbouring holds, as a share of a width that is told: three holds in the
+same pose show no more than one."""
 MAX_SHARP_WIDTH = 0.4
 """Width of a steep part that is called sharp, in halves of the curve's range."""
 MIN_MAIN_SHARE = 0.6
@@ -119,8 +122,8 @@ class CurveShape:
         kind = "a bump" if steep.bump else "changing"
         if steep.width is None:
             return (
-                f"{kind} between {low} and {high} {unit}, where fewer than {MIN_HOLDS_INSIDE} "
-                "holds lie, so that its width is not known"
+                f"{kind} between {low} and {high} {unit}, where the holds are too few or too far "
+                "apart to show its width"
             )
         sharp = "a sharp bump" if steep.bump else "sharp"
         what = sharp if steep.sharp else "a bump" if steep.bump else "steepest"
@@ -238,8 +241,9 @@ def _steepest(
         left, right = ends[high.index(tall[0])]
     inside = int(((held >= left) & (held <= right)).sum())
     width = right - left
-    known = inside >= MIN_HOLDS_INSIDE
     below, above = held[held < left], held[held > right]
+    steps = np.diff([*below[-1:], *held[(held >= left) & (held <= right)], *above[:1]])
+    known = inside >= MIN_HOLDS_INSIDE and float(steps.max()) <= MAX_GAP * width
     return SteepPart(
         at=0.5 * (left + right),
         width=width if known else None,

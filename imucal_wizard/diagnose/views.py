@@ -95,7 +95,8 @@ class ResidualView:
     @property
     def legend(self) -> str:
         """What the signs of the picture mean: noise band and suspect."""
-        band = "" if self.floor is None else f"▒ noise ±{number(self.floor, 2)} {self.unit}"
+        word = "standard error" if self.rows is None else "noise"
+        band = "" if self.floor is None else f"▒ {word} ±{number(self.floor, 2)} {self.unit}"
         return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
     @property
@@ -302,7 +303,8 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
         for view in views_of(findings.fit):
             if view.name == over:
                 drawn = misfit_curve(findings, view, suspect)
-                return replace(drawn, name=f"suspect-{suspect.term}")
+                look_for = _LOOK_FOR["suspect"]
+                return replace(drawn, name=f"suspect-{suspect.term}", look_for=look_for)
         return None
     candidate, place = suspect.candidate, suspect.largest
     others = np.delete(candidate.columns, place, axis=1)
