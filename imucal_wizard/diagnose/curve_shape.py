@@ -23,7 +23,7 @@ from imucal_wizard.model.unknown_shape import TEMPERATURE_REACH, UnknownShape
 MIN_HOLDS_INSIDE = 3
 """A step seen by fewer has any width."""
 MAX_GAP = 0.5
-"""Largest gap between neighbouring holds, as a share of a width that is told: three holds in the
+"""Largest gap without a hold, as a share of a width that is told: three holds in the
 same pose show no more than one."""
 MAX_SHARP_WIDTH = 0.4
 """Width of a steep part that is called sharp, in halves of the curve's range."""
@@ -242,7 +242,7 @@ def _steepest(
     inside = int(((held >= left) & (held <= right)).sum())
     width = right - left
     below, above = held[held < left], held[held > right]
-    steps = np.diff([*below[-1:], *held[(held >= left) & (held <= right)], *above[:1]])
+    steps = np.diff([left, *held[(held >= left) & (held <= right)], right])
     known = inside >= MIN_HOLDS_INSIDE and float(steps.max()) <= MAX_GAP * width
     return SteepPart(
         at=0.5 * (left + right),
