@@ -3,9 +3,9 @@
 A virtual accelerometer (the simulator of ``benchmarks.hidden``, which shares no formula with the
 program) is held in the poses of a plan. In some recordings nothing is hidden, in others an effect
 of the catalogue of usual size, in others a shape that no effect makes: a bump, a missing code, a
-ripple or a narrow dead zone of one axis' characteristic, or a bias of one axis that swings in time. The
-program fits, adds what it finds by itself, and judges. Told are, with 95 % intervals (Clopper and
-Pearson):
+ripple or a narrow dead zone of one axis' characteristic, or a bias of one axis that swings in time.
+The program fits, adds what it finds by itself, and judges. Told are, with 95 % intervals (Clopper
+and Pearson):
 
 - how often a free curve is offered;
 - of the offered ones, how often the first is of the right axis and over the right influence;
