@@ -1,13 +1,15 @@
 """What a free curve shows: what it depends on, where it is steep, how wide, how large.
 
-The curve is drawn where holds are, freed there from what the base model absorbs. It is cut at its
-highs and lows; of the high stretches, one that is far steeper than the others is where it changes,
-two of opposite sense beside each other are a bump, and more of them are a wave. A width is told
-only if at least ``MIN_HOLDS_INSIDE`` holds lie inside it, spread over it: with fewer the curve
-between the holds is a guess, and only the holds on either side are told.
+Bias and scale take any straight line of it, so that only changes of slope are told. The slope is
+taken from that of the half of the curve where it is most alike. Where it stays above half of its
+largest value lies the part that changes: one such part is a step, two of opposite sense beside each
+other are a bump, more are a wave. A width is told only if at least ``MIN_HOLDS_INSIDE`` holds lie
+inside it, spread over it: with fewer the curve between the holds is a guess, and only the holds on
+either side are told.
 """
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +18,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import fixed, number, plus_minus
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.unknown_shape import TEMPERATURE_REACH, UnknownShape
@@ -27,14 +30,12 @@ MAX_GAP = 0.5
 same pose show no more than one."""
 MAX_SHARP_WIDTH = 0.4
 """Width of a steep part that is called sharp, in halves of the curve's range."""
-MIN_MAIN_SHARE = 0.6
-"""Share of the whole span that a stretch must have to be told."""
 MIN_STEEP_SHARE = 0.5
-"""Share of the steepest such stretch's slope from which on another one is as steep."""
+"""Share of the largest slope from which on a part is as steep."""
+END_SHARE = 0.1
+"""Share of the largest slope of a part at which it ends."""
 MIN_RISE_IN_ERRORS = 3.0
 """A rise of fewer standard errors is not told."""
-SMALL_SHARE = 0.15
-"""Of the span, which a turn must exceed to be one."""
 STEP_SHARES = (0.1, 0.9)
 """Of its height, between which the width of a step is told."""
 PLACES = 201
@@ -47,6 +48,8 @@ class SteepPart:
 
     Attributes:
         at: its middle.
+        rise: height of the step or bump, mg.
+        rise_error: mg.
         width: between 10 and 90 % of a step, or at half the height of a bump; None where too few
             holds lie inside.
         between: the holds on either side.
@@ -56,6 +59,8 @@ class SteepPart:
     """
 
     at: float
+    rise: float
+    rise_error: float
     width: float | None
     between: tuple[float, float]
     inside: int
@@ -72,11 +77,10 @@ class CurveShape:
         axis: ``x``, ``y`` or ``z``.
         against: ``force``, ``time`` or ``temperature``.
         x: g, minutes or °C, shape (n,).
-        y: mg, without what the base model absorbs, shape (n,).
+        y: mg, without the straight part, shape (n,).
         standard_error: mg, shape (n,).
         span: from the lowest to the highest point, mg.
         span_error: mg.
-        turns: highs and lows between its ends.
         steep: where it changes most; None where no single part stands out.
     """
 
@@ -88,7 +92,6 @@ class CurveShape:
     standard_error: FloatArray
     span: float
     span_error: float
-    turns: int
     steep: SteepPart | None
 
     @property
@@ -109,14 +112,14 @@ class CurveShape:
 
     def words(self) -> str:
         """Where it is steep, how wide, and its size."""
-        size = f"{plus_minus(self.span, self.span_error)} mg from its lowest to its highest point"
-        return f"{self._where()}, {size}"
+        if self.steep is not None:
+            return f"{self._where()}, {plus_minus(self.steep.rise, self.steep.rise_error)} mg high"
+        span = plus_minus(self.span, self.span_error)
+        return f"{self._where()}, {span} mg from its lowest to its highest point"
 
     def _where(self) -> str:
         steep, unit = self.steep, self.unit
         if steep is None:
-            if self.turns > 1:
-                return f"waving over its whole range, with {self.turns} turns"
             return "bent over its whole range"
         low, high, at = (fixed(one, DECIMALS[unit]) for one in (*steep.between, steep.at))
         kind = "a bump" if steep.bump else "changing"
@@ -152,13 +155,13 @@ def curve_shape(
     """
     held = np.sort(np.clip(curve.place(holds), -1.0, 1.0))
     place = np.linspace(held[0], held[-1], PLACES)
-    straight = place[:, None] ** np.arange(curve.lines)
     columns = curve.shape(place, variant)
+    steep = _steepest(place, columns, sizes, covariance, held, straight=curve.lines > 1)
+    straight = place[:, None] ** np.arange(curve.lines)
     columns -= straight @ np.linalg.lstsq(straight, columns, rcond=None)[0]
     y, spread = columns @ sizes, columns @ covariance @ columns.T
     low, high = int(y.argmin()), int(y.argmax())
-    turns = _turning_points(y)
-    steep = _steepest(place, y, spread, held, turns)
+    between = spread[low, low] + spread[high, high] - 2.0 * spread[low, high]
     return CurveShape(
         term=curve.name,
         axis=AXES[curve.axis],
@@ -167,8 +170,7 @@ def curve_shape(
         y=y,
         standard_error=np.sqrt(np.maximum(np.diag(spread), 0.0)),
         span=float(y[high] - y[low]),
-        span_error=_error_between(spread, low, high),
-        turns=len(turns) - 2,
+        span_error=float(np.sqrt(max(between, 0.0))),
         steep=None if steep is None else _in_unit(steep, curve, holds),
     )
 
@@ -207,72 +209,79 @@ def _in_unit(steep: SteepPart, curve: UnknownShape, holds: Circumstances) -> Ste
     )
 
 
-def _error_between(spread: FloatArray, a: int, b: int) -> float:
-    """Standard error of the difference of two points of the curve."""
-    return float(np.sqrt(max(spread[a, a] + spread[b, b] - 2.0 * spread[a, b], 0.0)))
-
-
 def _steepest(
-    place: FloatArray, y: FloatArray, spread: FloatArray, held: FloatArray, turns: list[int]
+    place: FloatArray,
+    columns: FloatArray,
+    sizes: FloatArray,
+    covariance: FloatArray,
+    held: FloatArray,
+    *,
+    straight: bool,
 ) -> SteepPart | None:
-    """The part where the curve changes most, in places of the range; None where none stands out."""
-    span = float(np.ptp(y))
-    high = [
-        (a, b)
-        for a, b in itertools.pairwise(turns)
-        if abs(y[b] - y[a]) >= MIN_MAIN_SHARE * span
-        and abs(y[b] - y[a]) > MIN_RISE_IN_ERRORS * _error_between(spread, a, b)
-    ]
-    ends = [[_crossing(place, y, a, b, share) for share in STEP_SHARES] for a, b in high]
-    slopes = [
-        abs(y[b] - y[a]) / max(right - left, place[1] - place[0])
-        for (a, b), (left, right) in zip(high, ends, strict=True)
-    ]
-    least = MIN_STEEP_SHARE * max(slopes, default=0.0)
-    tall = [one for one, slope in zip(high, slopes, strict=True) if slope >= least]
-    bump = len(tall) == 2 and tall[0][1] == tall[1][0]
-    if not tall or (len(tall) > 1 and not bump):
+    """The part where the curve changes, in places of the range; None where none stands out.
+
+    Args:
+        place: at which the curve is drawn, shape (n,).
+        columns: the curve there per coefficient, shape (n, p).
+        sizes: of the coefficients, shape (p,).
+        covariance: of the sizes, shape (p, p).
+        held: places of the holds, in order.
+        straight: the base model takes any straight line.
+    """
+    step = place[1] - place[0]
+    slopes = np.diff(columns, axis=0) / step
+    if straight:
+        own = slopes @ sizes
+        alike = np.argsort(np.abs(own - median(own)), kind="stable")[: len(own) // 2]
+        slopes = slopes - slopes[alike].mean(axis=0)
+    own = slopes @ sizes
+    parts = []
+    for first, last in _steep_stretches(own):
+        rise = step * slopes[first:last].sum(axis=0)
+        height, error = float(rise @ sizes), float(np.sqrt(rise @ covariance @ rise))
+        if abs(height) > MIN_RISE_IN_ERRORS * error:
+            parts.append((first, last, height, error))
+    bump = len(parts) == 2 and parts[0][2] * parts[1][2] < 0.0
+    if not parts or (len(parts) > 1 and not bump):
         return None
-    if bump:
-        (first, top), (_, last) = tall
-        left = _crossing(place, y, first, top, 0.5)
-        right = _crossing(place, y, last, top, 0.5)
-    else:
-        left, right = ends[high.index(tall[0])]
-    inside = int(((held >= left) & (held <= right)).sum())
-    width = right - left
+
+    def crossing(part: tuple[int, int, float, float], share: float) -> float:
+        first, last, height, _ = part
+        gone = step * np.cumsum(own[first:last]) / height
+        return float(place[first + 1 + int(np.argmax(gone >= share))])
+
+    shares = (0.5, 0.5) if bump else STEP_SHARES
+    left, right = crossing(parts[0], shares[0]), crossing(parts[-1], shares[1])
+    highest = max(parts, key=lambda part: abs(part[2]))
+    inside = held[(held >= left) & (held <= right)]
     below, above = held[held < left], held[held > right]
-    steps = np.diff([left, *held[(held >= left) & (held <= right)], right])
-    known = inside >= MIN_HOLDS_INSIDE and float(steps.max()) <= MAX_GAP * width
+    width = right - left
+    gaps = np.diff([left, *inside, right])
+    known = len(inside) >= MIN_HOLDS_INSIDE and float(gaps.max()) <= MAX_GAP * width
     return SteepPart(
         at=0.5 * (left + right),
+        rise=abs(highest[2]),
+        rise_error=highest[3],
         width=width if known else None,
         between=(
             float(below[-1] if len(below) else held[0]),
             float(above[0] if len(above) else held[-1]),
         ),
-        inside=inside,
+        inside=len(inside),
         bump=bump,
         sharp=known and width <= MAX_SHARP_WIDTH,
     )
 
 
-def _turning_points(y: FloatArray) -> list[int]:
-    """Places of the ends and of the highs and lows that differ by more than a small part."""
-    least = SMALL_SHARE * float(np.ptp(y))
-    turns, best, sense = [0], 0, 0
-    for k in range(1, len(y)):
-        rise = float(y[k] - y[best])
-        if sense * rise > 0.0 or (sense == 0 and abs(rise) > least):
-            sense, best = (sense or int(np.sign(rise))), k
-        elif sense and -sense * rise > least:
-            turns.append(best)
-            sense, best = -sense, k
-    return [*turns, best, len(y) - 1] if best != len(y) - 1 else [*turns, best]
-
-
-def _crossing(place: FloatArray, y: FloatArray, a: int, b: int, share: float) -> float:
-    """Where the curve has gone this share of the way from one turning point to another."""
-    way = np.arange(a, b + 1) if b > a else np.arange(a, b - 1, -1)
-    gone = (y[way] - y[a]) / (y[b] - y[a])
-    return float(place[way[int(np.argmax(gone >= share))]])
+def _steep_stretches(slopes: FloatArray) -> Iterator[tuple[int, int]]:
+    """First and last place of each stretch of one sense that is about as steep as the steepest."""
+    largest = float(np.abs(slopes).max(initial=0.0))
+    ends = np.flatnonzero(np.diff(np.sign(slopes))) + 1
+    for first, last in itertools.pairwise([0, *ends.tolist(), len(slopes)]):
+        own = np.abs(slopes[first:last])
+        if largest > 0.0 and own.max() >= MIN_STEEP_SHARE * largest:
+            peak, least = int(own.argmax()), END_SHARE * float(own.max())
+            before = np.flatnonzero(own[:peak] < least)
+            after = np.flatnonzero(own[peak:] < least)
+            begin = first + (int(before[-1]) + 1 if len(before) else 0)
+            yield begin, first + peak + int(after[0]) if len(after) else last
