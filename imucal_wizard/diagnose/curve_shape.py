@@ -32,7 +32,7 @@ MAX_SHARP_WIDTH = 0.4
 """Width of a steep part that is called sharp, in halves of the curve's range."""
 MIN_STEEP_SHARE = 0.5
 """Share of the largest slope from which on a part is as steep."""
-END_SHARE = 0.1
+MIN_SLOPE_OF_PART = 0.1
 """Share of the largest slope of a part at which it ends."""
 MIN_RISE_IN_ERRORS = 3.0
 """A rise of fewer standard errors is not told."""
@@ -280,7 +280,7 @@ def _steep_stretches(slopes: FloatArray) -> Iterator[tuple[int, int]]:
     for first, last in itertools.pairwise([0, *ends.tolist(), len(slopes)]):
         own = np.abs(slopes[first:last])
         if largest > 0.0 and own.max() >= MIN_STEEP_SHARE * largest:
-            peak, least = int(own.argmax()), END_SHARE * float(own.max())
+            peak, least = int(own.argmax()), MIN_SLOPE_OF_PART * float(own.max())
             before = np.flatnonzero(own[:peak] < least)
             after = np.flatnonzero(own[peak:] < least)
             begin = first + (int(before[-1]) + 1 if len(before) else 0)
