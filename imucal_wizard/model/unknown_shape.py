@@ -14,6 +14,7 @@ that were measured.
 """
 
 import itertools
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -166,13 +167,31 @@ def _modes(length: float, lines: int) -> tuple[FloatArray, FloatArray]:
     return weights, np.sqrt(values[order] / count)
 
 
+_CAUSES: Mapping[Against, str] = {
+    "input": "bend a characteristic like this are a converter with missing codes, a mass that "
+    "sticks or rubs, electronics that switch between ranges",
+    "time": "move a zero like this are a loose board or connector, an unstable supply, warmth from "
+    "a neighbour that comes and goes",
+    "temperature": "move a zero like this are glue or a package that yields at one temperature, "
+    "and a compensation table inside the chip that changes from one entry to the next",
+}
+_CONFIRM: Mapping[Against, str] = {
+    "input": "Measure again with poses between those of the steepest part. A property of the sensor "
+    "gives the same curve on another day.",
+    "time": "Leave the device untouched in one pose for as long as the session lasted. If the curve "
+    "comes again at the same time after switching on, it belongs to the sensor; if it comes at "
+    "another time, to its surroundings.",
+    "temperature": "Leave the device untouched in one pose, warm it slowly and let it cool again. A "
+    "property of the sensor gives the same curve both ways.",
+}
+
+
 def _story(letter: str, over: str, against: Against) -> Story:
     absorbed = "bias and scale" if against == "input" else "the bias"
     return Story(
         what=f"Nothing in the catalogue makes this error. The {letter} axis has an error that "
-        f"follows {over}, and the curve shows how. It names no cause. Causes that bend a "
-        "characteristic like this are a converter with missing codes, a mass that sticks or rubs, "
-        "a loose board, electronics that switch between ranges.",
+        f"follows {over}, and the curve shows how. It names no cause. Causes that "
+        f"{_CAUSES[against]}.",
         equation=f"error on {letter} = a smooth curve over {over}. Over how short a distance it "
         "may change, and how large it may be, is what the data make likeliest among "
         f"{len(LENGTHS)} lengths and {len(SIZES)} sizes (marginal likelihood of a Gaussian "
@@ -185,8 +204,7 @@ def _story(letter: str, over: str, against: Against) -> Story:
         remedy="Look for the cause first: a curve that is not understood may change. Add the term "
         "only if data held out confirm it, and apply it only inside the range that was measured; "
         "beyond it the curve keeps its last value.",
-        confirm=f"Measure again with poses between those of the steepest part, or change {over} "
-        "and nothing else. A property of the sensor gives the same curve on another day.",
+        confirm=_CONFIRM[against],
         source="Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), chapters "
         "2 and 5.",
     )
