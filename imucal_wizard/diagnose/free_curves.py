@@ -21,11 +21,12 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.curve_shape import CurveShape, curve_shape
+from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.hypotheses import EFFECT, PRIOR, UNKNOWN, Hypothesis, noise_alone
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances
-from imucal_wizard.diagnose.suspects import Significance, Suspect, expected_covariance
+from imucal_wizard.diagnose.suspects import Suspect, expected_covariance
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import AxisEffect, BiasEffect, Effect
 from imucal_wizard.model.unknown_shape import LENGTHS, SETTINGS, SIZES, UnknownShape
@@ -113,7 +114,10 @@ def offered_curves(
     known = {one.term: one.effect for one in misfit.candidates}
     effects, structure, neutral = _of_the_same(hypotheses, posterior, of_listed, known)
     # probabilities over that of all explanations without curves
-    scale = float(np.exp(np.clip(tried.weights.max() - posterior.log_total, -700.0, 700.0)))
+    place = int(posterior.single.argmax())
+    total = hypotheses.log_prior[place] + posterior.evidence[place]
+    total -= np.log(max(float(posterior.single[place]), 1e-300))
+    scale = float(np.exp(np.clip(tried.weights.max() - total, -700.0, 700.0)))
     own = scale * np.exp(tried.weights - tried.weights.max())
     with_listed = float(own[listed].sum()) + effects + structure
     everything = float(own.sum()) + 1.0 - neutral
@@ -195,7 +199,7 @@ def try_curves(
     evidence = _by_size(own, frame.across.T @ misfit.residual)
     weights = (evidence - np.log(len(SIZES)) + prior).reshape(len(curves), len(SETTINGS))
     each = np.logaddexp.reduce(weights, axis=1)
-    significance = Significance(own, found, Chances(own))
+    chance = Detectability(misfit, own, found, Chances(own))
     noise = expected_covariance(misfit, own, found)
     order, tried = np.argsort(-each, kind="stable"), []
     for k in order.tolist():
@@ -204,7 +208,7 @@ def try_curves(
         typical = one.effect.typical(fit.sensor, float(setting))
         best = replace(one, variant=float(setting), typical=typical)
         odds = float(each[k] - prior - np.log(len(LENGTHS)) - found.evidence[0])
-        tried.append(Suspect(one.term, best, odds, misfit, noise, (), significance))
+        tried.append(Suspect(one.term, best, odds, misfit, noise, (), chance))
     return TriedCurves(tuple(tried), np.asarray(each[order]))
 
 

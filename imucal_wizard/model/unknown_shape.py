@@ -176,13 +176,13 @@ _CAUSES: Mapping[Against, str] = {
     "and a compensation table inside the chip that changes from one entry to the next",
 }
 _CONFIRM: Mapping[Against, str] = {
-    "input": "Measure again with poses between those of the steepest part. A property of the sensor "
-    "gives the same curve on another day.",
-    "time": "Leave the device untouched in one pose for as long as the session lasted. If the curve "
-    "comes again at the same time after switching on, it belongs to the sensor; if it comes at "
-    "another time, to its surroundings.",
-    "temperature": "Leave the device untouched in one pose, warm it slowly and let it cool again. A "
-    "property of the sensor gives the same curve both ways.",
+    "input": "Measure again with poses between those of the steepest part. A property of the "
+    "sensor gives the same curve on another day.",
+    "time": "Leave the device untouched in one pose for as long as the session lasted. If the "
+    "curve comes again at the same time after switching on, it belongs to the sensor; if it comes "
+    "at another time, to its surroundings.",
+    "temperature": "Leave the device untouched in one pose, warm it slowly and let it cool again. "
+    "A property of the sensor gives the same curve both ways.",
 }
 
 
