@@ -10,8 +10,8 @@ from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.measurement.holds import Hold
 
-BATCH_FREEDOM = 4
-"""Usual degrees of freedom per axis of the covariance of an average: five batch means."""
+HOLD_FREEDOM = 4
+"""Usual degrees of freedom per axis of the covariance of an average."""
 TREMBLING = 2.0
 """Variance across gravity over that along it from which on they are two numbers and not one ..."""
 SURE = 3.0
@@ -53,9 +53,9 @@ def has_rate(hold: Hold) -> bool:
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """Noise of the holds: each by its own samples, moderated by all others.
 
-    The noise per second of a hold is that of its batch means, which count correlated noise in full
-    but have few degrees of freedom, and that of its samples, of which there are many: what the
-    batch means show beyond the samples is told from all holds together. How far holds differ by
+    The noise per second of a hold is that at its lowest frequencies, which counts correlated noise
+    in full but has few degrees of freedom, and that of its samples, of which there are many: the
+    ratio of the two is told from all holds together. How far holds differ by
     more than chance decides how much each one's own noise counts (``shrunk``).
     """
     times = np.array([hold.end - hold.start for hold in holds])
@@ -66,8 +66,8 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
         covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
         seconds = np.array([hold.end - hold.start for hold in with_rate])
         columns = covariances[:, range(3), range(3)] * seconds[:, None]
-        per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns.T])
-    freedom = np.array([hold.batch_freedom for hold in holds])
+        per_axis = np.array([_pooled(column, HOLD_FREEDOM) for column in columns.T])
+    freedom = np.array([hold.noise_freedom for hold in holds])
     if _trembling(along, across, freedom):
         along = shrunk(along * times, freedom) / times
         across = shrunk(across * times, 2 * freedom) / times
@@ -185,7 +185,7 @@ def _pooled(values: FloatArray, freedom: int) -> float:
     return median(known) / ratio if len(known) else 0.0
 
 
-TRUST = 3 * BATCH_FREEDOM
+TRUST = 3 * HOLD_FREEDOM
 """Degrees of freedom with which the pooled noise speaks against a hold's own: as many as it has."""
 
 
@@ -208,7 +208,7 @@ class Rest:
 
 
 def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
-    """From the scatter of the holds' batch means.
+    """From the noise of the holds' means.
 
     The noise per second is common to all holds; a hand that trembled in one of them is not. The
     scatter of a hold, moderated by the common one, counts where it is larger: a device that turned
@@ -225,7 +225,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
     ratio = np.array([_ratio(hold, density) for hold in holds])
-    own = 3 * BATCH_FREEDOM
+    own = 3 * HOLD_FREEDOM
     growth = np.maximum((TRUST + own * ratio) / (TRUST + own), 1.0)
     moved = (growth - 1.0) * common.mean(axis=1)
     return Rest(common + moved[:, None], moved, moved * (0.5 * seconds) ** 2, per_second)
