@@ -14,7 +14,7 @@ Per effect, with the 95 % interval of Clopper and Pearson where it is a share:
   ``WRONG``: a family is named that was not added. What a recording shows before anything is added
   is printed above the table.
 - accelerometer: the error of holds that the fit has not seen, before and after adding what the
-  program adds. Each quarter of the session is left out in turn. Gyroscope: the error of rotations
+  program adds. Each eighth of the session is left out in turn. Gyroscope: the error of rotations
   left out one at a time.
 
     --draws        of axes, signs, moments and time constants for each effect and size
@@ -23,6 +23,7 @@ Per effect, with the 95 % interval of Clopper and Pearson where it is a share:
 """
 
 import argparse
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -68,7 +69,8 @@ RECORDINGS: dict[str, tuple[tuple[str, ...], RecordingOptions]] = {
 }
 TIMES = 1.0, 2.0, 3.0, 5.0
 """Sizes in units of the nameable one; nothing (0) is added once for each recording."""
-QUARTERS = 4
+PARTS = 8
+"""Parts of the session that are left out one at a time, as fresh data."""
 STILL = 3.0
 """A second is at rest if its standard deviation is below so many times that of the calmest tenth
 of all seconds."""
@@ -280,17 +282,17 @@ def _with_error(series: Series, axis: int, error: FloatArray) -> Series:
 
 
 def _fresh(found: Diagnosis, readings: Readings) -> tuple[float, float]:
-    """Error of holds of a quarter that the fit has not seen, before and after, mg."""
+    """Error of holds of an eighth of the session that the fit has not seen, before and after, mg."""
     if found.report is None or found.bench is None:
         return np.nan, np.nan
     holds, unit = found.report.holds, found.bench.fit.bias_unit
     around = found.bench.measured.circumstances
-    quarter = np.arange(len(holds)) * QUARTERS // len(holds)
+    part = np.arange(len(holds)) * PARTS // len(holds)
     means = np.array([hold.accelerometer for hold in holds])
     squares = np.zeros((2, len(holds)))
     models: tuple[tuple[Term, ...], ...] = ((), tuple(found.bench.fit.terms))
-    for left in range(QUARTERS):
-        rows = quarter != left
+    for left in range(PARTS):
+        rows = part != left
         kept = [hold for hold, own in zip(holds, rows, strict=True) if own]
         try:
             data = accelerometer_experiment(kept, GRAVITY, unit, readings)
@@ -385,7 +387,7 @@ def _gyroscope_scale(
 
     def misfit(per_degree: float) -> float:
         squares = []
-        for (_, end, up), (begin, _, then) in zip(rests, rests[1:], strict=False):
+        for (_, end, up), (begin, _, then) in itertools.pairwise(rests):
             steps = np.radians(rate[end : begin + 1].reshape(-1, 3) / per_degree) / hertz
             turn = Attitude.identity()
             for step in np.array_split(steps, max(len(steps) // 4, 1)):
@@ -423,7 +425,8 @@ def _row(term: str, times: float, own: Sequence[Judged]) -> str:
     size = float(np.median([abs(one.size) for one in own]))
     said = "; ".join(f"{n} {text}" for text, n in Counter(one.said for one in own).most_common())
     elsewhere = " (other sensor named)" if any(one.elsewhere for one in own) else ""
-    return f"  {term:<30}{times:>6g}{size:>8.2g}{cells}   {before:.3f} → {after:.3f}   {said}{elsewhere}"
+    errors = f"{before:.3f} → {after:.3f}"
+    return f"  {term:<30}{times:>6g}{size:>8.2g}{cells}   {errors}   {said}{elsewhere}"
 
 
 ENDS = "before", "after"

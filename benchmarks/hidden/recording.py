@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.hidden.designs import BATCHES, Plan, Schedule, drawn_schedule
+from benchmarks.hidden.designs import Plan, Schedule, drawn_schedule
 from benchmarks.hidden.noise import MILLI_G, Colour, averaged_rounding, batch_noise
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY

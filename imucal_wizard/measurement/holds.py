@@ -330,10 +330,11 @@ def _lowest_waves(count: int) -> FloatArray:
     if count < 2:
         return np.zeros((0, count))
     if count == 2:
-        return np.array([[1.0, -1.0]]) / np.sqrt(2.0)
+        return np.sqrt(0.5) * np.array([[1.0, -1.0]])
     cycles = np.arange(1, min(NOISE_FREQUENCIES, (count - 1) // 2) + 1)
     phase = 2.0 * np.pi * np.outer(cycles, np.arange(count) + 0.5) / count
-    return np.asarray(np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count))
+    waves: FloatArray = np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count)
+    return waves
 
 
 class HoldBuilder:
