@@ -282,7 +282,7 @@ def _with_error(series: Series, axis: int, error: FloatArray) -> Series:
 
 
 def _fresh(found: Diagnosis, readings: Readings) -> tuple[float, float]:
-    """Error of holds of an eighth of the session that the fit has not seen, before and after, mg."""
+    """Error of holds that the fit has not seen, before and after adding, mg."""
     if found.report is None or found.bench is None:
         return np.nan, np.nan
     holds, unit = found.report.holds, found.bench.fit.bias_unit

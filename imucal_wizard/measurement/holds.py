@@ -330,7 +330,7 @@ def _lowest_waves(count: int) -> FloatArray:
     if count < 2:
         return np.zeros((0, count))
     if count == 2:
-        return np.sqrt(0.5) * np.array([[1.0, -1.0]])
+        return np.array([[np.sqrt(0.5), -np.sqrt(0.5)]])
     cycles = np.arange(1, min(NOISE_FREQUENCIES, (count - 1) // 2) + 1)
     phase = 2.0 * np.pi * np.outer(cycles, np.arange(count) + 0.5) / count
     waves: FloatArray = np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count)
