@@ -266,7 +266,8 @@ def nameable(name: str, sensor: str, term: str, at: float) -> tuple[tuple[str, .
     candidate = own[0].candidate
     if candidate.variant is not None:
         candidate = candidate_at(findings.fit, candidate.effect, at)
-    return candidate.names, 2.0 * own[0].significance.detectable(candidate)
+    sizes = own[0].detectability
+    return candidate.names, np.maximum(sizes.named(candidate), sizes.seen(candidate))
 
 
 def _with_error(series: Series, axis: int, error: FloatArray) -> Series:

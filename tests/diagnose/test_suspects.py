@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
-from imucal_wizard.diagnose.suspects import Suspect, expected_noise, rank
+from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
 from tests.diagnose.sessions import EXACT_POSES, session
 
@@ -62,11 +62,13 @@ def test_a_hidden_effect_is_the_first_suspect_at_its_size_and_sign() -> None:
 
 
 def test_louder_noise_hides_larger_effects() -> None:
-    """The detectable size is in proportion to the noise."""
-    sizes, noise = [], []
-    for colour in ("consumer", "white"):
-        misfit, hypotheses = session(colour=colour)
-        sizes.append(ranked(misfit)["second-order"].detectable)
-        slow = expected_noise(hypotheses.posterior(misfit.residual))
-        noise.append(slow * misfit.sigma.mean())
-    assert np.median(sizes[1] / sizes[0]) == pytest.approx(noise[1] / noise[0], rel=0.1)
+    """Both sizes are in proportion to the noise; the family is named from a larger one on."""
+    quiet, loud = (session(colour="white", louder=louder) for louder in (1.0, 4.0))
+    one, other = (ranked(misfit)["second-order"] for misfit, _ in (quiet, loud))
+    noise = [
+        misfit.sigma.mean() * known.posterior(misfit.residual).expected_noise
+        for misfit, known in (quiet, loud)
+    ]
+    for sizes in ((one.detectable, other.detectable), (one.nameable, other.nameable)):
+        assert np.median(sizes[1] / sizes[0]) == pytest.approx(noise[1] / noise[0], rel=0.1)
+    assert (one.nameable > one.detectable).all()
