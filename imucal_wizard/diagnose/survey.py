@@ -135,7 +135,7 @@ def _withdrawn(bench: Bench, below: int, *, probable: bool) -> BenchFindings:
         explanations=(),
         probable=added if probable and len(added) == 1 else (),
     )
-    return replace(found, opinion=opinion)
+    return bench.with_curves(replace(found, opinion=opinion))
 
 
 def diagnose_benches(
