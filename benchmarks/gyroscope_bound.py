@@ -83,7 +83,7 @@ DEVICES = (
 )
 
 
-class RateError(ABC):
+class WrongRate(ABC):
     """What a gyroscope may do beside bias, scale and angles."""
 
     @abstractmethod
@@ -110,7 +110,7 @@ class Session:
         self.up = np.array([*(motion.up[0] for motion in self.motions), last])
 
     def recorded(
-        self, rng: np.random.Generator, wrong: RateError | None = None
+        self, rng: np.random.Generator, wrong: WrongRate | None = None
     ) -> tuple[list[Hold], list[Rotation]]:
         """The session with noise, and with one more error of the gyroscope."""
         device, sigma = self.device, np.radians(self.device.rate)

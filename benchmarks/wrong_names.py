@@ -29,8 +29,8 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.complete import HOLD_NOISE, interval
-from benchmarks.gyroscope_bound import RATE, RateError, Session, fitted
+from benchmarks.complete import interval
+from benchmarks.gyroscope_bound import RATE, Session, WrongRate, fitted
 from benchmarks.gyroscope_bound import Device as TurnedDevice
 from benchmarks.hidden import strangers
 from benchmarks.hidden.designs import PLANS
@@ -55,7 +55,7 @@ MAX_OF_KIND, MAX_OF_ALL = 2 / 40, 6 / 600
 
 
 @dataclass(frozen=True)
-class Delayed(RateError):
+class Delayed(WrongRate):
     """One axis that answers late."""
 
     axis: int
@@ -72,7 +72,7 @@ class Delayed(RateError):
 
 
 @dataclass(frozen=True)
-class Cubed(RateError):
+class Cubed(WrongRate):
     """One axis feels the third power of the force along one axis."""
 
     out: int
@@ -87,7 +87,7 @@ class Cubed(RateError):
 
 
 @dataclass(frozen=True)
-class Anisoelastic(RateError):
+class Anisoelastic(WrongRate):
     """One axis feels the product of two components of the force."""
 
     out: int
@@ -102,7 +102,7 @@ class Anisoelastic(RateError):
 
 
 @dataclass(frozen=True)
-class FasterClock(RateError):
+class FasterClock(WrongRate):
     """A clock whose rate changes evenly: all axes by the same share."""
 
     per_second: float
@@ -126,27 +126,27 @@ class Kind:
 
     true: tuple[str, ...]
     made: Callable[[float], Extra] | None = None
-    turned: Callable[[np.random.Generator, float, float, float, float], RateError] | None = None
+    turned: Callable[[np.random.Generator, float, float, float, float], WrongRate] | None = None
 
 
-def _delayed(rng: np.random.Generator, *_: float) -> RateError:
+def _delayed(rng: np.random.Generator, *_: float) -> WrongRate:
     return Delayed(int(rng.integers(3)), 1.5e-3)
 
 
-def _cubed(rng: np.random.Generator, times: float, rest: float, *_: float) -> RateError:
+def _cubed(rng: np.random.Generator, times: float, rest: float, *_: float) -> WrongRate:
     # an axis has so much of its third power left beside bias and the first: √(4/175)
     size = times * rest / np.sqrt(4.0 / 175.0)
     return Cubed(int(rng.integers(3)), int(rng.integers(3)), size * rng.choice((-1.0, 1.0)))
 
 
-def _products(rng: np.random.Generator, times: float, rest: float, *_: float) -> RateError:
+def _products(rng: np.random.Generator, times: float, rest: float, *_: float) -> WrongRate:
     size = times * rest * np.sqrt(15.0)  # the rms of a product over the sphere is 1/√15
     return Anisoelastic(int(rng.integers(3)), int(rng.integers(3)), size * rng.choice((-1.0, 1.0)))
 
 
 def _clock(
     rng: np.random.Generator, times: float, rest: float, closure: float, seconds: float
-) -> RateError:
+) -> WrongRate:
     usual = np.radians(110.0) * seconds / np.sqrt(12.0)  # rms angle, and time from the middle
     return FasterClock(times * closure / usual * rng.choice((-1.0, 1.0)))
 
@@ -295,7 +295,9 @@ def _turned(kind: Kind, number: int, rng: np.random.Generator) -> Bench:
     device = TurnedDevice("", poses, 12, samples, force, (rate, rate, rate))
     session = Session(device, int(rng.integers(2**31)))
     rest = np.radians(rate) / np.sqrt(samples)
-    closure = np.hypot(np.sqrt(2.0 / samples) * 1e-3 * force, np.radians(rate) * 2.0 / np.sqrt(RATE))
+    closure = np.hypot(
+        np.sqrt(2.0 / samples) * 1e-3 * force, np.radians(rate) * 2.0 / np.sqrt(RATE)
+    )
     seconds = len(session.motions) * (samples / RATE + 5.0)
     if kind.turned is None:
         raise ValueError("this structure is an accelerometer's")

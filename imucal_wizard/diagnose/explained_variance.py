@@ -5,6 +5,8 @@ that two numbers are left of any characteristic, and a second and a third order 
 two. Corners and tilts at other angles show more of it: that is the discriminability.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
@@ -17,6 +19,9 @@ from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 
 MIN_WANDER_SHARE = 1e-3
 """A wander of the noise less likely than this is left out."""
+MAX_SHARE_UNLIKE = 0.03
+"""Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
+that are most alike without being aliases at 1 g leave 0.12 (√(1 − 0.992²))."""
 
 
 class ExplainedVariance:
@@ -69,6 +74,35 @@ class ExplainedVariance:
             if parts
         }
 
+    def beside(self, families: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+        """What these families leave: its coordinates, (m,); what they span, orthonormal, (m, k)."""
+        parts, _ = self._likeliest(families)
+        patterns = [np.zeros((len(self._coordinates), 0)), *(x for _, x in parts)]
+        inside = _span(np.concatenate(patterns, axis=1))
+        return self._coordinates - inside @ (inside.T @ self._coordinates), inside
+
+    def aliases(self, first: str, others: Sequence[str]) -> list[str]:
+        """Which other effects make exactly what the likeliest form of the first takes away.
+
+        However the sizes of the others' parameters must be chosen for that: a pattern of one
+        parameter is the plainer explanation, but these poses do not decide for it.
+        """
+        own = [
+            (share, one)
+            for one, share in zip(self._hypotheses.single, self._posterior.single, strict=True)
+            if one.terms == (first,)
+        ]
+        inside = _span(max(own, key=lambda each: each[0])[1].patterns)
+        taken = inside @ (inside.T @ self._coordinates)
+        found = []
+        for name in others:
+            each = [one for one in self._misfit.candidates if one.term == name]
+            spans = [_span(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each]
+            left = [float(np.linalg.norm(taken - span @ (span.T @ taken))) for span in spans]
+            if min(left) < MAX_SHARE_UNLIKE * float(np.linalg.norm(taken)):
+                found.append(name)
+        return found
+
     def strongest(self) -> float:
         """The same for the likeliest explanation by effects, as a whole."""
         parts, noise = self._likeliest(())
@@ -101,6 +135,9 @@ class ExplainedVariance:
         if pairs is None:
             return np.zeros(0)
         found = np.ones(len(pairs))
+        if DISTURBED not in wanted:
+            wrong = np.array([DISTURBED in one.families for one in pairs.members])
+            found[wrong[pairs.first] & wrong[pairs.second]] = 0.0
         for family in wanted:
             own = np.array([family in one.families for one in pairs.members])
             found *= own[pairs.first] | own[pairs.second]
@@ -124,10 +161,15 @@ class ExplainedVariance:
     def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
         root = np.sqrt(weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
-        left, values, _ = np.linalg.svd(columns, full_matrices=False)
-        # no value at all where the model has taken up every row that was measured
-        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
+        inside = _span(columns).T @ (root * self._coordinates)
         return float(inside @ inside)
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns that span these, shape (m, k)."""
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    # no value at all where the model has taken up every row that was measured
+    return np.asarray(left[:, values > 1e-6 * values.max(initial=0.0)])
 
 
 def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:

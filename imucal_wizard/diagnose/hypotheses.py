@@ -9,10 +9,10 @@ Besides the effects of the catalogue there are, with priors of their own:
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
 Without these, any pattern would be given the name of the effect that resembles it most. Two effects
-at once are pairs of single parameters of different families. With the products ``a``, ``b``, ``c``
-of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and t = (s/σ)², the determinant is
-``1 + t (a + b) + t² (ab − c²)`` and the quadratic form ``(t/σ²) [y² + z² + t (b y² − 2c yz + a
-z²)]`` over it, so that no matrix has to be decomposed.
+at once are pairs of single parameters of different families, or two disturbed holds. With the
+products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and
+t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
+``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 
 import itertools
@@ -53,6 +53,7 @@ class Hypothesis:
         log_prior: logarithm of its prior probability.
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
         spreads: prior standard deviations of the size, each as likely as the others.
+        paired: whether it is looked for together with others.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Hypothesis:
     log_prior: float
     patterns: FloatArray
     spreads: tuple[float, ...]
+    paired: bool = True
 
 
 def noise_alone(frame: Frame) -> Hypothesis:
@@ -98,6 +100,7 @@ def _effect(candidate: Candidate, prior: float, patterns: FloatArray, which: str
         float(np.log(prior)),
         patterns,
         SPREADS,
+        candidate.effect.paired,
     )
 
 
@@ -257,6 +260,8 @@ SAME_AXIS = 0.2
 """Share of pairs that bend one axis' characteristic, evenly and oddly: one cause makes both."""
 WITH_DISTURBED = 0.15
 """Share of an effect and a disturbed hold."""
+TWO_DISTURBED = 0.1
+"""Share of two disturbed holds or rotations."""
 BENT = ("even-order", "odd-order")
 
 
@@ -313,9 +318,11 @@ class Pairs:
 
 
 def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
-    """Pairs of single parameters, and of a parameter with a disturbed hold; None without any."""
+    """Pairs of single parameters and disturbed holds; None without any."""
     single = [
-        one for one in hypotheses if one.patterns.shape[1] == 1 and one.kind in (EFFECT, DISTURBED)
+        one
+        for one in hypotheses
+        if one.patterns.shape[1] == 1 and one.kind in (EFFECT, DISTURBED) and one.paired
     ]
     if not single:
         return None
@@ -325,14 +332,19 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     axis = np.array([one.parameter for one in single])
     wrong = family == DISTURBED
     first, second = np.triu_indices(len(single), 1)
-    keep = number[first] != number[second]
+    keep = (number[first] != number[second]) | (wrong[first] & wrong[second])
     first, second = first[keep], second[keep]
     if not len(first):
         return None
-    mixed = wrong[first] | wrong[second]
+    both, mixed = wrong[first] & wrong[second], wrong[first] ^ wrong[second]
     same = bent[first] & bent[second] & (axis[first] == axis[second])
-    kinds = [(mixed, WITH_DISTURBED), (same, SAME_AXIS), (~mixed & ~same, 0.0)]
-    kinds[2] = (kinds[2][0], 1.0 - WITH_DISTURBED - SAME_AXIS)
+    rest = 1.0 - TWO_DISTURBED - WITH_DISTURBED - SAME_AXIS
+    kinds = [
+        (both, TWO_DISTURBED),
+        (mixed, WITH_DISTURBED),
+        (same, SAME_AXIS),
+        (~both & ~mixed & ~same, rest),
+    ]
     shares = np.array([one.log_prior for one in single])
     prior = np.zeros(len(first))
     for where, share in kinds:

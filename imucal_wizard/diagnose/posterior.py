@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import (
+    UNKNOWN,
     Hypothesis,
     Pairs,
     all_pairs,
@@ -105,6 +106,17 @@ class HypothesisSet:
             noise,
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
+
+    def unknown_share(self, coordinates: FloatArray) -> float:
+        """Probability of unknown structure among the single explanations.
+
+        Args:
+            coordinates: of a residual, shape (m,).
+        """
+        joint = self._single(coordinates, self.frame.log_noise(coordinates))
+        weight = np.logaddexp.reduce(joint, axis=(1, 2)) + self.log_prior
+        share = np.exp(weight - np.logaddexp.reduce(weight))
+        return float(share[[one.kind == UNKNOWN for one in self.single]].sum())
 
     def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""

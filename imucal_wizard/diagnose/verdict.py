@@ -58,7 +58,7 @@ class Shares:
         """Probability that each family takes part; kinds without any under their own names."""
         found: dict[str, float] = defaultdict(float)
         for label, share in self.by_label.items():
-            for family in label.families or (label.kind,):
+            for family in set(label.families) or {label.kind}:
                 found[family] += share
         return found
 
@@ -162,6 +162,15 @@ MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
 
 
+MIN_ACCUSED = 0.5
+"""Probability from which on a hold is among those called disturbed."""
+MIN_UNKNOWN_LEFT = 0.5
+"""Probability of unknown structure in what a name leaves, from which on the name is not given."""
+MAX_SHARE_LEFT_BY_NAME = 0.03
+"""What is left, as a share of what was taken away, below which a name stands although more than
+noise is left: the two effects of the catalogue that are most alike without being aliases leave that
+much of each other (1 − 0.986²). More of it, and something else was given the name of what it
+resembles."""
 MIN_PROBABLE = 0.5
 """Probability from which on an effect that is not certain enough to be named is called probable."""
 
@@ -227,20 +236,29 @@ def judge_misfit(
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
+    if {*families} - {DISTURBED}:
+        rest, inside = best.beside(families)
+        left = misfit.lack_beside(hypotheses.frame.across @ inside)
+        if resembles_only(lack, left) and hypotheses.unknown_share(rest) > MIN_UNKNOWN_LEFT:
+            verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
-        holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
-    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds[0]).within_noise:
+        accused = ordered(shares.by_hold)
+        holds = tuple(hold for hold, share in accused if share > MIN_ACCUSED) or (accused[0][0],)
+    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
-    terms = tuple(_within(shares, family_of, family) for family in families)
+    terms = tuple(
+        _with_aliases(_within(shares, family_of, family), family_of, best) for family in families
+    )
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
-    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
-        listed = tuple(tuple(sorted(one)) for one in itertools.product(*terms)) if terms else listed
+    if verdict is Verdict.AMBIGUOUS and terms:
+        every = (tuple(sorted(one)) for one in itertools.product(*terms))
+        listed = (*listed, *(one for one in every if one not in listed))
     if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
@@ -274,6 +292,15 @@ def unconfirmed(opinion: Opinion) -> Opinion:
         terms=(),
         probable=tuple(dict.fromkeys(term for members in opinion.terms for term in members)),
     )
+
+
+def resembles_only(before: LackOfFit, after: LackOfFit) -> bool:
+    """Whether too much is left for the names that were given.
+
+    Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
+    """
+    left = max(after.ratio**2 - 1.0, 0.0)
+    return left > MAX_SHARE_LEFT_BY_NAME * (before.ratio**2 - after.ratio**2)
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
@@ -359,3 +386,10 @@ def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     if members[0][1] > MIN_MEMBER_PROBABILITY:
         return (members[0][0],)
     return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)
+
+
+def _with_aliases(members: Terms, family_of: dict[str, str], best: ExplainedVariance) -> Terms:
+    """The members, and those that make exactly the same at these poses with other sizes."""
+    family = family_of[members[0]]
+    others = [term for term, own in family_of.items() if own == family and term not in members]
+    return (*members, *best.aliases(members[0], others))
