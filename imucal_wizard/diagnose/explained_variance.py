@@ -37,7 +37,7 @@ class ExplainedVariance:
         self, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
     ) -> None:
         self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
-        self._coordinates = hypotheses.frame.across.T @ misfit.residual
+        self.coordinates = hypotheses.frame.across.T @ misfit.residual
         self._wandering = posterior.noise.sum(axis=1)
         single, paired = posterior.single, posterior.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
@@ -50,7 +50,7 @@ class ExplainedVariance:
     @property
     def left(self) -> float:
         """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
-        return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
+        return float(np.sqrt(np.mean(self.coordinates**2))) if len(self.coordinates) else 0.0
 
     @property
     def left_by_all(self) -> float:
@@ -61,25 +61,29 @@ class ExplainedVariance:
         inside = self._hypotheses.frame.across.T @ np.concatenate(columns, axis=1)
         left, values, _ = np.linalg.svd(inside, full_matrices=False)
         taken = left[:, values > 1e-9 * values.max(initial=0.0)]
-        rest = self._coordinates - taken @ (taken.T @ self._coordinates)
+        rest = self.coordinates - taken @ (taken.T @ self.coordinates)
         return float(np.sqrt((rest @ rest) / max(len(rest) - taken.shape[1], 1)))
 
     def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
-        """Squares of the noise that each of these families takes away beside the others."""
+        """Squares of the noise that each of these families takes away beside the others.
+
+        The noise is at least what was measured within the holds: that residuals happen to be
+        smaller makes no effect more certain.
+        """
         parts, noise = self._likeliest(families)
         whole = self._explained([patterns for _, patterns in parts])
         return {
-            family: (whole - self._explained([x for own, x in parts if own != family])) / noise**2
+            family: (whole - self._explained([x for own, x in parts if own != family]))
+            / max(noise, 1.0) ** 2
             for family in families
             if parts
         }
 
-    def beside(self, families: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-        """What these families leave: its coordinates, (m,); what they span, orthonormal, (m, k)."""
+    def span(self, families: tuple[str, ...]) -> FloatArray:
+        """What the likeliest explanation with these families can make, orthonormal, (m, k)."""
         parts, _ = self._likeliest(families)
-        patterns = [np.zeros((len(self._coordinates), 0)), *(x for _, x in parts)]
-        inside = _span(np.concatenate(patterns, axis=1))
-        return self._coordinates - inside @ (inside.T @ self._coordinates), inside
+        patterns = [np.zeros((len(self.coordinates), 0)), *(x for _, x in parts)]
+        return _span(np.concatenate(patterns, axis=1))
 
     def aliases(self, first: str, others: Sequence[str]) -> list[str]:
         """Which other effects make exactly what the likeliest form of the first takes away.
@@ -93,7 +97,7 @@ class ExplainedVariance:
             if one.terms == (first,)
         ]
         inside = _span(max(own, key=lambda each: each[0])[1].patterns)
-        taken = inside @ (inside.T @ self._coordinates)
+        taken = inside @ (inside.T @ self.coordinates)
         found = []
         for name in others:
             each = [one for one in self._misfit.candidates if one.term == name]
@@ -106,7 +110,7 @@ class ExplainedVariance:
     def strongest(self) -> float:
         """The same for the likeliest explanation by effects, as a whole."""
         parts, noise = self._likeliest(())
-        return self._explained([patterns for _, patterns in parts]) / noise**2
+        return self._explained([patterns for _, patterns in parts]) / max(noise, 1.0) ** 2
 
     def _likeliest(self, families: tuple[str, ...]) -> tuple[list[tuple[str, FloatArray]], float]:
         """Patterns by family of the likeliest explanation that has these families; its noise."""
@@ -161,7 +165,7 @@ class ExplainedVariance:
     def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
         root = np.sqrt(weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
-        inside = _span(columns).T @ (root * self._coordinates)
+        inside = _span(columns).T @ (root * self.coordinates)
         return float(inside @ inside)
 
 

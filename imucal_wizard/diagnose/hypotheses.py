@@ -126,7 +126,7 @@ LENGTHS = (0.22, 0.4)
 """Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
 UNKNOWN_SIZES = (1.5, 5.0, 16.0)
 """Its size in noise standard deviations."""
-WAVES = tuple(np.linspace(4.5, 12.0, 11))
+WAVES = tuple(np.linspace(3.5, 12.0, 12))
 """Wave numbers of a rippled characteristic, rad/g."""
 UNKNOWN_SHARES = {"sphere": 0.15, "odd": 0.15, "even": 0.1, "axes": 0.1, "axis": 0.06, "wave": 0.1}
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,

@@ -10,6 +10,7 @@ averaged over; the repeats in r itself determine how large the noise is.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,16 +108,21 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def unknown_share(self, coordinates: FloatArray) -> float:
-        """Probability of unknown structure among the single explanations.
+    def unknown_beside(self, coordinates: FloatArray, inside: FloatArray) -> float:
+        """Probability of unknown structure among the single explanations of what a name leaves.
 
         Args:
             coordinates: of a residual, shape (m,).
+            inside: what the name takes up, orthonormal, shape (m, k).
         """
-        joint = self._single(coordinates, self.frame.log_noise(coordinates))
-        weight = np.logaddexp.reduce(joint, axis=(1, 2)) + self.log_prior
-        share = np.exp(weight - np.logaddexp.reduce(weight))
-        return float(share[[one.kind == UNKNOWN for one in self.single]].sum())
+
+        def beside(patterns: FloatArray) -> FloatArray:
+            return np.asarray(patterns - inside @ (inside.T @ patterns))
+
+        left = [replace(one, patterns=beside(one.patterns)) for one in self.single]
+        rest = HypothesisSet(self.frame, left)
+        found = rest.posterior(self.frame.across @ beside(coordinates))
+        return float(found.single[[one.kind == UNKNOWN for one in left]].sum())
 
     def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""

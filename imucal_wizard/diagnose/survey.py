@@ -9,11 +9,12 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
 from imucal_wizard.diagnose.verdict import (
+    MAX_SHARE_LEFT_BY_NAME,
     Opinion,
     Terms,
     Verdict,
     nameless,
-    resembles_only,
+    share_left,
     unconfirmed,
 )
 from imucal_wizard.diagnose.verdict_text import verdict_text
@@ -54,7 +55,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         return said
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
-    if without_name and len(bench.ladder) > below and resembles_only(was, left):
+    if without_name and len(bench.ladder) > below and share_left(was, left) > MAX_SHARE_LEFT_BY_NAME:
         return _withdrawn(bench, below)
     return last
 

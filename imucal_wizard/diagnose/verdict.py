@@ -166,6 +166,9 @@ MIN_ACCUSED = 0.5
 """Probability from which on a hold is among those called disturbed."""
 MIN_UNKNOWN_LEFT = 0.5
 """Probability of unknown structure in what a name leaves, from which on the name is not given."""
+MIN_SHARE_OF_UNKNOWN = 0.01
+"""The least of that structure, as a share of the squares that the name takes away: scales and biases
+that are wrong by 5 % leave so much of an effect that is quadratic in the input."""
 MAX_SHARE_LEFT_BY_NAME = 0.03
 """What is left, as a share of what was taken away, below which a name stands although more than
 noise is left: the two effects of the catalogue that are most alike without being aliases leave that
@@ -237,10 +240,12 @@ def judge_misfit(
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
     if {*families} - {DISTURBED}:
-        rest, inside = best.beside(families)
+        inside = best.span(families)
         left = misfit.lack_beside(hypotheses.frame.across @ inside)
-        if resembles_only(lack, left) and hypotheses.unknown_share(rest) > MIN_UNKNOWN_LEFT:
-            verdict, families = nameless(lack), ()
+        if share_left(lack, left) > MIN_SHARE_OF_UNKNOWN:
+            unknown = hypotheses.unknown_beside(best.coordinates, inside)
+            if left.between_directions or unknown > MIN_UNKNOWN_LEFT:
+                verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
@@ -294,13 +299,13 @@ def unconfirmed(opinion: Opinion) -> Opinion:
     )
 
 
-def resembles_only(before: LackOfFit, after: LackOfFit) -> bool:
-    """Whether too much is left for the names that were given.
+def share_left(before: LackOfFit, after: LackOfFit) -> float:
+    """What the names that were given leave beside noise, as a share of what they take away.
 
     Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
     """
-    left = max(after.ratio**2 - 1.0, 0.0)
-    return left > MAX_SHARE_LEFT_BY_NAME * (before.ratio**2 - after.ratio**2)
+    taken = before.ratio**2 - after.ratio**2
+    return max(after.ratio**2 - 1.0, 0.0) / taken if taken > 0.0 else np.inf
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
