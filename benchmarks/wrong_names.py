@@ -63,6 +63,7 @@ class Delayed(WrongRate):
 
     def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
         """The rate of a moment before, less that of now."""
+        del up
         error = np.zeros_like(rate)
         if len(time) > 1:
             course = CubicSpline(time, rate[:, self.axis])
@@ -81,6 +82,7 @@ class Cubed(WrongRate):
 
     def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
         """In rest and in motion."""
+        del time
         error = np.zeros_like(rate)
         error[:, self.out] = self.size * up[:, self.felt] ** 3
         return error
@@ -96,6 +98,7 @@ class Anisoelastic(WrongRate):
 
     def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
         """In rest and in motion."""
+        del time
         error = np.zeros_like(rate)
         error[:, self.out] = self.size * np.delete(up, self.without, axis=1).prod(axis=1)
         return error
@@ -109,6 +112,7 @@ class FasterClock(WrongRate):
 
     def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
         """More of the rate the later it is."""
+        del up
         return np.asarray(self.per_second * time[:, None] * rate)
 
 
@@ -147,12 +151,12 @@ def _products(rng: np.random.Generator, times: float, rest: float, *_: float) ->
 def _clock(
     rng: np.random.Generator, times: float, rest: float, closure: float, seconds: float
 ) -> WrongRate:
+    del rest
     usual = np.radians(110.0) * seconds / np.sqrt(12.0)  # rms angle, and time from the middle
     return FasterClock(times * closure / usual * rng.choice((-1.0, 1.0)))
 
 
 SLOW_BIAS = ("bias-temperature", "warm-up", "bias-drift")
-ODD = ("third-order",)
 KINDS: dict[str, Kind] = {
     "scale that steps": Kind(("scale-step",), strangers.ScaleStep),
     "two bumped holds": Kind((), strangers.TwoBumped),

@@ -5,8 +5,6 @@ that two numbers are left of any characteristic, and a second and a third order 
 two. Corners and tilts at other angles show more of it: that is the discriminability.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
@@ -14,7 +12,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
-from imucal_wizard.diagnose.random_walk import Frame, shown_axes
+from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 
 MIN_WANDER_SHARE = 1e-3
@@ -85,25 +83,25 @@ class ExplainedVariance:
         patterns = [np.zeros((len(self.coordinates), 0)), *(x for _, x in parts)]
         return _span(np.concatenate(patterns, axis=1))
 
-    def aliases(self, first: str, others: Sequence[str]) -> list[str]:
-        """Which other effects make exactly what the likeliest form of the first takes away.
+    def aliases(self, first: str) -> list[str]:
+        """The aliases of an effect that make exactly what its likeliest form takes away here.
 
-        However the sizes of the others' parameters must be chosen for that: a pattern of one
-        parameter is the plainer explanation, but these poses do not decide for it.
+        A pattern of one parameter is the plainer explanation, but these poses do not decide for it.
         """
-        own = [
+        own = [one for one in self._misfit.candidates if one.term == first]
+        named = [
             (share, one)
             for one, share in zip(self._hypotheses.single, self._posterior.single, strict=True)
             if one.terms == (first,)
         ]
-        inside = _span(max(own, key=lambda each: each[0])[1].patterns)
+        inside = _span(max(named, key=lambda each: each[0])[1].patterns)
         taken = inside @ (inside.T @ self.coordinates)
         found = []
-        for name in others:
+        for name in own[0].effect.aliases:
             each = [one for one in self._misfit.candidates if one.term == name]
             spans = [_span(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each]
             left = [float(np.linalg.norm(taken - span @ (span.T @ taken))) for span in spans]
-            if min(left) < MAX_SHARE_UNLIKE * float(np.linalg.norm(taken)):
+            if min(left, default=np.inf) < MAX_SHARE_UNLIKE * float(np.linalg.norm(taken)):
                 found.append(name)
         return found
 
@@ -189,14 +187,14 @@ def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
     """
     if not (misfit.kind == RowKind.HOLD).any():
         return 1.0
-    shown = shown_axes(misfit)
+    shown, errors = shown_axes(misfit), usual_errors(misfit, frame)
     shares = []
     for axis in range(3):
         bent = _bent(misfit, AXES[axis])
         if bent.shape[1]:
             phase = misfit.direction[:, [axis]] * np.array(WAVES)
             waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
-            shares.append(_outside(frame.across.T @ waves, frame.across.T @ bent))
+            shares.append(_outside(errors @ waves, frame.across.T @ bent))
     return median(np.concatenate(shares)) if shares else 1.0
 
 

@@ -26,7 +26,7 @@ from imucal_wizard.core.poses import DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, sample_quantile
-from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
+from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 
 NOTHING, EFFECT, PAIR = "nothing", "effect", "pair"
@@ -128,9 +128,24 @@ UNKNOWN_SIZES = (1.5, 5.0, 16.0)
 """Its size in noise standard deviations."""
 WAVES = tuple(np.linspace(3.5, 12.0, 12))
 """Wave numbers of a rippled characteristic, rad/g."""
-UNKNOWN_SHARES = {"sphere": 0.15, "odd": 0.15, "even": 0.1, "axes": 0.1, "axis": 0.06, "wave": 0.1}
+UNKNOWN_SHARES = {
+    "sphere": 0.14,
+    "odd": 0.14,
+    "even": 0.09,
+    "axes": 0.09,
+    "axis": 0.05,
+    "wave": 0.09,
+    "jump": 0.04,
+}
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
-along one certain axis in any shape or as a wave. Most errors of a sensor are either odd or even."""
+along one certain axis in any shape, as a wave or as a jump. Most errors of a sensor are either odd
+or even."""
+JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
+"""Inputs at which a characteristic may jump, as at a missing code, g."""
+JUMP_WIDTH = 0.02
+"""Half width of a jump, g: poses are placed less exactly."""
+JUMP_SIZES = (5.0, 25.0, 125.0)
+"""Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
 _LEVELS = np.linspace(-1.0, 1.0, 13)
 _NODES = np.array(list(DIRECTIONS.values()))
 _HALF = _NODES[[i for i, v in enumerate(_NODES) if tuple(v) > (0.0, 0.0, 0.0)]]
@@ -143,6 +158,7 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     shown = shown_axes(misfit)
     apart = np.where(misfit.kind == RowKind.DIP, 3, misfit.axis)
     axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
+    errors = usual_errors(misfit, frame)
     made = []
     for length in LENGTHS:
         shapes: list[tuple[float, list[FloatArray]]] = []
@@ -156,20 +172,31 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
             if not patterns:
                 continue
             prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
-            inside = frame.across.T @ np.concatenate(patterns, axis=1)
+            inside = errors @ np.concatenate(patterns, axis=1)
             made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
-    return made + _waves(up, shown, frame)
+    return made + _waves(up, shown, errors) + _jumps(up, shown, errors)
 
 
-def _waves(up: FloatArray, shown: FloatArray, frame: Frame) -> list[Hypothesis]:
+def _waves(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
     """A rippled characteristic of each axis, of any phase."""
     made = []
     for axis, wave in itertools.product(range(3), WAVES):
         phase = wave * up[:, [axis]]
         patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
         prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
-        inside = frame.across.T @ patterns
+        inside = errors @ patterns
         made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+    return made
+
+
+def _jumps(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
+    """A characteristic of each axis that jumps at some input; poses show it only in between."""
+    made = []
+    prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["jump"] / len(JUMPS)))
+    for axis, level in itertools.product(range(3), JUMPS):
+        course = np.clip((up[:, [axis]] - level) / JUMP_WIDTH, -1.0, 1.0)
+        inside = errors @ (course * shown[:, [axis]])
+        made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, JUMP_SIZES))
     return made
 
 

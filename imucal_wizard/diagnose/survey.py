@@ -55,7 +55,11 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         return said
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
-    if without_name and len(bench.ladder) > below and share_left(was, left) > MAX_SHARE_LEFT_BY_NAME:
+    if (
+        without_name
+        and len(bench.ladder) > below
+        and share_left(was, left) > MAX_SHARE_LEFT_BY_NAME
+    ):
         return _withdrawn(bench, below)
     return last
 

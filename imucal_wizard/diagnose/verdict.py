@@ -167,8 +167,8 @@ MIN_ACCUSED = 0.5
 MIN_UNKNOWN_LEFT = 0.5
 """Probability of unknown structure in what a name leaves, from which on the name is not given."""
 MIN_SHARE_OF_UNKNOWN = 0.01
-"""The least of that structure, as a share of the squares that the name takes away: scales and biases
-that are wrong by 5 % leave so much of an effect that is quadratic in the input."""
+"""The least of that structure, as a share of the squares that the name takes away: scales and
+biases that are wrong by 5 % leave so much of an effect that is quadratic in the input."""
 MAX_SHARE_LEFT_BY_NAME = 0.03
 """What is left, as a share of what was taken away, below which a name stands although more than
 noise is left: the two effects of the catalogue that are most alike without being aliases leave that
@@ -255,9 +255,7 @@ def judge_misfit(
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
-    terms = tuple(
-        _with_aliases(_within(shares, family_of, family), family_of, best) for family in families
-    )
+    terms = tuple(_with_aliases(_within(shares, family_of, family), best) for family in families)
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
@@ -393,8 +391,6 @@ def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)
 
 
-def _with_aliases(members: Terms, family_of: dict[str, str], best: ExplainedVariance) -> Terms:
-    """The members, and those that make exactly the same at these poses with other sizes."""
-    family = family_of[members[0]]
-    others = [term for term, own in family_of.items() if own == family and term not in members]
-    return (*members, *best.aliases(members[0], others))
+def _with_aliases(members: Terms, best: ExplainedVariance) -> Terms:
+    """The members, and what makes exactly the same as the first of them at these poses."""
+    return (*members, *(one for one in best.aliases(members[0]) if one not in members))

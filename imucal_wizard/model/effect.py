@@ -193,6 +193,8 @@ class Effect(ABC):
         graded: whether what lies between two of its ``variants`` is a setting, too.
         paired: whether pairs with other effects are looked for; the moments of a second step would
             be most of them.
+        aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
+            rest to rest, tell from it, where their sizes are chosen for that.
         stories: what to tell about it, by sensor.
     """
 
@@ -206,6 +208,7 @@ class Effect(ABC):
     against: Against = "input"
     graded: bool = False
     paired: bool = True
+    aliases: tuple[str, ...] = ()
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 

@@ -112,7 +112,7 @@ def scale_step(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     return np.where(c.minutes >= c.step, c.sensed[:, axes[0]], 0.0)
 
 
-def clock(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+def changing_clock(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
     """``K t w``: seconds that become longer; shape (n, 3)."""
     return np.asarray(c.minutes[:, None] * c.sensed)
 

@@ -69,7 +69,7 @@ GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
     "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", _DEGREE),
     "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
     "scale-step": HiddenTerm(forward.scale_step, "ppm", 1e-6 * _DEGREE),
-    "clock": HiddenTerm(forward.clock, "ppm/min", 1e-6 * _DEGREE),
+    "clock": HiddenTerm(forward.changing_clock, "ppm/min", 1e-6 * _DEGREE),
     "axis-delay": HiddenTerm(forward.axis_delay, "ms", 1e-3 * _DEGREE),
     "warm-up": HiddenTerm(forward.warm_up, "°/s", _DEGREE),
     "bias-drift": HiddenTerm(forward.bias_drift, "°/s/min", _DEGREE),

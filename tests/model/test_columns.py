@@ -115,7 +115,7 @@ def test_a_changing_clock_moves_all_axes_by_one_share() -> None:
 
 
 def test_a_late_axis_makes_products_of_rates_on_the_other_two() -> None:
-    """x late by 1 ms at 100 °/s about x and −20 about z: on y, 1e-3 · 100 · −20 · π/180 °/s."""
+    """At 100 °/s about x and −20 about z, 1 ms of x makes 1e-3 · 100 · −20 · π/180 °/s on y."""
     late = named("axis-delay", "gyroscope", moment())
     np.testing.assert_allclose(late["x"], [0.0, -2.0 * DEGREE, 0.0])
     np.testing.assert_allclose(late["z"], [0.0, 2.0 * DEGREE, 0.0])

@@ -41,6 +41,7 @@ class AxisDelay(Effect):
     title = "one axis is late"
     equation = "y_i(t) = w_i(t − τ_i)"
     order = 13
+    aliases = ("cross-product",)
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The three axes are read one after the other, or one has a filter of its own: "

@@ -41,6 +41,7 @@ class CubicCross(Effect):
     title = "cubic cross-axis term"
     equation = "ε_i = Σ Cᵢⱼⱼ x_i x_j²"
     order = 23
+    aliases = ("third-order",)
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A force across the axis bends the beams that guide the proof mass, to either "
