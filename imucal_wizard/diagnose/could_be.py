@@ -68,7 +68,7 @@ def could_be(
     def moved(term: str, variant: float | None) -> FloatArray:
         one = candidates[term, variant]
         effect = Term(one.effect, one.variant)
-        own = np.concatenate([each.design_columns(effect) for each in rows])
+        own = np.concatenate([each.design_columns([effect]) for each in rows])
         return np.asarray(one.typical * (absorbed @ one.columns - own))
 
     def columns_of(one: Hypothesis) -> FloatArray:
@@ -149,7 +149,7 @@ def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, IntArray]:
     # errors of the reference, which come last, are no error of this sensor
     base = np.zeros((sum(len(one.residual) for one in rows), table.columns.shape[1]))
     own = [
-        np.concatenate([one.base_columns() @ directions, *map(one.term_columns, fit.terms)], axis=1)
+        np.concatenate([one.base_columns() @ directions, one.term_columns(fit.terms)], axis=1)
         for one in rows
     ]
     base[:, : own[0].shape[1]] = np.concatenate(own)

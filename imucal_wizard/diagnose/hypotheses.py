@@ -317,31 +317,37 @@ class Pairs:
         """The two explanations of a pair."""
         return [self.members[self.first[place]], self.members[self.second[place]]]
 
-    def gains(self, coordinates: FloatArray, weights: FloatArray) -> NDArray[np.float32]:
-        """What each adds to the log likelihood of noise alone, shape (p, sigmas).
+    def gains(
+        self, coordinates: FloatArray, each_weights: Sequence[FloatArray]
+    ) -> NDArray[np.float32]:
+        """What each adds to the log likelihood of noise alone, shape (wanders, p, sigmas).
 
         Args:
             coordinates: of a residual, shape (m,).
-            weights: of each coordinate, shape (m,).
+            each_weights: of each coordinate, shape (m,), under each wander.
         """
-        products = self.patterns.T @ (weights[:, None] * self.patterns)
-        along = self.patterns.T @ (weights * coordinates)
-        a, b = products[self.first, self.first], products[self.second, self.second]
-        c = products[self.first, self.second]
-        y, z = along[self.first], along[self.second]
-        # single precision from here on: millions of numbers of which a thousandth is enough
+        # single precision: millions of numbers of which a thousandth is enough
         t = (1.0 / SQUARES).astype(np.float32)
-        determinant = np.multiply.outer((a * b - c * c).astype(np.float32), t)
-        determinant += (a + b).astype(np.float32)[:, None]
-        determinant *= t
-        determinant += 1.0
-        form = np.multiply.outer((b * y * y - 2.0 * c * y * z + a * z * z).astype(np.float32), t)
-        form += (y * y + z * z).astype(np.float32)[:, None]
-        form *= t * t
-        form /= determinant
-        form -= np.log(determinant)
-        form *= np.float32(0.5)
-        return np.asarray(form)
+        found = np.empty((len(each_weights), len(self), len(t)), np.float32)
+        determinant = np.empty(found.shape[1:], np.float32)
+        for form, weights in zip(found, each_weights, strict=True):
+            products = self.patterns.T @ (weights[:, None] * self.patterns)
+            along = self.patterns.T @ (weights * coordinates)
+            a, b = products[self.first, self.first], products[self.second, self.second]
+            c = products[self.first, self.second]
+            y, z = along[self.first], along[self.second]
+            np.multiply.outer((a * b - c * c).astype(np.float32), t, out=determinant)
+            determinant += (a + b).astype(np.float32)[:, None]
+            determinant *= t
+            determinant += 1.0
+            crossed = b * y * y - 2.0 * c * y * z + a * z * z
+            np.multiply.outer(crossed.astype(np.float32), t, out=form)
+            form += (y * y + z * z).astype(np.float32)[:, None]
+            form *= t * t
+            form /= determinant
+            form -= np.log(determinant, out=determinant)
+            form *= np.float32(0.5)
+        return found
 
 
 def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:

@@ -180,8 +180,8 @@ def rotation_patterns(
     table = fit.rows
     assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
     held, white = np.diag(np.sqrt(table.precision)), table.variance**-0.5
-    own = table.design_columns(first.effect, first.variant) @ first.size[:, None]
-    other = table.design_columns(second.effect, second.variant)
+    one, two = ([Term(each.effect, each.variant)] for each in (first, second))
+    own, other = table.design_columns(one) @ first.size[:, None], table.design_columns(two)
     own, other = (table.independent.scaled(white, columns) for columns in (own, other))
     now = (
         np.concatenate([table.independent.scaled(white, table.columns), held]),
@@ -194,12 +194,11 @@ def rotation_patterns(
     assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
     columns = [
         rows.base_columns() @ fit.experiment.directions(fit.base).columns,
-        *(rows.term_columns(term) for term in fit.terms),
+        rows.term_columns(fit.terms),
         rows.shared_columns(),
     ]
     weight = 1.0 / np.sqrt(rows.own)[:, None]
-    more_own = rows.term_columns(Term(first.effect, first.variant)) @ first.size[:, None]
-    more_other = rows.term_columns(Term(second.effect, second.variant))
+    more_own, more_other = rows.term_columns(one) @ first.size[:, None], rows.term_columns(two)
     more = np.concatenate(columns, axis=1) * weight, more_own * weight, more_other * weight
     return now, more
 

@@ -88,15 +88,19 @@ class HypothesisSet:
         coordinates = self.frame.across.T @ residual
         alone = self.frame.log_noise(coordinates)
         single = self._single(coordinates, alone)
-        paired = self._paired(coordinates, alone)
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
-        joint = np.concatenate([single + self.log_prior[:, None, None], paired])
-        weight = np.exp(joint - joint.max())
-        weight /= weight.sum()
-        share = weight.sum(axis=(1, 2))
-        by_sigma = weight.sum(axis=1)
+        single += self.log_prior[:, None, None]
+        highest = single.max()
+        paired = self._paired(coordinates, alone - highest)
+        beyond = float(paired.max(initial=0.0))
+        single = np.exp(single - (highest + beyond))
+        paired -= np.float32(beyond)
+        np.exp(paired, out=paired)
+        total = single.sum() + paired.sum(dtype=np.float64)
+        noise = (single.sum(axis=0) + paired.sum(axis=1, dtype=np.float64)) / total
+        by_sigma = np.concatenate([single.sum(axis=1), paired.sum(axis=0)]) / total
+        share = by_sigma.sum(axis=1)
         sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
-        noise = weight.sum(axis=0)
         count = len(self.single)
         return Posterior(
             evidence,
@@ -130,12 +134,14 @@ class HypothesisSet:
         averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
-    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
-        """Likelihood and prior, shape (p, wanders, sigmas)."""
+    def _paired(self, coordinates: FloatArray, alone: FloatArray) -> NDArray[np.float32]:
+        """Likelihood and prior, shape (wanders, p, sigmas)."""
         if self.pairs is None:
-            return np.zeros((0, *alone.shape))
-        gains = [self.pairs.gains(coordinates, weights) for weights in self.frame.each_weights]
-        return np.asarray(alone + np.stack(gains, axis=1) + self.pairs.log_prior[:, None, None])
+            return np.zeros((len(alone), 0, alone.shape[1]), np.float32)
+        found = self.pairs.gains(coordinates, self.frame.each_weights)
+        found += alone.astype(np.float32)[:, None, :]
+        found += self.pairs.log_prior.astype(np.float32)[:, None]
+        return found
 
 
 def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisSet:

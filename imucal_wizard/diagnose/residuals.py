@@ -17,9 +17,10 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.model.effect import Circumstances, Effect
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term, Terms
 
 
 class RowKind(IntEnum):
@@ -173,38 +174,38 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         lever=table.lever,
         noise=table.noise,
         independent=table.independent,
-        candidates=tuple(
-            candidate
-            for effect in effects
-            for candidate in _candidates(table, fit.sensor, experiment.circumstances, effect)
+        candidates=_candidates(
+            table,
+            fit.sensor,
+            [
+                Term(effect, variant)
+                for effect in effects
+                for variant in effect.variants(experiment.circumstances)
+            ],
         ),
     )
-
-
-def _candidates(
-    table: ResidualTable, sensor: str, holds: Circumstances, effect: Effect
-) -> list[Candidate]:
-    return [_candidate(table, sensor, effect, variant) for variant in effect.variants(holds)]
 
 
 def candidate_at(fit: SensorFit, effect: Effect, variant: float) -> Candidate:
     """An effect with a setting between those of ``whitened_residuals``."""
     assert fit.rows is not None  # noqa: S101 (narrows the type)
-    return _candidate(fit.rows, fit.sensor, effect, variant)
+    return _candidates(fit.rows, fit.sensor, [Term(effect, variant)])[0]
 
 
-def _candidate(
-    table: ResidualTable, sensor: str, effect: Effect, variant: float | None
-) -> Candidate:
-    parameters = effect.parameters(sensor)
-    return Candidate(
-        effect=effect,
-        term=effect.name,
-        family=effect.family or effect.name,
-        variant=variant,
-        names=tuple(parameter.name for parameter in parameters),
-        # an effect of size s leaves what adding −s to the model would take away
-        columns=-table.whitened(table.design_columns(effect, variant)),
-        typical=np.array([parameter.typical for parameter in parameters]),
-        unit=parameters[0].unit,
+def _candidates(table: ResidualTable, sensor: str, terms: Sequence[Term]) -> tuple[Candidate, ...]:
+    every = Terms(sensor, terms)
+    # an effect of size s leaves what adding −s to the model would take away
+    columns = -table.whitened(table.design_columns(every.terms))
+    return tuple(
+        Candidate(
+            effect=term.effect,
+            term=term.name,
+            family=term.effect.family or term.name,
+            variant=term.variant,
+            names=tuple(one.name for one in every.parameters[group]),
+            columns=columns[:, group],
+            typical=np.array([one.typical for one in every.parameters[group]]),
+            unit=every.parameters[group.start].unit,
+        )
+        for term, group in zip(every.terms, every.groups, strict=True)
     )

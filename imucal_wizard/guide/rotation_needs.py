@@ -150,7 +150,7 @@ def _columns(rotations: Sequence[PlannedRotation]) -> FloatArray:
     for name in RATE_EFFECTS:
         term = Term(effect(name))
         typical = [one.typical for one in term.effect.parameters(GYROSCOPE)]
-        columns.append(rows.term_columns(term) * typical)
+        columns.append(rows.term_columns([term]) * typical)
     return (np.concatenate(columns, axis=1) / CLOSURE_NOISE).reshape(count, 2, -1)
 
 

@@ -357,7 +357,9 @@ class AxisEffect(Effect):
 
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, 3), diagonal in output axis and parameter."""
-        return self.sizes[sensor].si * self.shape(sensor, c, variant)[:, :, None] * np.eye(3)
+        columns = np.zeros((len(c), 9))
+        columns[:, ::4] = self.sizes[sensor].si * self.shape(sensor, c, variant)
+        return columns.reshape(-1, 3, 3)
 
 
 class BiasEffect(AxisEffect):

@@ -57,9 +57,7 @@ class Terms:
 
     def columns(self, c: Circumstances) -> FloatArray:
         """Error of the input per shown unit of each size, m/s² or rad/s, shape (n, 3, p)."""
-        if not self.terms:
-            return np.zeros((len(c), 3, 0))
-        return np.concatenate([columns_of(term, self.sensor, c) for term in self.terms], axis=2)
+        return columns_of(self.terms, self.sensor, c)
 
     @property
     def groups(self) -> tuple[slice, ...]:
@@ -81,19 +79,28 @@ class Terms:
         return names
 
 
-def columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray:
-    """Error of the input per shown unit of one effect's parameters, shape (n, 3, p).
+def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArray:
+    """Error of the input per shown unit of the parameters of effects in turn, shape (n, 3, p).
 
     Raises:
-        DataError: the effect has no value for some of the data.
+        DataError: an effect has no value for some of the data.
     """
-    columns = np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
-    if not np.isfinite(columns).all():
-        raise DataError(
-            f"{term.name} has no value for some of these data: what it depends on was not "
-            "recorded, or its formula divides by zero"
-        )
-    return columns
+    each = []
+    for term in terms:
+        columns = np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
+        if not np.isfinite(columns).all():
+            raise DataError(
+                f"{term.name} has no value for some of these data: what it depends on was not "
+                "recorded, or its formula divides by zero"
+            )
+        each.append(columns)
+    # one parameter after the other in memory: the inputs of each are then copied in one piece
+    found = np.empty((sum(one.shape[2] for one in each), len(c), 3))
+    first = 0
+    for one in each:
+        found[first : first + one.shape[2]] = np.moveaxis(one, 2, 0)
+        first += one.shape[2]
+    return np.moveaxis(found, 0, 2)
 
 
 def _precision(parameter: EffectParameter) -> float:

@@ -6,6 +6,7 @@ the field and its dip across it, so that both kinds of row are independent thoug
 samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,10 +57,10 @@ class DipRows(Rows):
         out[:, 9:] = -self.lever @ self._calibration.matrix
         return out
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
         where = replace(self._source.circumstances, magnetic=self.field)
-        columns = columns_of(term, MAGNETOMETER, where)
+        columns = columns_of(terms, MAGNETOMETER, where)
         return np.asarray(-np.einsum("hi,hip->hp", self.lever, columns))
 
     def shared_columns(self) -> FloatArray:

@@ -10,6 +10,7 @@ It is one row per rotation, a linear combination of the rows of the two closures
 derivatives.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -58,14 +59,15 @@ class HeadingRows(Rows):
         """See ``Rows``."""
         return self._combined(self.by_gravity.base_columns(), self.by_field.base_columns())
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
-        return self._combined(self.by_gravity.term_columns(term), self.by_field.term_columns(term))
+        gravity = self.by_gravity.term_columns(terms)
+        return self._combined(gravity, self.by_field.term_columns(terms))
 
-    def design_columns(self, term: Term) -> FloatArray:
+    def design_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
-        gravity = self.by_gravity.design_columns(term)
-        return self._combined(gravity, self.by_field.design_columns(term))
+        gravity = self.by_gravity.design_columns(terms)
+        return self._combined(gravity, self.by_field.design_columns(terms))
 
 
 @dataclass(frozen=True, eq=False)

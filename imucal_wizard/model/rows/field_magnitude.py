@@ -1,5 +1,6 @@
 """The mean magnitude of the field in a group of samples, ``|x| − B``, ``x = M (y − b) − ε(x)``."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -53,10 +54,10 @@ class FieldRows(Rows):
         out[:, 9:] = -self._unit @ self._calibration.matrix
         return self._source.mean(out)
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
         where = replace(self._source.circumstances, magnetic=self.field)
-        columns = columns_of(term, MAGNETOMETER, where)
+        columns = columns_of(terms, MAGNETOMETER, where)
         return -self._source.mean(np.einsum("qi,qip->qp", self._unit, columns))
 
 

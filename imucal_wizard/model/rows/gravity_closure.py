@@ -14,6 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import field, replace
 from functools import cached_property
 
@@ -51,6 +52,8 @@ from imucal_wizard.model.terms import Term, Terms, columns_of
 COARSE_STEP = 1.0 / 30.0
 """Seconds between the moments at which an effect outside the model is evaluated: a hand does
 nothing faster."""
+TERMS_AT_ONCE = 4
+"""Effects whose columns at all samples are in memory together: they stay in the cache."""
 
 LEVI_CIVITA = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -131,16 +134,18 @@ class ClosureRows(Rows):
             turned[index, :, 9:] = -product[:, :, 3] @ self._calibration.matrix
         return self._closed(turned)
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
+        if not terms:
+            return np.zeros((len(self.residual), 0))
         offsets = self._source.samples.offsets
-        return self._effect(term, _Moments(self.weights, offsets, self.motion))
+        return self._effects(terms, _Moments(self.weights, offsets, self.motion))
 
-    def design_columns(self, term: Term) -> FloatArray:
+    def design_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``: evaluated at some thirty moments a second, straight lines in between."""
         if self._coarse is None:
             self._coarse = self._moments()
-        return self._effect(term, self._coarse)
+        return self._effects(terms, self._coarse)
 
     def _moments(self) -> "_Moments":
         samples = self._source.samples
@@ -161,13 +166,16 @@ class ClosureRows(Rows):
         weights[:, 1:] += ahead[:, :-1]
         return _Moments(weights, np.array(offsets, np.int64), self.motion.select(chosen))
 
-    def _effect(self, term: Term, moments: "_Moments") -> FloatArray:
-        moved = columns_of(term, GYROSCOPE, moments.motion)
-        turned = np.empty((len(self.closure), 3, moved.shape[2]))
-        for index, (first, past) in enumerate(itertools.pairwise(moments.offsets.tolist())):
-            weights = moments.weights[:, first:past].reshape(3, -1)
-            turned[index] = -weights @ moved[first:past].reshape(-1, moved.shape[2])
-        return self._closed(turned)
+    def _effects(self, terms: Sequence[Term], moments: "_Moments") -> FloatArray:
+        parts = [np.zeros((len(self.closure), 3, 0))]
+        for some in (terms[k : k + TERMS_AT_ONCE] for k in range(0, len(terms), TERMS_AT_ONCE)):
+            moved = columns_of(some, GYROSCOPE, moments.motion)
+            turned = np.empty((len(self.closure), 3, moved.shape[2]))
+            for index, (first, past) in enumerate(itertools.pairwise(moments.offsets.tolist())):
+                weights = moments.weights[:, first:past].reshape(3, -1)
+                turned[index] = -weights @ moved[first:past].reshape(-1, moved.shape[2])
+            parts.append(turned)
+        return self._closed(np.concatenate(parts, axis=2))
 
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.

@@ -4,6 +4,8 @@
 adds two to three digits.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
@@ -92,9 +94,9 @@ class MagnitudeRows(Rows):
         out[:, 9:] = -along @ self._calibration.matrix
         return out
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
-        return np.asarray(-np.einsum("ni,nip->np", self._along, self._of_effect(term)))
+        return np.asarray(-np.einsum("ni,nip->np", self._along, self._of_effects(terms)))
 
     def up_columns(self) -> FloatArray:
         """Derivative of the direction of x by M, b and the sizes in turn, shape (n, 3, 12 + p)."""
@@ -103,15 +105,15 @@ class MagnitudeRows(Rows):
         for axis in range(3):
             moved[:, axis, 3 * axis : 3 * axis + 3] = offset
         moved[:, :, 9:] = -self._calibration.matrix
-        effects = [-self._of_effect(term) for term in self._terms.terms]
-        change = self.inverse @ np.concatenate([moved, *effects], axis=2)
+        effects = -self._of_effects(self._terms.terms)
+        change = self.inverse @ np.concatenate([moved, effects], axis=2)
         length = lengths(self.force)[:, None, None]
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 
-    def _of_effect(self, term: Term) -> FloatArray:
+    def _of_effects(self, terms: Sequence[Term]) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
-        return columns_of(term, ACCELEROMETER, where)
+        return columns_of(terms, ACCELEROMETER, where)
 
 
 @dataclass(frozen=True, eq=False)

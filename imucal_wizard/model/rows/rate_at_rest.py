@@ -4,6 +4,8 @@ Rounding shifts the readings of all rests alike, as far as their noise does not 
 step to the next; in motion it averages out. The shift of each axis is a shared parameter.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
@@ -53,10 +55,10 @@ class RestRows(Rows):
         out[:, :, 9:] = -self._calibration.matrix
         return out.reshape(-1, ENTRIES)
 
-    def term_columns(self, term: Term) -> FloatArray:
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
-        columns = columns_of(term, GYROSCOPE, self._source.circumstances)
-        return -columns.reshape(-1, columns.shape[2])
+        columns = columns_of(terms, GYROSCOPE, self._source.circumstances)
+        return -columns.reshape(3 * len(columns), columns.shape[2])
 
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: change with a shift of each axis by one standard deviation."""

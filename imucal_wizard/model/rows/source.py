@@ -112,12 +112,12 @@ class Rows(ABC):
         """Derivative of the residual by the twelve entries of M and b, shape (n, 12)."""
 
     @abstractmethod
-    def term_columns(self, term: Term) -> FloatArray:
-        """Derivative of the residual by the sizes of an effect, per shown unit, shape (n, p)."""
+    def term_columns(self, terms: Sequence[Term]) -> FloatArray:
+        """Derivative of the residual by the sizes of effects in turn, per shown unit, (n, p)."""
 
-    def design_columns(self, term: Term) -> FloatArray:
-        """The same for an effect that is not in the model: a cheaper approximation may do."""
-        return self.term_columns(term)
+    def design_columns(self, terms: Sequence[Term]) -> FloatArray:
+        """The same for effects that are not in the model: a cheaper approximation may do."""
+        return self.term_columns(terms)
 
     def shared_columns(self) -> FloatArray:
         """Derivative by the source's shared parameters, shape (n, k)."""

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.source import Rows, RowSource
 from imucal_wizard.model.terms import Term
@@ -140,10 +139,9 @@ class ResidualTable:
         """How far each row moves with an error of the input on each axis, shape (n, 3)."""
         return np.concatenate([one.lever for one in self.at])
 
-    def design_columns(self, effect: Effect, variant: float | None = None) -> FloatArray:
-        """Derivative of the residual by an effect's sizes, per shown unit, shape (n, p)."""
-        term = Term(effect, variant)
-        return np.concatenate([one.design_columns(term) for one in self.at])
+    def design_columns(self, terms: Sequence[Term]) -> FloatArray:
+        """Derivative of the residual by the sizes of effects in turn, per shown unit, (n, p)."""
+        return np.concatenate([one.design_columns(terms) for one in self.at])
 
     def place(self, row: int) -> str:
         """What a row is, in words."""

@@ -58,7 +58,7 @@ def test_the_linear_form_follows_the_residual(one: Effect) -> None:
     data = data_of(made, (inside,), np.array([3.0, -2.0, 1.0]), **noisy)
     fitted = fit(data, (inside,))
     variant = one.variants(data.circumstances)[0]
-    lift = _table(fitted).design_columns(one, variant)
+    lift = _table(fitted).design_columns([Term(one, variant)])
     assert lift.shape == (len(made.up), len(one.parameters("accelerometer")))
     for k in range(lift.shape[1]):
         step = 1e-3 * one.parameters("accelerometer")[k].typical

@@ -125,7 +125,7 @@ def test_the_linear_form_follows_the_residual(one: Effect) -> None:
     data = measured(MADE, (G_SENSITIVITY,), COEFFICIENTS, QUIET, np.random.default_rng(4))
     found = fit(data, (G_SENSITIVITY,))
     variant = one.variants(data.circumstances)[0]
-    lift = _table(found).design_columns(one, variant)
+    lift = _table(found).design_columns([Term(one, variant)])
     both = Terms("gyroscope", (G_SENSITIVITY, Term(one, variant)))
     typical = np.array([p.typical for p in one.parameters("gyroscope")])
     for k in (0, lift.shape[1] - 1):
