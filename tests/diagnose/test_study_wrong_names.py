@@ -1,4 +1,4 @@
-"""The study of wrong names, small and with a fixed seed; all of it is ``benchmarks.wrong_names``."""
+"""The study of wrong names, small and with a fixed seed: see ``benchmarks.wrong_names``."""
 
 import pytest
 
