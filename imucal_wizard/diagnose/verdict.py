@@ -8,7 +8,7 @@ would.
 
 import itertools
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from typing import TypeVar
@@ -20,6 +20,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
@@ -79,6 +80,27 @@ class Shares:
                     found[term] += share
         total = sum(found.values())
         return [(term, share / total) for term, share in ordered(found)] if total else []
+
+    def heard(self, by_terms: Mapping[Terms, float], present: float) -> "Shares":
+        """The shares after other data have spoken for and against some explanations.
+
+        These data decide between explanations; whether there is one at all stays as it is. What has
+        no name may be whatever the best of them is: it loses nothing.
+
+        Args:
+            by_terms: logarithm of the evidence for each set of effects.
+            present: the same for the present model.
+        """
+        unknown = [label for label in self.by_label if label.kind == UNKNOWN]
+        spoken = {one: by_terms[one.terms] for one in self.by_label if one.terms in by_terms}
+        best = max(present, *spoken.values())
+        factor = {one: float(np.exp(value - best)) for one, value in spoken.items()}
+        factor |= dict.fromkeys(unknown, 1.0)
+        before = sum(self.by_label[one] for one in factor)
+        after = sum(self.by_label[one] * by for one, by in factor.items())
+        scale = before / after if after > 0.0 else 0.0
+        changed = {one: self.by_label[one] * by * scale for one, by in factor.items()}
+        return Shares({**self.by_label, **changed}, self.by_hold)
 
 
 def ordered(shares: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
@@ -174,6 +196,8 @@ MAX_SHARE_LEFT_BY_NAME = 0.03
 noise is left: the two effects of the catalogue that are most alike without being aliases leave that
 much of each other (1 − 0.986²). More of it, and something else was given the name of what it
 resembles."""
+MAX_HEARD = 6
+"""Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
 """Probability from which on an effect that is not certain enough to be named is called probable."""
 
@@ -207,6 +231,8 @@ class Opinion:
         shapeless: what is left has no shape: noise alone, however large, explains it.
         probable: members of the likeliest family that is not certain enough to be named, the
             likeliest first; empty where none is likelier than everything else.
+        heard: what the gyroscope says of the explanations, where it was asked.
+        decided: the families among whose members it has decided.
     """
 
     verdict: Verdict
@@ -219,10 +245,22 @@ class Opinion:
     lack: LackOfFit
     shapeless: bool
     probable: Terms
+    heard: Hearing | None = None
+    decided: tuple[str, ...] = ()
+
+    def closures(self, terms: Terms) -> tuple[float, float] | None:
+        """The gyroscope's error held out without and with these effects, rad, where it is known."""
+        one = None if self.heard is None else self.heard.with_terms.get(terms)
+        if self.heard is None or one is None or one.closure is None:
+            return None
+        return None if self.heard.now.closure is None else (self.heard.now.closure, one.closure)
 
 
 def judge_misfit(
-    misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    posterior: Posterior,
+    hearing: Callable[[tuple[Terms, ...]], Hearing | None] | None = None,
 ) -> Opinion:
     """Weigh all explanations of a misfit.
 
@@ -230,9 +268,20 @@ def judge_misfit(
         misfit: what is left.
         hypotheses: the explanations of this design.
         posterior: their probabilities.
+        hearing: what another sensor says of explanations, where there is one.
     """
     shares = shares_of(hypotheses, posterior)
+    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
+    heard, alone = None, shares
     best = ExplainedVariance(misfit, hypotheses, posterior)
+    if hearing is not None and shares.present()[NOTHING] <= MAX_NOISE_PROBABILITY:
+        asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
+        first = [one[0] for one in asked[:1] if len(one) == 1]
+        alike = [(alias,) for term in first for alias in best.aliases(term)]
+        heard = hearing((*asked, *(one for one in alike if one not in asked)))
+    if heard is not None:
+        evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
+        shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
     own = discriminability(misfit, hypotheses.frame)
     lack = misfit.lack_of_fit()
     evidence = evidence_of(shares, best, own, lack)
@@ -254,8 +303,9 @@ def judge_misfit(
     if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
-    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
-    terms = tuple(_with_aliases(_within(shares, family_of, family), best) for family in families)
+    terms = tuple(
+        _with_aliases(_within(shares, family_of, family), best, heard) for family in families
+    )
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
@@ -278,6 +328,12 @@ def judge_misfit(
         lack,
         evidence.shapeless,
         probable,
+        heard,
+        tuple(
+            family
+            for family, members in zip(families, terms, strict=True)
+            if heard is not None and len(_within(alone, family_of, family)) > len(members)
+        ),
     )
 
 
@@ -391,6 +447,19 @@ def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)
 
 
-def _with_aliases(members: Terms, best: ExplainedVariance) -> Terms:
-    """The members, and what makes exactly the same as the first of them at these poses."""
-    return (*members, *(one for one in best.aliases(members[0]) if one not in members))
+def _with_aliases(members: Terms, best: ExplainedVariance, heard: Hearing | None) -> Terms:
+    """The members, and what makes exactly the same as the first of them at these poses.
+
+    Unless another sensor decides against it.
+    """
+    spoken = {} if heard is None else heard.with_terms
+    found = list(members)
+    for alias in best.aliases(members[0]):
+        own, other = spoken.get((members[0],)), spoken.get((alias,))
+        refuted = False
+        if own is not None and other is not None:
+            against = own.log_evidence - other.log_evidence
+            refuted = against > -np.log(1.0 - MIN_MEMBER_PROBABILITY)
+        if alias not in members and not refuted:
+            found.append(alias)
+    return tuple(found)
