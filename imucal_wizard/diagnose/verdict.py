@@ -276,8 +276,8 @@ def judge_misfit(
     best = ExplainedVariance(misfit, hypotheses, posterior)
     if hearing is not None and shares.present()[NOTHING] <= MAX_NOISE_PROBABILITY:
         asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
-        first = [one[0] for one in asked[:1] if len(one) == 1]
-        alike = [(alias,) for term in first for alias in best.aliases(term)]
+        plainest = [one[0] for one in asked[:1] if len(one) == 1]
+        alike = [(alias,) for term in plainest for alias in best.aliases(term)]
         heard = hearing((*asked, *(one for one in alike if one not in asked)))
     if heard is not None:
         evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
