@@ -195,6 +195,8 @@ class Effect(ABC):
             be most of them.
         aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
             rest to rest, tell from it, where their sizes are chosen for that.
+        free: it is a free curve: its parameters are coefficients of one course, which is told by
+            its rms.
         stories: what to tell about it, by sensor.
     """
 
@@ -209,6 +211,7 @@ class Effect(ABC):
     graded: bool = False
     paired: bool = True
     aliases: tuple[str, ...] = ()
+    free: bool = False
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 
@@ -228,6 +231,11 @@ class Effect(ABC):
         Returns:
             m/s², rad/s or µT per shown unit, shape (n, 3, p).
         """
+
+    def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
+        """Prior standard deviation of each parameter at a setting, shown unit, shape (p,)."""
+        del variant
+        return np.array([parameter.typical for parameter in self.parameters(sensor)])
 
     def suited(self, c: Circumstances) -> "Effect":
         """The effect in the units of what these data have recorded.
