@@ -3,29 +3,29 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
-from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, nameless, unconfirmed
+from imucal_wizard.diagnose.verdict import (
+    MAX_SHARE_LEFT_BY_NAME,
+    Opinion,
+    Terms,
+    Verdict,
+    nameless,
+    share_left,
+    unconfirmed,
+)
 from imucal_wizard.diagnose.verdict_text import verdict_text
-from imucal_wizard.estimate.lack_of_fit import LackOfFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
-MAX_SHARE_LEFT_BY_NAME = 0.03
-"""What is left, as a share of what was taken away, below which a name stands although more than
-noise is left: the two effects of the catalogue that are most alike leave that much of each other
-(1 − 0.986²). More of it, and something else was given the name of what it resembles."""
-
 MAX_SHARE_LEFT_BY_PROBABLE = 0.1
-"""The same below which a name that does not stand is called probable: the rest may be another,
-smaller error of the sensor. What merely resembles an effect (a dead zone) leaves a sixth."""
+"""Share left of what is taken away, below which a name that does not stand is called probable: the
+rest may be another, smaller error of the sensor."""
 
 
 def add_by_itself(bench: Bench) -> BenchFindings:
@@ -59,7 +59,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
     if without_name and len(bench.ladder) > below:
-        share = _share_left(was, left)
+        share = share_left(was, left)
         if share > MAX_SHARE_LEFT_BY_NAME:
             return _withdrawn(bench, below, probable=share < MAX_SHARE_LEFT_BY_PROBABLE)
     return last
@@ -110,15 +110,6 @@ def _proven(opinion: Opinion, added: Terms) -> Opinion:
         terms=tuple(members for _, members in kept),
         explanations=(proven, *others),
     )
-
-
-def _share_left(before: LackOfFit, after: LackOfFit) -> float:
-    """What the names that were given leave beside the noise, over what they take away.
-
-    Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
-    """
-    left, taken = max(after.ratio**2 - 1.0, 0.0), before.ratio**2 - after.ratio**2
-    return left / taken if taken > 0.0 else np.inf if left else 0.0
 
 
 def _withdrawn(bench: Bench, below: int, *, probable: bool) -> BenchFindings:
