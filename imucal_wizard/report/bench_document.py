@@ -7,9 +7,11 @@ import numpy as np
 
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
+from imucal_wizard.diagnose.curve_shape import CurveShape, rms_size
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.suspects import Suspect
-from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.diagnose.verdict_text import seen_from
 from imucal_wizard.estimate.result import SensorFit
 
@@ -35,7 +37,9 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "degrees_of_freedom": None if bench is None else bench.fit.degrees_of_freedom,
         "ladder": [_rung(one) for one in said.ladder],
         "noise": None if bench is None else _noise(bench.ladder[-1]),
-        "suspects": _suspects(said.suspects),
+        "suspects": _suspects(said.suspects, opinion),
+        "curves": _curves(said),
+        "gyroscope_closure": _closures(opinion),
         "not_tested": _not_tested(said),
         "explanations": [list(terms) for terms in said.explanations],
         "verdict": said.verdict.value,
@@ -113,19 +117,46 @@ def _noise(one: Rung) -> dict[str, Any]:
     }
 
 
-def _suspects(suspects: Sequence[Suspect]) -> list[dict[str, Any]]:
+def _closures(opinion: Opinion | None) -> dict[str, Any] | None:
+    """What the gyroscope says of the explanations: error held out, and logarithm of the evidence.
+
+    None where it was not asked.
+    """
+    if opinion is None or opinion.heard is None:
+        return None
+    now = opinion.heard.now
+    return {
+        "now": finite_or_none(now.closure),
+        "with": [
+            {
+                "terms": list(terms),
+                "closure": finite_or_none(one.closure),
+                "log_evidence": finite_or_none(one.log_evidence - now.log_evidence),
+            }
+            for terms, one in opinion.heard.with_terms.items()
+        ],
+        "decided": list(opinion.decided),
+    }
+
+
+def _suspects(suspects: Sequence[Suspect], opinion: Opinion | None) -> list[dict[str, Any]]:
     """The effects; a disturbed hold, which competes with them, is in ``disturbed_holds``."""
-    return [_suspect(one) for one in suspects if one.candidate is not None]
+    return [_suspect(one, opinion) for one in suspects if one.candidate is not None]
 
 
-def _suspect(one: Suspect) -> dict[str, Any]:
+def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
+    closures = None if opinion is None else opinion.closures((one.term,))
     trial, candidate = one.trial, one.candidate
     sizes = np.zeros(0) if trial is None else trial.size
     errors = np.zeros(0) if trial is None else trial.standard_error
+    names = [] if candidate is None else list(candidate.names)
+    if candidate is not None and candidate.effect.free:  # one size, that of the curve
+        sizes, errors = (np.array([one]) for one in rms_size(sizes, errors))
+        names = [names[0][:1]]
     return {
         "term": one.term,
         "p": finite_or_none(one.p),
-        "parameters": [] if candidate is None else list(candidate.names),
+        "parameters": names,
         "size": [finite_or_none(value) for value in sizes],
         "standard_error": [finite_or_none(value) for value in errors],
         "unit": "" if candidate is None else candidate.unit,
@@ -141,6 +172,45 @@ def _suspect(one: Suspect) -> dict[str, Any]:
         "told_apart": not one.like,
         "like": list(one.like),
         "log_odds": finite_or_none(one.log_odds),
+        "gyroscope_closure": None if closures is None else [*map(finite_or_none, closures)],
+    }
+
+
+def _curves(said: Diagnosis) -> list[dict[str, Any]]:
+    """The free curves of the model and those among the suspects."""
+    if said.bench is None:
+        return []
+    fit, free = said.bench.fit, [one.name for one in said.bench.fit.terms if one.effect.free]
+    free += [one.term for one in said.suspects if one.candidate and one.candidate.effect.free]
+    shapes = [shape_of(fit, term, said.suspects) for term in dict.fromkeys(free)]
+    return [_curve(one, one.term in fit.model) for one in shapes if one is not None]
+
+
+def _curve(one: CurveShape, in_model: bool) -> dict[str, Any]:
+    steep = one.steep
+    return {
+        "term": one.term,
+        "in_model": in_model,
+        "axis": one.axis,
+        "against": one.against,
+        "x_unit": one.unit,
+        "unit": "mg",
+        "span": finite_or_none(one.span),
+        "span_standard_error": finite_or_none(one.span_error),
+        "steep": None
+        if steep is None
+        else {
+            "at": finite_or_none(steep.at),
+            "width": finite_or_none(steep.width),
+            "between": list(steep.between),
+            "holds_inside": steep.inside,
+            "bump": steep.bump,
+            "sharp": steep.sharp,
+        },
+        "says": f"{one.words()}; {one.unknown}",
+        "x": one.x.tolist(),
+        "y": one.y.tolist(),
+        "standard_error": one.standard_error.tolist(),
     }
 
 
