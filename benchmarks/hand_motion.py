@@ -163,6 +163,7 @@ def placed(
     speed: float = 120.0,
     turns: int = 0,
     first: float = 6.0,
+    steady: bool = False,
 ) -> Motion:
     """An honest session: a first rest, 18 poses with a move to each, and turns about each axis.
 
@@ -177,6 +178,7 @@ def placed(
         speed: largest rate of a move, °/s.
         turns: full turns about each axis.
         first: the first rest, s.
+        steady: a turntable moves the device, at one constant rate but for 0.1 s at either end.
     """
     dt = 1.0 / device.rate
     order = rng.permutation(len(POSES))
@@ -195,7 +197,13 @@ def placed(
         angle = float(np.linalg.norm(vector))
         seconds = max(2.0 * angle / np.radians(speed), 0.6)
         count = round(seconds / dt)
-        shape = 1.0 - np.cos(2.0 * np.pi * (np.arange(count) + 0.5) / count)
+        part = (np.arange(count) + 0.5) / count
+        shape = 1.0 - np.cos(2.0 * np.pi * part)
+        if steady:
+            count = max(round((angle / np.radians(speed) + 0.1) / dt), 3)
+            part = np.minimum(np.arange(count) + 0.5, count - 0.5 - np.arange(count)) * dt
+            shape = np.minimum(part / 0.1, 1.0)
+            shape = shape / shape.mean()
         rates.append(shape[:, None] * vector / (count * dt))
         resting.append(np.zeros(count))
         now = now * Attitude.from_rotvec(vector)

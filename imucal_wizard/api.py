@@ -3,6 +3,8 @@
 >>> import imucal_wizard as iw
 >>> recording = iw.read("imu.csv")
 >>> fit = iw.calibrate(recording)
+>>> list(fit), "magnetometer" in fit
+(['accelerometer', 'gyroscope'], False)
 >>> fit["accelerometer"].parameters["bias_x"].unit
 'm/s^2'
 >>> fit["accelerometer"].rms_held_out < fit["accelerometer"].rms_before
@@ -19,7 +21,7 @@ True
 """
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import cached_property
@@ -273,6 +275,10 @@ class Fit:
             KeyError: it is not calibrated.
         """
         return self.calibration[sensor]
+
+    def __iter__(self) -> "Iterator[str]":
+        """Names of the calibrated sensors."""
+        return iter(self.calibration)
 
 
 def read(

@@ -18,7 +18,13 @@ from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances
-from imucal_wizard.diagnose.suspects import Suspect, expected_noise, rank, try_effect
+from imucal_wizard.diagnose.suspects import (
+    Suspect,
+    expected_covariance,
+    expected_noise,
+    rank,
+    try_effects,
+)
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.distributions import quantile
@@ -111,6 +117,7 @@ def try_out(
     suspects = rank(misfit, hypotheses, posterior, chances)
     opinion = judge_misfit(misfit, hypotheses, posterior)
     chosen = _chosen(suspects, hidden)
+    scatter = expected_covariance(misfit, hypotheses, posterior)
     added = _with(measured, chosen)
     return Trialled(
         hidden=hidden,
@@ -118,7 +125,7 @@ def try_out(
         opinion=opinion,
         p=suspects[0].p,
         before=_milli(plain.rms_held_out),
-        linear=_milli(try_effect(misfit, chosen, opinion.noise).rms_held_out),
+        linear=_milli(try_effects(misfit, chosen, scatter).rms_held_out),
         after=_milli(added.rms_held_out),
         sure=_sure(with_random_walk(added, left_over(measured, added)), hidden),
     )

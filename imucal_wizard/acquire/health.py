@@ -7,7 +7,7 @@ from imucal_wizard.acquire.host_clock import RateFit
 from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
 from imucal_wizard.core.readings import Readings, join_readings
-from imucal_wizard.measurement import data_quality
+from imucal_wizard.measurement import clipping, data_quality
 
 _CHECKED_SECONDS = 2.0
 """Length of the checked windows, s: long enough for a rest, short enough for a timely warning."""
@@ -113,7 +113,7 @@ class StreamHealth:
         for check in data_quality.READINGS_CHECKS:
             self._note(check.__name__, check(window))
         for sensor, series in data_quality.inertial_sensors(window):
-            self._note(f"clipped {sensor}", data_quality.clipped_range(sensor, series, short=True))
+            self._note(f"clipped {sensor}", clipping.clipped_range(sensor, series, short=True))
             if not self._windows:
                 text = data_quality.coarse_steps(sensor, series, self._printed_step(sensor))
                 self._note(f"coarse {sensor}", text)

@@ -9,25 +9,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
-import numpy as np
-
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
-from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
-from imucal_wizard.diagnose.profile_likelihood import most_likely_setting, settle
+from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
-from imucal_wizard.diagnose.residuals import (
-    Candidate,
-    WhitenedResiduals,
-    candidate_at,
-    whitened_residuals,
-)
-from imucal_wizard.diagnose.suspects import EffectTrial, Suspect, expected_noise, rank, try_effect
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
@@ -36,9 +28,6 @@ from imucal_wizard.model.catalogue import effects_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
-
-MIN_ODDS_SETTLED = 5.0
-"""Log odds from which on a suspect may be added, so that its setting is worth the time."""
 
 
 @dataclass(frozen=True)
@@ -237,36 +226,12 @@ class Bench:
             misfit = whitened_residuals(self.fit, shown)
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
-            ranked = rank(misfit, hypotheses, posterior)
-            noise, walk = expected_noise(posterior), hypotheses.frame.walked(posterior.wander)
-            suspects = tuple(self._settled(one, misfit, noise, walk) for one in ranked)
+            suspects = rank(misfit, hypotheses, posterior)
             opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
             self._findings = BenchFindings(
                 self.fit, misfit, suspects, opinion, hypotheses, posterior
             )
         return self._findings
-
-    def _settled(
-        self, one: Suspect, misfit: WhitenedResiduals, noise: float, walk: FloatArray
-    ) -> Suspect:
-        """A suspect that may be added, with the setting that adding it would settle on."""
-        effect = next((e for e in self.catalogue if e.name == one.term), None)
-        begin = None if one.candidate is None else one.candidate.variant
-        if effect is None or begin is None or not effect.graded or one.log_odds < MIN_ODDS_SETTLED:
-            return one
-        tried: dict[float, tuple[Candidate, EffectTrial]] = {}
-
-        def unlikely(at: float) -> float:
-            if at not in tried:
-                candidate = candidate_at(self.fit, effect, float(np.exp(at)))
-                tried[at] = candidate, try_effect(misfit, (candidate,), noise, walk)
-            return float((tried[at][1].fitted ** 2).sum())
-
-        known = (*effect.variants(self.measured.circumstances), begin)
-        grid = sorted({float(np.log(setting)) for setting in known if setting is not None})
-        settle(unlikely, grid, float(np.log(begin)))
-        candidate, trial = tried[min(tried, key=unlikely)]
-        return replace(one, candidate=candidate, trial=trial)
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""

@@ -11,6 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.model.terms import Term
 
@@ -47,7 +49,9 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     def likelihood(at: float) -> float:
         if at not in tried:
             tried[at] = fit(replace(term, variant=float(np.exp(at))))
-        return unlikeliness(tried[at])
+        found = tried[at].minimum
+        assert found is not None  # noqa: S101 (narrows the type)
+        return unlikeliness(found)
 
     settle(likelihood, grid, float(np.log(term.variant or 1.0)))
     best = min(tried, key=likelihood)
@@ -61,12 +65,10 @@ def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: flo
     _narrow(unlikely, low, high)
 
 
-def unlikeliness(fit: SensorFit) -> float:
+def unlikeliness(found: Minimum[Experiment]) -> float:
     """Twice the negative logarithm of the likelihood of a fit's rows."""
-    table = fit.rows
-    assert table is not None  # noqa: S101 (narrows the type)
-    squares = table.independent.rows(table.residual) ** 2 / table.variance
-    return float((squares + np.log(table.variance)).sum())
+    variance = found.balance.variance
+    return float((found.system.residual**2 / variance + np.log(variance)).sum())
 
 
 def _grid(term: Term, variants: Sequence[float | None]) -> list[float]:

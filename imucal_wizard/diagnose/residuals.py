@@ -8,13 +8,13 @@ component of a rotation's closure, a mean magnitude of the magnetometer, or its 
 
 from collections.abc import Sequence
 from enum import IntEnum
-from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.fit import groups_by_size
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Effect
@@ -63,11 +63,9 @@ class WhitenedResiduals:
     """What is left of every row, and what may move it.
 
     Attributes:
+        fit: the fit that leaves it.
         residual: whitened, shape (n,).
-        reported: the same with the reference taken as it is: the errors that are told, shape (n,).
         base: whitened derivative by all parameters that are in the model, shape (n, b).
-        precision: of the priors of these parameters, 0 where there is none, shape (b,).
-        of_reference: which of them are errors of the reference, shape (b,).
         kind: where each row comes from, shape (n,).
         source: index of its hold or rotation, shape (n,).
         direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
@@ -81,17 +79,14 @@ class WhitenedResiduals:
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
             share along the field, shape (n, 3).
-        judged: the rows whose error is reported, shape (n,).
         noise: variance of the independent rows by noise alone, shape (n,).
         independent: how independent rows come from the measured ones.
         candidates: the effects that are not in the model.
     """
 
+    fit: SensorFit
     residual: FloatArray
-    reported: FloatArray
     base: FloatArray
-    precision: FloatArray
-    of_reference: BoolArray
     kind: IntArray
     source: IntArray
     direction: FloatArray
@@ -101,7 +96,6 @@ class WhitenedResiduals:
     group: IntArray
     visit: IntArray
     lever: FloatArray
-    judged: BoolArray
     noise: FloatArray
     independent: Decorrelation
     candidates: tuple[Candidate, ...]
@@ -117,17 +111,11 @@ class WhitenedResiduals:
         """Measured rows, in the sensor's error unit, from whitened ones, shape (n,) or (n, k)."""
         return self.independent.scaled(self.noise**0.5, columns)
 
-    @cached_property
-    def groups(self) -> tuple[tuple[IntArray, FloatArray], ...]:
-        """Rows left out together, by size, (g, s), and a root of their covariance, (g, s, s).
-
-        The covariance is that under all other rows.
-        """
-        found = []
-        for rows in groups_by_size(self.group):
-            weight = self.independent.blocks(1.0 / self.noise, rows)
-            found.append((rows, np.linalg.inv(np.linalg.cholesky(weight))))
-        return tuple(found)
+    @property
+    def minimum(self) -> Minimum[Experiment]:
+        """Where that fit has arrived."""
+        assert self.fit.minimum is not None  # noqa: S101 (narrows the type)
+        return self.fit.minimum
 
     @property
     def visits(self) -> Visits:
@@ -167,11 +155,9 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     seen = (columns**2).sum(axis=0) > table.precision
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
+        fit=fit,
         residual=table.whitened(table.residual),
-        reported=table.whitened(table.reported),
         base=columns[:, seen],
-        precision=table.precision[seen],
-        of_reference=table.of_reference[seen],
         kind=kind,
         source=table.index,
         direction=table.direction,
@@ -181,7 +167,6 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         group=table.group,
         visit=table.visit,
         lever=table.lever,
-        judged=table.judged,
         noise=table.noise,
         independent=table.independent,
         candidates=_candidates(

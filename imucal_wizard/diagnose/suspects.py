@@ -1,130 +1,87 @@
 """The suspects: every effect of the catalogue against what is left, and what adding it would do.
 
-The linearised fit with a Gaussian prior on the effect's parameters. ``A`` holds the base and the
-effect's columns, Λ the prior's precision on the effect alone; then
-
-    β = (AᵀA + Λ)⁻¹ Aᵀr        H = A (AᵀA + Λ)⁻¹ Aᵀ
-    error of group d when it is left out = (I − H_dd)⁻¹ (r − Hr)_d
+What adding does is tried with the estimator itself, by one step from where the present fit has
+arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
-from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum, rms_fitted, rms_held_out, with_effects
+from imucal_wizard.model.terms import Term
 
 
 @dataclass(frozen=True, eq=False)
 class EffectTrial:
-    """An effect tried.
+    """Effects tried.
 
     Attributes:
-        size: of each parameter, shown unit, shape (p,).
-        standard_error: of each, shape (p,).
-        rms_fitted: error with it, in the sensor's error unit.
-        rms_held_out: error with it when each group is left out; None when a group cannot be.
-        fitted: what is left of every row, whitened, shape (n,).
+        candidates: the effects, each with its setting.
+        found: the fit with them.
+        noise: covariance of the independent rows, wandering bias included, shape (n, n).
     """
 
-    size: FloatArray
-    standard_error: FloatArray
-    rms_fitted: float
-    rms_held_out: float | None
-    fitted: FloatArray
+    candidates: tuple[Candidate, ...]
+    found: Minimum[Experiment]
+    noise: FloatArray
+
+    @property
+    def _own(self) -> slice:
+        """Places of the sizes of these effects among the parameters."""
+        last = self.found.sizes.stop
+        return slice(last - sum(len(one.names) for one in self.candidates), last)
+
+    @property
+    def size(self) -> FloatArray:
+        """Of each parameter, shown unit, shape (p,)."""
+        return self.found.system.value[self._own]
+
+    @cached_property
+    def standard_error(self) -> FloatArray:
+        """Of each size, shape (p,)."""
+        found, own = self.found, self._own
+        pull, prior = found.pull()[own], found.balance.covariance[own]
+        variance = ((pull @ self.noise) * pull).sum(axis=1)
+        variance += (prior**2 * found.balance.precision).sum(axis=1)
+        return np.asarray(np.sqrt(variance))
+
+    @cached_property
+    def rms_fitted(self) -> float:
+        """Error with them, in the sensor's error unit."""
+        return rms_fitted(self.found)
+
+    @cached_property
+    def rms_held_out(self) -> float | None:
+        """Error with them when each group is left out; None when a group cannot be."""
+        return rms_held_out(self.found)
 
 
-def try_effect(
-    misfit: WhitenedResiduals,
-    candidates: tuple[Candidate, ...],
-    noise: float = 1.0,
-    walk: FloatArray | None = None,
+def try_effects(
+    misfit: WhitenedResiduals, candidates: Sequence[Candidate], noise: FloatArray
 ) -> EffectTrial:
-    """Add effects to the linearised model; with none, the model as it is.
+    """Add effects to the model that leaves a misfit; with none, the model as it is.
 
     Args:
         misfit: what the present model leaves.
         candidates: the effects to add together.
-        noise: true noise in units of the rows' sigma; it weighs data against priors.
-        walk: covariance of a wandering bias in units of that noise, shape (n, n); it widens the
-            standard errors of what is slow.
+        noise: see ``EffectTrial``.
     """
-    count = misfit.base.shape[1]
-    columns = np.concatenate([misfit.base, *(one.columns for one in candidates)], axis=1)
-    typical = np.concatenate([np.zeros(0), *(candidate.typical for candidate in candidates)])
-    precision = noise**2 * np.concatenate([misfit.precision, 1.0 / typical**2])
-    # the prior as rows of its own keeps the condition of the columns, not of their squares; the
-    # present fit is at rest, so there the pull of the prior is that of the rows
-    held = np.flatnonzero(precision)
-    root = np.sqrt(precision[held])
-    pull = misfit.base.T @ misfit.residual
-    balance = np.where(held < count, -np.append(pull, 0.0)[np.minimum(held, count)] / root, 0.0)
-    stacked = np.concatenate([columns, np.diag(np.sqrt(precision))[held]])
-    left, values, right = np.linalg.svd(stacked, full_matrices=False)
-    seen = values > 1e-10 * values[0]
-    inner, spread = left[: len(columns), seen], right[seen].T / values[seen]
-    estimate = spread @ (left[:, seen].T @ np.concatenate([misfit.residual, balance]))
-    residual = misfit.residual - columns @ estimate
-    variance = (spread**2).sum(axis=1)
-    if walk is not None:
-        taken = spread @ inner.T
-        variance += ((taken @ walk) * taken).sum(axis=1)
-    variance *= noise**2
-    # the errors that are told take the reference as it is
-    told = columns.copy()
-    told[:, :count][:, misfit.of_reference] = 0.0
-    errors = misfit.reported - told @ estimate
-    held_out = _left_out(misfit, inner, residual, told @ spread, errors)
-    judged = misfit.judged
-    return EffectTrial(
-        size=estimate[count:],
-        standard_error=np.sqrt(variance[count:]),
-        rms_fitted=_rms(misfit.measured(errors)[judged], misfit),
-        rms_held_out=None if held_out is None else _rms(held_out[judged], misfit),
-        fitted=residual,
-    )
-
-
-def _left_out(
-    misfit: WhitenedResiduals,
-    inner: FloatArray,
-    residual: FloatArray,
-    told: FloatArray,
-    errors: FloatArray,
-) -> FloatArray | None:
-    """Errors of the rows of each group under the fit of all others; rows without group stay in.
-
-    Args:
-        misfit: the rows.
-        inner: orthonormal columns of the fit of all, shape (n, k).
-        residual: of that fit, shape (n,).
-        told: change of the errors that are told with each of these columns, shape (n, k).
-        errors: those of the fit of all, shape (n,).
-
-    Returns:
-        In the sensor's error unit, shape (n,).
-    """
-    out, told = misfit.measured(errors), misfit.measured(told)
-    levers, pulls = misfit.whitened(inner), misfit.whitened(residual)
-    for rows, root in misfit.groups:
-        own = root @ levers[rows]
-        gates = np.eye(rows.shape[1]) - own @ np.swapaxes(own, 1, 2)
-        if np.linalg.eigvalsh(gates)[:, 0].min() < 1e-9:
-            return None
-        alone = np.linalg.solve(gates, root @ pulls[rows][..., None])
-        out[rows] += (told[rows] @ (np.swapaxes(own, 1, 2) @ alone))[..., 0]
-    return out
-
-
-def _rms(errors: FloatArray, misfit: WhitenedResiduals) -> float:
-    """Rms per hold, or per rotation over the components of its closure."""
-    sources = distinct(misfit.source[misfit.judged])
-    return float(np.sqrt((errors**2).sum() / max(len(sources), 1)))
+    terms = [Term(one.effect, one.variant) for one in candidates]
+    columns = np.column_stack([np.zeros((len(misfit), 0)), *(one.columns for one in candidates)])
+    # an effect of size s leaves what adding s to the model takes away
+    columns = -misfit.independent.rows(misfit.measured(columns))
+    return EffectTrial(tuple(candidates), with_effects(misfit.minimum, terms, columns), noise)
 
 
 MIN_CORRELATION_ALIKE = 0.9
@@ -166,21 +123,52 @@ class Suspect:
 
     Attributes:
         term: name of the effect, or ``disturbed``.
-        candidate: the variant that explains most; None for a disturbed hold.
+        likeliest: of the settings tried, the one that explains most; None for a disturbed hold.
         log_odds: logarithm of its marginal likelihood against noise alone.
-        trial: what adding it would do; None for a disturbed hold.
+        misfit: what is left.
+        noise: covariance of the rows, see ``EffectTrial``.
         like: terms that look the same here.
         significance: what noise alone makes of suspects.
         hold: index of the hold accused, for a disturbed one.
     """
 
     term: str
-    candidate: Candidate | None
+    likeliest: Candidate | None
     log_odds: float
-    trial: EffectTrial | None
+    misfit: WhitenedResiduals
+    noise: FloatArray
     like: tuple[str, ...]
     significance: Significance
     hold: int | None = None
+
+    @cached_property
+    def trial(self) -> EffectTrial | None:
+        """What adding it would do, with the setting that adding it settles on.
+
+        None for a disturbed hold.
+        """
+        first = self.likeliest
+        if first is None:
+            return None
+        begin, known = first.variant, [c for c in self.misfit.candidates if c.term == self.term]
+        if begin is None or not first.effect.graded:
+            return try_effects(self.misfit, (first,), self.noise)
+        tried: dict[float, EffectTrial] = {}
+
+        def unlikely(at: float) -> float:
+            if at not in tried:
+                candidate = candidate_at(self.misfit.fit, first.effect, float(np.exp(at)))
+                tried[at] = try_effects(self.misfit, (candidate,), self.noise)
+            return unlikeliness(tried[at].found)
+
+        grid = sorted({float(np.log(one.variant)) for one in known if one.variant is not None})
+        settle(unlikely, grid, float(np.log(begin)))
+        return tried[min(tried, key=unlikely)]
+
+    @property
+    def candidate(self) -> Candidate | None:
+        """The effect with the setting that adding it settles on; None for a disturbed hold."""
+        return None if self.trial is None else self.trial.candidates[0]
 
     @cached_property
     def p(self) -> float:
@@ -193,9 +181,9 @@ class Suspect:
 
         Infinite where the data are blind; empty for a disturbed hold.
         """
-        if self.candidate is None:
+        if self.likeliest is None:
             return np.zeros(0)
-        return self.significance.detectable(self.candidate)
+        return self.significance.detectable(self.likeliest)
 
     @property
     def detectable_on_any_axis(self) -> float:
@@ -231,7 +219,7 @@ def rank(
         chances: simulations of this design, when some were made already.
     """
     significance = Significance(hypotheses, posterior, chances or Chances(hypotheses))
-    noise, walk = expected_noise(posterior), hypotheses.frame.walked(posterior.wander)
+    noise = expected_covariance(misfit, hypotheses, posterior)
     alike = _alike(misfit, hypotheses)
     found = []
     for term, places in members(hypotheses).items():
@@ -239,19 +227,28 @@ def rank(
         best = hypotheses.single[max(places, key=lambda place: posterior.evidence[place])]
         if term == DISTURBED:
             hold = None if best.variant is None else int(best.variant)
-            found.append(Suspect(term, None, odds, None, (), significance, hold))
+            found.append(Suspect(term, None, odds, misfit, noise, (), significance, hold))
             continue
         candidate = next(
             c for c in misfit.candidates if c.term == term and c.variant == best.variant
         )
-        trial = try_effect(misfit, (candidate,), noise, walk)
-        found.append(Suspect(term, candidate, odds, trial, alike[term], significance))
+        found.append(Suspect(term, candidate, odds, misfit, noise, alike[term], significance))
     return tuple(sorted(found, key=lambda suspect: -suspect.log_odds))
 
 
 def expected_noise(posterior: Posterior) -> float:
     """Expected noise over all explanations."""
     return float(posterior.single @ posterior.sigma + posterior.paired @ posterior.sigma_paired)
+
+
+def expected_covariance(
+    misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+) -> FloatArray:
+    """Covariance of the independent rows by the expected noise and wandering bias, (n, n)."""
+    noise = np.eye(len(misfit)) + hypotheses.frame.walked(posterior.wander)
+    for _ in range(2):
+        noise = misfit.independent.rows(misfit.measured(noise)).T
+    return np.asarray(expected_noise(posterior) ** 2 * noise)
 
 
 def _alike(misfit: WhitenedResiduals, hypotheses: HypothesisSet) -> dict[str, tuple[str, ...]]:

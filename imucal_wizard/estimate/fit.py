@@ -7,6 +7,7 @@ errors that noise alone would leave, outliers, the residual table.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Generic, TypeVar
 
@@ -237,6 +238,57 @@ def minimum(
     return Minimum(*arrived, solve(system), independent)
 
 
+def with_effects(
+    found: Minimum[Experiment], terms: Sequence[Term], columns: FloatArray
+) -> Minimum[Experiment]:
+    """The fit with more effects, by one step from where the fit without them has arrived.
+
+    The variances of the rows and the widths of the priors are estimated again, as adding the
+    effects does; only the rows stay linear.
+
+    Args:
+        found: the fit without them.
+        terms: the effects.
+        columns: derivative of the independent rows by their sizes, shape (n, p).
+    """
+    system, place = found.system, found.sizes.stop
+    more = Terms(found.experiment.sensor, terms)
+    wider = System(
+        residual=system.residual,
+        columns=np.insert(system.columns, [place], columns, axis=1),
+        own=system.own,
+        kinds=system.kinds,
+        precision=np.insert(system.precision, place, more.precision),
+        value=np.insert(system.value, place, np.zeros(len(more))),
+        groups=(
+            *system.groups,
+            *(slice(place + group.start, place + group.stop) for group in more.groups),
+        ),
+    )
+    balance = balanced(wider)
+    return replace(
+        found,
+        terms=Terms(found.experiment.sensor, (*found.terms.terms, *terms)),
+        system=replace(
+            wider,
+            residual=wider.residual + wider.columns @ balance.step,
+            value=wider.value + balance.step,
+        ),
+        balance=replace(balance, step=np.zeros_like(balance.step)),
+    )
+
+
+def rms_fitted(found: Minimum[Experiment]) -> float:
+    """Error of holds or rotations on the data fitted."""
+    return _items(found).rms(found.errors)
+
+
+def rms_held_out(found: Minimum[Experiment]) -> float | None:
+    """Error of holds or rotations left out; None where the others do not determine the model."""
+    out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
+    return None if out is None else _items(found).rms(out[:, 0])
+
+
 @dataclass(frozen=True, eq=False)
 class _Problem:
     """What stays the same while the parameters move."""
@@ -428,6 +480,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         reference=experiment.reference(found),
         experiment=experiment,
         outlier=odd,
+        minimum=found,
     )
 
 
@@ -509,12 +562,59 @@ class _LeftOut:
 def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
+    The expected errors are the same linear maps as those of the rows, applied to the measured noise
+    of the rows and of the reference. With these maps E, the mean square held out is a quadratic
+    form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom
+    (Satterthwaite). A new row has its own noise and the errors of the fit of all rows.
+
+    Returns:
+        None where the other rows do not determine the model.
+    """
+    system, balance, reported = found.system, found.balance, found.reported
+    noise = _noise_root(found)
+    moved = balance.covariance @ ((system.columns / balance.variance[:, None]).T @ noise)
+    left = noise - system.columns @ moved
+    pulled = found.independent.measured(system.columns[:, reported] @ moved[reported])
+    noise = found.independent.measured(noise)
+    fitted, items = noise - pulled, _items(found)
+    out = _under_the_others(
+        found,
+        np.column_stack([system.residual, left]),
+        np.column_stack([found.errors, fitted]),
+    )
+    if out is None:
+        return None
+    errors, expected = out[:, 0], out[:, 1:]
+    floor = items.mean((expected**2).sum(axis=1))
+    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
+    judged = expected[items.rows]
+    products = judged @ judged.T
+    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
+    usual = items.rms(errors) * new / floor
+    return _LeftOut(
+        errors=errors,
+        floor_fitted=items.mean((fitted**2).sum(axis=1)),
+        floor=floor,
+        interval=(
+            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
+            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
+        ),
+    )
+
+
+def _under_the_others(
+    found: Minimum[Experiment], left: FloatArray, errors: FloatArray
+) -> FloatArray | None:
+    """Errors of each group of rows under the fit of all others, shape (n, k).
+
     With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
     ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
-    small. The expected errors follow from the same linear maps, applied to the measured noise of
-    the rows and of the reference. With these maps E, the mean square held out is a quadratic form
-    in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom (Satterthwaite).
-    A new row has its own noise and the errors of the fit of all rows.
+    small.
+
+    Args:
+        found: the fit of all.
+        left: what it leaves of k sets of independent rows, shape (n, k).
+        errors: the error of each measured row that is told of these, shape (n, k).
 
     Returns:
         None where the other rows do not determine the model.
@@ -527,17 +627,10 @@ def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
     base_covariance = inverted(
         system.columns[:, base].T @ weighted[:, base] + np.diag(balance.precision[base])
     )
-    noise = _noise_root(found)
-    moved = balance.covariance @ (weighted.T @ noise)
-    left = (noise - system.columns @ moved) / variance[:, None]
-    pulled = independent.measured(system.columns[:, reported] @ moved[reported])
-    noise = independent.measured(noise)
-    fitted = noise - pulled
-    pulls = independent.measured(np.column_stack([system.residual / variance, left]))
+    pulls = independent.measured(left / variance[:, None])
     known, columns = independent.measured(weighted), independent.measured(system.columns)
-    errors, groups, items = found.errors, found.groups, _items(found)
-    out, expected = errors.copy(), fitted.copy()
-    for rows in groups_by_size(groups):
+    out = errors.copy()
+    for rows in groups_by_size(found.groups):
         root = _inverse_root(independent.blocks(1.0 / variance, rows))
         white = root @ known[rows]
         gate = unexplained(white[:, :, base] @ base_covariance, white[:, :, base])
@@ -549,24 +642,8 @@ def _left_out(found: Minimum[Experiment]) -> _LeftOut | None:
             return None
         alone = np.swapaxes(root, 1, 2) @ np.linalg.solve(inner, root @ pulls[rows])
         step = balance.covariance[reported] @ (np.swapaxes(known[rows], 1, 2) @ alone)
-        change = columns[rows][:, :, reported] @ step
-        out[rows] += change[:, :, 0]
-        expected[rows] += change[:, :, 1:]
-    floor = items.mean((expected**2).sum(axis=1))
-    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
-    judged = expected[items.rows]
-    products = judged @ judged.T
-    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
-    usual = items.rms(out) * new / floor
-    return _LeftOut(
-        errors=out,
-        floor_fitted=items.mean((fitted**2).sum(axis=1)),
-        floor=floor,
-        interval=(
-            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
-            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
-        ),
-    )
+        out[rows] += columns[rows][:, :, reported] @ step
+    return out
 
 
 def _inverse_root(blocks: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ from imucal_wizard.estimate.compensated import noticed
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
 
 
@@ -174,8 +175,8 @@ MISTAKEN_UNITS = (
 )
 """What gravity reads, over what it is, when the accelerations are in this unit and were taken for
 another: g or mg for m/s², m/s² for g."""
-FAR = 0.3
-"""No sensor is wrong by 30 %; its unit is."""
+FAR = 0.2
+"""No sensor's scale is wrong by 20 %; its unit, range or sampling rate is."""
 
 
 def _unit_notes(scale: float) -> list[str]:
@@ -202,8 +203,10 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     fit = report.fit
     if fit is None:
         return notes
-    notes.append(noticed(fit))
-    matrix = fit.matrix / (np.linalg.norm(fit.matrix) / np.sqrt(3.0))
+    scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
+    wrong_scale = [] if unit == COUNT else _scale_notes(scale, rate)
+    notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
+    matrix = fit.matrix / scale
     best = np.abs(matrix).argmax(axis=1)
     if sorted(best.tolist()) == [0, 1, 2]:
         wrong = [
@@ -214,8 +217,6 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
                 "the gyroscope's axes are not the accelerometer's: its "
                 f"x, y, z must be taken from {', '.join(wrong)}. Check the wiring or the columns"
             )
-    if unit != COUNT:
-        notes += _scale_notes(float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), rate)
     return notes
 
 
@@ -262,21 +263,13 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     count = sum(map(len, reasons.values()))
     each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
     notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
-    clipped = [one for one in rotations if one.problem and "clipped" in one.problem]
+    clipped = [one for one in rotations if is_clipped(one.problem)]
     if clipped:
         places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])
         more = f" and {len(clipped) - 3} more" if len(clipped) > 3 else ""
-        seconds = sum(map(_seconds_at_end, clipped))
+        seconds = sum(seconds_at_end(one.time, one.rate) for one in clipped)
         notes.append(
             f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
-            f"for {seconds:.2g} s in all: turn more slowly, or set a wider range in the device"
+            f"for {seconds:.2g} s in all: {CLIPPING_ADVICE['gyroscope']}"
         )
     return notes
-
-
-def _seconds_at_end(rotation: Rotation) -> float:
-    """Time for which the liveliest axis stays at its extremes, s."""
-    spans = np.ptp(rotation.rate, axis=0)
-    axis = rotation.rate[:, int(spans.argmax())]
-    flat = max(int((axis == end).sum()) for end in (axis.min(), axis.max()))
-    return flat * float(np.diff(rotation.time).mean())

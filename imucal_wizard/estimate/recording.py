@@ -11,9 +11,12 @@ from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.inertial import FitOptions, fit_holds
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
-from imucal_wizard.measurement.data_quality import axes_without_noise
+from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
+
+MIN_RECORDING_SECONDS = 30.0
+"""Six rests of two seconds with the motions between them take longer."""
 
 __all__ = ["FitOptions", "fit_collected", "fit_readings"]
 
@@ -64,8 +67,24 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
     warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
-    return fit_holds(
-        with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+    try:
+        return fit_holds(
+            with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+        )
+    except DataError as error:
+        raise _with_duration(error, readings) from error
+
+
+def _with_duration(error: DataError, readings: Readings) -> DataError:
+    """The error of a recording that is refused, with its duration if that is implausible."""
+    time = readings.accelerometer.time
+    seconds, rate = float(time[-1] - time[0]), readings.accelerometer.rate
+    if seconds >= MIN_RECORDING_SECONDS:
+        return error
+    return DataError(
+        f"{error}. By its times the recording lasts {seconds:.3g} s at {rate:.4g} Hz: if it took "
+        "longer, correct the sampling rate or the unit of the times",
+        settings=error.settings,
     )
 
 

@@ -15,6 +15,7 @@ from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
+    from imucal_wizard.estimate.fit import Minimum
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.outliers import Outlier
     from imucal_wizard.estimate.repeatability import Repeatability
@@ -158,6 +159,7 @@ class SensorFit:
         reference: of an accelerometer, up in each hold.
         experiment: the rows that were fitted, for a fit of the same data with other terms.
         outlier: the hold or rotation that does not fit with all others, if one stands out.
+        minimum: where the fit has arrived, for one step further; None of a method of the papers.
     """
 
     sensor: str
@@ -198,6 +200,7 @@ class SensorFit:
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None
+    minimum: "Minimum[Experiment] | None" = None
 
     @property
     def slow_noise_note(self) -> str:

@@ -18,9 +18,10 @@ from imucal_wizard.core.limits.stillness import (
     WINDOW_BLOCKS,
 )
 from imucal_wizard.guide.context import Context, StillRun
-from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.guide.live_checks import fault_of
+from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.live_checks import reject_clipped
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
+from imucal_wizard.guide.wording import plural
 from imucal_wizard.measurement.blocks import join_blocks
 from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_from
 from imucal_wizard.measurement.stillness import Block
@@ -107,7 +108,18 @@ class HoldCapture:
         context.up_estimate.learn(readings)
         if context.motion is not None:
             context.measurements.add_rotation(context.motion)
+            self._check_clipping()
         return kept
+
+    def _check_clipping(self) -> None:
+        """Reject the rotations that reached the end of the range, as far as it shows by now."""
+        context, own = self._context, self._context.measurements
+        units, limit = context.units.gyroscope, context.gyroscope_range
+        found = reject_clipped(own.rotations, limit, units)
+        earlier = sum(own.discount(one) for one in found if one is not context.motion)
+        if earlier:
+            text = f"The gyroscope clips: {plural(earlier, 'earlier rotation')} do not count."
+            context.emit(EventKind.WARNING, text)
 
     def rest_in(self, kept: KeptHold) -> None:
         """Note that the device rests in a kept hold, from which the next motion starts."""
@@ -197,10 +209,7 @@ class MotionBuffer:
         # The gap flag of the first block concerns the time before it.
         broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
         missing = broken or not bool(np.isfinite(rate).all())
-        context = self._context
-        motion.problem = fault_of(
-            motion, context.gyroscope_range, context.units.gyroscope, missing=missing
-        )
+        motion.problem = "samples are missing in it" if missing else None
         return motion
 
     def _between(self, before: KeptHold, after: KeptHold) -> list[Block]:

@@ -43,6 +43,15 @@ class Flow:
 FLOWING = Flow()
 
 
+def interruption(flow: Flow) -> tuple[Act, str] | None:
+    """Why no samples arrive, as act and headline; None if nothing keeps them away."""
+    if flow.ended:
+        return Act.ENDED, "DATA ENDED"
+    if not flow.connected:
+        return Act.CONNECT, "NOT CONNECTED"
+    return (Act.CONNECT, "NO SAMPLES") if flow.stalled else None
+
+
 def present(status: Status, attitude: Matrix | None = None, flow: Flow = FLOWING) -> Status:
     """The status with its one instruction.
 
@@ -51,14 +60,9 @@ def present(status: Status, attitude: Matrix | None = None, flow: Flow = FLOWING
         attitude: of the device as it is drawn, body to world; None to take any heading.
         flow: whether samples arrive.
     """
-    if status.step not in _WAITING_STEPS:
-        for missing, act, headline in (
-            (flow.ended, Act.ENDED, "DATA ENDED"),
-            (not flow.connected, Act.CONNECT, "NOT CONNECTED"),
-            (flow.stalled, Act.CONNECT, "NO DATA"),
-        ):
-            if missing:
-                return _nothing_arrives(status, act, headline)
+    missing = None if status.step in _WAITING_STEPS else interruption(flow)
+    if missing is not None:
+        return _nothing_arrives(status, *missing)
     if attitude is None and status.up is not None:
         attitude = turn_to(IDENTITY, status.up).of(IDENTITY)
     turn = None if attitude is None else _turn(status, attitude)

@@ -1,5 +1,7 @@
 """Checks during measurement: a problem is reported at once, while repeating is cheap."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from imucal_wizard.core.limits.procedure import (
@@ -16,7 +18,12 @@ from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.guide.measurements import KeptRotation
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
-from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis
+from imucal_wizard.measurement.clipping import (
+    CLIPPED_ROTATION,
+    RateSegment,
+    clipped_motions,
+    is_clipped,
+)
 from imucal_wizard.measurement.rotation_angle import integrated_rate
 
 
@@ -48,14 +55,30 @@ def integrated(motion: KeptRotation) -> FloatArray:
     return integrated_rate(motion.time, motion.rate - resting_rate(motion))
 
 
-def fault_of(
-    motion: KeptRotation, full_scale: float | None, unit: str, *, missing: bool
-) -> str | None:
-    """The fault of the samples of a motion: a gap or clipping; None for none."""
-    if missing:
-        return "samples are missing in it"
-    axis = clipped_axis(motion.rate, resting_rate(motion), full_scale, unit)
-    return None if axis is None else CLIPPED_ROTATION.format(axis=axis)
+def reject_clipped(
+    rotations: Sequence[KeptRotation], full_scale: float | None, unit: str
+) -> list[KeptRotation]:
+    """Note the clipped axis of each rotation so far; returns the rotations that are newly found.
+
+    The end of the range may show only when a second rotation reaches it.
+    """
+    whole = [one for one in rotations if one.problem is None or is_clipped(one.problem)]
+    motions = [
+        RateSegment(
+            one.time,
+            one.rate,
+            resting_rate(one),
+            one.before.hold.accelerometer,
+            one.after.hold.accelerometer,
+        )
+        for one in whole
+    ]
+    found = []
+    for one, axis in zip(whole, clipped_motions(motions, unit, full_scale), strict=True):
+        if axis is not None and one.problem is None:
+            one.problem = CLIPPED_ROTATION.format(axis=axis)
+            found.append(one)
+    return found
 
 
 def gravity_angle(acceleration: FloatArray, up: UpEstimate, axis: str) -> float | None:

@@ -129,6 +129,12 @@ class Measurements:
         kept.axis, kept.counts = axis, True
         self._log.append(kept)
 
+    def discount(self, kept: KeptRotation) -> bool:
+        """Take back that a motion counts as a rotation; whether it did."""
+        counted, kept.counts = kept.counts, False
+        self._log = [entry for entry in self._log if entry is not kept]
+        return counted
+
     def last(self) -> Kept | None:
         """The measurement that undo removes; never a hold that only ends a rotation."""
         for kept in reversed(self._log):

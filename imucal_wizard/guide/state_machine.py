@@ -34,7 +34,7 @@ from imucal_wizard.guide.steps.requests import RequestsStage
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.steps.settle import SettleStage
 from imucal_wizard.guide.steps.waiting import WaitingStage
-from imucal_wizard.measurement.data_quality import frozen_axis
+from imucal_wizard.measurement.clipping import frozen_axis
 from imucal_wizard.measurement.holds import Collected, Hold
 from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
 

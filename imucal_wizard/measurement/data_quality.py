@@ -4,7 +4,6 @@ Every check returns one sentence that says what was found and what to do, or "".
 """
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from imucal_wizard.core.gravity import (
     unit_of_gravity,
 )
 from imucal_wizard.core.limits.data_quality import (
-    COUNT_ENDS,
     GRAVITY_BLOCK_SECONDS,
     MAX_BURST_RATIO,
     MAX_FORCE_STEP,
@@ -25,7 +23,6 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_IDLE_VALUES,
     MAX_JITTER_SHARE,
     MAX_QUIET_RATIO,
-    MAX_RANGE_DIFFERENCE,
     MAX_RATE_STEP,
     MAX_REMOVED_GRAVITY,
     MAX_REPEATED_SHARE,
@@ -35,36 +32,21 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_UNEVEN_PART,
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
-    MIN_COUNT_SPAN,
-    MIN_FLAT_ENDS,
-    MIN_FLICKER_STEPS,
-    MIN_FORCE_RANGE,
-    MIN_FULL_SCALE_SHARE,
     MIN_GRAVITY,
-    MIN_LONG_PLATEAU,
-    MIN_LONG_PLATEAU_JUMP,
-    MIN_PLATEAU,
-    MIN_PLATEAU_JUMP,
-    MIN_PLATEAU_RATIO,
     MIN_POSITION_RATIO,
-    MIN_RATE_RANGE,
     MIN_RESTS,
-    MIN_SILENT_HOLDS,
     RESTART_GAP_SECONDS,
-    SILENT_VARIANCE_SHARE,
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.statistics import (
     lengths,
     median,
-    median_of_rows,
     sample_quantile,
     true_on_all_axes,
 )
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
-from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.stillness import Noise, Windows
+from imucal_wizard.measurement import clipping
 
 _STEPS_FROM = 5000
 """Samples from which the smallest step is determined."""
@@ -79,7 +61,7 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
     found += [missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
-    found += [clipped_range(sensor, series) for sensor, series in sensors]
+    found += [clipping.clipped_range(sensor, series) for sensor, series in sensors]
     return tuple(dict.fromkeys(text for text in found if text))
 
 
@@ -257,171 +239,6 @@ def _unit_taken_for_another(size: float) -> str:
         if unit not in (None, taken):
             return f"{unit} taken for {taken}"
     return ""
-
-
-def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
-    """Warning about an axis at the end of its range.
-
-    Args:
-        sensor: the sensor.
-        series: its samples.
-        short: the samples span only a few seconds, which may end in a rest; the end must then be
-            beyond the smallest common range.
-    """
-    for axis in range(3):
-        column = series.values[:, axis]
-        for end in (float(column.max()), float(column.min())):
-            if _is_end(column, end, sensor, series.unit, short=short):
-                return (
-                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
-                    f"{series.unit}): the range is too small for this movement. Set a larger range "
-                    f"in the device, or turn more slowly; the readings there are wrong."
-                )
-    return ""
-
-
-def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bool) -> bool:
-    """Whether an extreme value is the end of the range."""
-    if unit == COUNT and end in COUNT_ENDS:
-        return True
-    if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
-        return False
-    least = MIN_FORCE_RANGE if sensor == "accelerometer" else MIN_RATE_RANGE
-    if short and unit != COUNT and abs(end) < least:
-        return False
-    if not _flat_top(column if end == column.max() else -column):
-        return False
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
-    lengths = np.diff(np.append(starts, len(column)))
-    here = column[starts] == end
-    # a high quantile of the runs elsewhere, so that one stuck reading does not hide an end
-    elsewhere = sample_quantile(lengths[~here], 0.999) if not here.all() else 0.0
-    return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
-
-
-def flat_ends(values: FloatArray) -> FloatArray | None:
-    """The ends of a range that a whole recording shows, shape (2, 3): lowest and highest readings.
-
-    Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
-    ends count if two or more of the six extremes are flat and equally far from rest.
-
-    Args:
-        values: readings of a sensor without a large constant part, shape (n, 3).
-
-    Returns:
-        The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
-    """
-    if len(values) < MIN_CHECKED_SAMPLES:
-        return None
-    rest = median_of_rows(values)
-    extremes = np.stack([values.min(axis=0), values.max(axis=0)])
-    flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
-    away = np.abs(extremes - rest)
-    largest = float(away[flat].max(initial=0.0))
-    flat &= away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest
-    if int(flat.sum()) < MIN_FLAT_ENDS:
-        return None
-    return np.where(flat, extremes, np.array([[-np.inf], [np.inf]]))
-
-
-CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
-"""The problem of a rotation with a clipped axis, live and in a recording."""
-
-
-def clipped_axis(
-    rate: FloatArray, rest: FloatArray, full_scale: float | None, unit: str
-) -> str | None:
-    """The axis that was clipped during a rotation, or None.
-
-    Args:
-        rate: readings, shape (n, 3).
-        rest: the reading at rest, shape (3,).
-        full_scale: full scale of the gyroscope in the reading's unit, or None.
-        unit: unit of the readings; a plateau within the smallest common range is not clipping.
-    """
-    for index, axis in enumerate(AXES if len(rate) else ""):
-        column = rate[:, index]
-        if full_scale is not None and np.abs(column).max() >= MIN_FULL_SCALE_SHARE * full_scale:
-            return axis
-        if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
-            continue
-        turned = column - rest[index]
-        for signed, end in ((turned, column.max()), (-turned, column.min())):
-            within = unit != COUNT and abs(end) < MIN_RATE_RANGE
-            if not within and float(signed.max()) > 0.0 and _flat_top(signed):
-                return axis
-    return None
-
-
-def _flat_top(values: FloatArray) -> bool:
-    """Whether a plateau at the largest value is entered by a jump.
-
-    A smooth peak in coarse steps also forms a plateau, but it is entered step by step.
-    """
-    if len(values) <= MIN_PLATEAU:
-        return False
-    at_top = np.flatnonzero(values == values.max())
-    if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
-        return False
-    steps = np.abs(np.diff(values))
-    resolution = float(steps[steps > 0.0].min(initial=np.inf))
-    for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
-        jump = steps[plateau[0] - 1] / resolution
-        if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
-            return True
-        if len(plateau) >= MIN_LONG_PLATEAU and jump >= MIN_LONG_PLATEAU_JUMP:
-            return True
-    return False
-
-
-def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
-    """Warnings about accelerometer axes that repeat one extreme reading without noise.
-
-    Readings whose noise is smaller than their step cannot be judged: any hold may be silent.
-
-    Args:
-        holds: holds without the contribution of rounding to their covariance.
-        step: smallest step of the readings of each axis, shape (3,).
-    """
-    if len(holds) <= MIN_SILENT_HOLDS:
-        return []
-    means = np.array([hold.accelerometer for hold in holds])
-    variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
-    samples = median([hold.samples for hold in holds])
-    notes = []
-    for axis in range(3):
-        usual = median(variances[:, axis])
-        if not usual * samples > step[axis] ** 2:
-            continue
-        silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
-        for end in (means[:, axis].min(), means[:, axis].max()):
-            # the mean of equal readings equals them only up to rounding
-            count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
-            if count >= MIN_SILENT_HOLDS:
-                notes.append(
-                    f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
-                    f"in {count} holds: the end of its range. Set a larger range in the device and "
-                    "measure again; this calibration is wrong"
-                )
-    return notes
-
-
-def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
-    """Warning about an accelerometer axis that normally has noise and shows none, or "".
-
-    A reading at the end of its range, or one that is repeated, does not flicker.
-    """
-    if noise is None:
-        return ""
-    alive = (noise.std_a > MIN_FLICKER_STEPS * steps) & (steps > 0.0)
-    frozen = np.flatnonzero(alive & (window.std_a[0] == 0.0))
-    if not len(frozen):
-        return ""
-    axis = AXES[int(frozen[0])]
-    return (
-        f"{axis} of the accelerometer does not change at all in this pose: "
-        "is it at the end of its range? Choose a wider range."
-    )
 
 
 def missing_samples(time: FloatArray) -> str:

@@ -18,6 +18,7 @@ from imucal_wizard.core.statistics import (
     robust_deviation,
     sample_quantile,
 )
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
 
 MAX_PLANE_FLATNESS = 0.1
 """Ratio of the spread across a plane to that in it, up to which readings are a single circle."""
@@ -280,8 +281,8 @@ def saturation_error(name: str, there: BoolArray) -> DataError:
     end = "largest" if name[0] == "+" else "smallest"
     return DataError(
         f"axis {name[1]} of the magnetometer is saturated: {int(there.sum())} samples "
-        f"({100.0 * there.mean():.1f} %) read its {end} value. Choose a larger range, or "
-        "take away the magnet near it"
+        f"({100.0 * there.mean():.1f} %) read its {end} value: "
+        f"{CLIPPING_ADVICE['magnetometer']}"
     )
 
 

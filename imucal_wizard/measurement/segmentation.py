@@ -6,10 +6,10 @@ needs 1, a hand-held device 1,000. Every candidate limit is tried, and the fit d
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.limits.data_quality import MIN_PLATEAU
 from imucal_wizard.core.limits.stillness import (
     LIVELY_PERCENTILE,
     MAX_FORCE_LIMIT,
@@ -21,11 +21,10 @@ from imucal_wizard.core.limits.stillness import (
     TIME_TOLERANCE,
     VARIANCE_FACTORS,
 )
-from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.measurement.blocks import Blocks
-from imucal_wizard.measurement.data_quality import CLIPPED_ROTATION, clipped_axis, flat_ends
+from imucal_wizard.measurement.clipping import CLIPPED_ROTATION, RateSegment, clipped_motions
 from imucal_wizard.measurement.holds import (
     Hold,
     Rotation,
@@ -139,17 +138,34 @@ def rotations_between(
     """The motions between neighbouring holds, each with the reason if it cannot be used."""
     interval = 1.0 / gyroscope.rate
     rotations = []
-    gravity, ends = _gravity(holds), flat_ends(gyroscope.values)
+    gravity = _gravity(holds)
     for before, after in itertools.pairwise(holds):
         if same_rest(before, after, gravity):
             continue
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
         )
-        problem = _problem(part, interval, _rest(before, after), ends)
+        problem = _problem(part, interval)
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
-    return rotations
+    whole = [one for one in rotations if one.problem is None]
+    motions = [
+        RateSegment(
+            one.time,
+            one.rate,
+            _rest(one.before, one.after),
+            one.before.accelerometer,
+            one.after.accelerometer,
+        )
+        for one in whole
+    ]
+    axes = dict(zip(map(id, whole), clipped_motions(motions, gyroscope.unit), strict=True))
+    return [
+        one
+        if axes.get(id(one)) is None
+        else replace(one, problem=CLIPPED_ROTATION.format(axis=axes[id(one)]))
+        for one in rotations
+    ]
 
 
 def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
@@ -193,9 +209,7 @@ def _rest(before: Hold, after: Hold) -> FloatArray:
     return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
 
 
-def _problem(
-    part: Series, interval: float, rest: FloatArray, ends: FloatArray | None
-) -> str | None:
+def _problem(part: Series, interval: float) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
     gaps = np.diff(part.time)
@@ -203,9 +217,4 @@ def _problem(
         return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
-    axis = clipped_axis(part.values, rest, None, part.unit)
-    if axis is None and ends is not None:
-        at_end = (part.values <= ends[0]) | (part.values >= ends[1])
-        touched = at_end.sum(axis=0) >= MIN_PLATEAU
-        axis = AXES[int(touched.argmax())] if touched.any() else None
-    return None if axis is None else CLIPPED_ROTATION.format(axis=axis)
+    return None

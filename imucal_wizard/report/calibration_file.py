@@ -5,7 +5,7 @@ else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`
 ``calibrate`` in Python, so that all of them give the same figures.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -247,6 +247,10 @@ class Calibration(msgspec.Struct, frozen=True):
             KeyError: it is not calibrated.
         """
         return self.sensors[sensor]
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of the calibrated sensors."""
+        return iter(self.sensors)
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the usable sensors to a file; an error leaves no partial file.

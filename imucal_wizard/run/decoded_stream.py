@@ -19,17 +19,18 @@ class LinkHealth:
 
     Attributes:
         connected: whether the port is open.
+        busy: whether it is being opened.
     """
 
     def __init__(self) -> None:
-        self.connected = True
+        self.connected, self.busy = True, False
         self._link = ""
         self._last: float | None = None
         self._silent = 0.0
 
-    def link(self, problem: str) -> None:
-        """Set the problem of the port; ``""`` if it is open."""
-        self.connected, self._link = not problem, problem
+    def link(self, problem: str, *, busy: bool = False) -> None:
+        """Set the problem of the port; ``""`` if it is open; ``busy``: it ends by itself."""
+        self.connected, self.busy, self._link = not problem, busy, problem
         self._last, self._silent = None, 0.0
 
     def heard(self, arrival: float) -> None:
@@ -192,6 +193,7 @@ class DecodedStream:
             format=intake.format,
             connected=self.link_health.connected,
             problem=self.link_health.problem(intake, unwritten),
+            busy=self.link_health.busy,
             stalled=bool(self.link_health.stalled(intake)),
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,

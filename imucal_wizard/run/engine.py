@@ -207,9 +207,9 @@ class Engine:
         self._stream.source = source
         self.link("")
 
-    def link(self, problem: str) -> None:
-        """Set the problem of the port; ``""`` if there is none."""
-        self._stream.link_health.link(problem)
+    def link(self, problem: str, *, busy: bool = False) -> None:
+        """Set the problem of the port; ``""`` if there is none; ``busy``: it ends by itself."""
+        self._stream.link_health.link(problem, busy=busy)
         self._view.changed()
 
     def emit(self, kind: EventKind, text: str) -> None:
@@ -256,7 +256,7 @@ class Engine:
 
     def busy(self, text: str) -> Snapshot:
         """A snapshot that shows only the work in progress."""
-        return self._view.bare(StreamStatus(source=self.source, problem=text))
+        return self._view.bare(StreamStatus(source=self.source, problem=text, busy=True))
 
     def _stream_status(self) -> StreamStatus:
         return self._stream.status(self._view.rate, self.samples, self.journal.problem)

@@ -85,7 +85,7 @@ class Reader(Runner):
         self._prepare = prepare
         self._resumed = prepare is not None
         self._started = 0.0
-        engine.link("opening the port …")
+        engine.link("opening the port …", busy=True)
 
     def _work(self) -> None:
         try:

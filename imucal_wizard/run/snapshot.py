@@ -23,6 +23,7 @@ class StreamStatus:
         format: name of the format, or "" while unknown.
         connected: False while the port is lost or not yet open.
         problem: the problem and what to do, or "".
+        busy: the problem ends by itself (a port is being opened, a session restored).
         stalled: the port is open, but no samples arrive.
         unwritten: the reason why the data are not being saved, or "".
         rate: samples per second, 0 while unknown.
@@ -50,6 +51,7 @@ class StreamStatus:
     format: str = ""
     connected: bool = False
     problem: str = ""
+    busy: bool = False
     stalled: bool = False
     unwritten: str = ""
     rate: float = 0.0

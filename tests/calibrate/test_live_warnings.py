@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport
@@ -41,6 +42,14 @@ def _clipped(table: FloatArray) -> FloatArray:
     return table
 
 
+def _softly_clipped(table: FloatArray) -> FloatArray:
+    """Clipped at 60 °/s before a filter and noise: no two readings on the plateau are equal."""
+    end, chance = np.radians(60.0), np.random.default_rng(3)
+    table[:, 4:7] = uniform_filter1d(np.clip(table[:, 4:7], -end, end), 3, axis=0)
+    table[:, 4:7] += np.radians(0.2) * chance.standard_normal((len(table), 3))
+    return table
+
+
 def _narrow(table: FloatArray) -> FloatArray:
     table[:, 3] = np.clip(table[:, 3], -9.6, 9.6)
     return table
@@ -66,6 +75,7 @@ def _twice(table: FloatArray) -> FloatArray:
     [
         (_clipped, ("gyroscope", "is at the end of its range")),
         (_clipped, ("rotations are not used", "clipped at the end of its range")),
+        (_softly_clipped, ("the gyroscope reaches the end of its range", "turn more slowly")),
         (_narrow, ("accelerometer's z axis reads 9.6 ", "the end of its range")),
         (_thinned, ("More than one sample in a hundred is missing",)),
         (_later, ("time jumped by more than an hour",)),

@@ -9,7 +9,7 @@ from imucal_wizard.guide.live_checks import speeds
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state import RotationStatus
 from imucal_wizard.guide.state_machine import StateMachine
-from imucal_wizard.measurement.data_quality import clipped_axis
+from imucal_wizard.measurement.clipping import clipped_axis
 from tests.guide.device import Device, kinds, machine_at, texts
 
 

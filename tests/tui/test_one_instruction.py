@@ -9,10 +9,12 @@ import pytest
 
 from imucal_wizard.guide.kinds import Act, StepKind
 from imucal_wizard.guide.state import Status
-from imucal_wizard.run.snapshot import Snapshot
+from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.screens.steps import StepScreen
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.widgets.big_text import BigText
+from imucal_wizard.tui.widgets.lines import Lines
 from tests.guide.moments import moments
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, app_with
@@ -101,3 +103,80 @@ async def walk(names: Iterable[str], size: tuple[int, int], flow: str) -> None:
                 shown_once(wanted.status, seen(pilot), big.text)
             except AssertionError as error:
                 raise AssertionError(f"{name}: {error}\n{seen(pilot)}") from error
+
+
+NOTHING = StreamStatus(source="/dev/ttyACM0")
+PORT = SourceChoice(SourceKind.PORT, "/dev/ttyACM0", "/dev/ttyACM0")
+BEFORE_THE_START = {
+    "opening": (
+        replace(NOTHING, busy=True, problem="opening the port …"),
+        "opening the port …", "",
+    ),
+    "no port": (
+        replace(NOTHING, problem="There is no port /dev/ttyACM0. Plug the device in."),
+        "not connected", "Plug the device in",
+    ),
+    "permission denied": (
+        replace(NOTHING, problem="No permission to open it. Run 'sudo usermod', log in again."),
+        "not connected", "Run 'sudo usermod'",
+    ),
+    "port gone": (
+        replace(fakes.STREAM, connected=False, problem="/dev/ttyACM0 is gone: plug it in again."),
+        "not connected", "plug it in again",
+    ),
+    "open, nothing yet": (replace(NOTHING, connected=True), "waiting for samples", ""),
+    "port silent": (
+        replace(NOTHING, connected=True, stalled=True, problem="no data for 4 s: is it on?"),
+        "no samples", "is it on?",
+    ),
+    "device falls silent": (
+        replace(fakes.STREAM, stalled=True, problem="no data for 4 s: is it on?"),
+        "no samples", "is it on?",
+    ),
+    "unreadable text": (
+        replace(NOTHING, connected=True, stalled=True, line="\x81", problem="Set the right speed."),
+        "no samples", "Set the right speed",
+    ),
+    "columns not known": (
+        replace(NOTHING, connected=True, needs=("columns",), problem="not stated: enter it"),
+        "not known: columns", "c: choose",
+    ),
+    "disk full": (
+        replace(fakes.STREAM, unwritten="no longer being saved", problem="Free some space."),
+        "the session is not being saved", "Free some space",
+    ),
+    "not yet started": (fakes.STREAM, "is this what you expect?", "enter starts"),
+}  # fmt: skip
+"""A stream before the start, its state, and what the operator is to do; "" for nothing."""
+PANELS = ("question", "preview")
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_each_state_of_the_source_shows_one_instruction(size: tuple[int, int]) -> None:
+    """No state or instruction of another stream is beside it, and none is there twice."""
+    source = fakes.FakeSource()
+    states = {state for _, state, _ in BEFORE_THE_START.values()}
+    tasks = {task for _, _, task in BEFORE_THE_START.values()} - {""}
+    app = WizardApp(fakes.services(source), None, PORT)
+    async with app.run_test(size=size) as pilot:
+
+        def arrived() -> bool:
+            return (
+                app.state.snapshot is not None
+                and app.state.snapshot.serial == source.snapshot().serial
+            )
+
+        def said() -> str:
+            panels = (app.screen.query_one(f"#{name}", Lines) for name in PANELS)
+            return " ".join(" ".join(panel.plain for panel in panels).split())
+
+        for name, (stream, state, task) in BEFORE_THE_START.items():
+            source.stream = stream
+            source.say(Status())
+            await until(pilot, arrived)
+            text = said()
+            assert {one: text.count(one) for one in states if one in text} == {state: 1}, name
+            shown = {one: text.count(one) for one in tasks if one in text}
+            assert shown == ({task: 1} if task else {}), name
+            starts = task in ("enter starts", "Free some space")
+            await until(pilot, lambda: ("start calibrating" in seen(pilot)) == starts)  # noqa: B023

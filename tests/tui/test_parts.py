@@ -221,7 +221,7 @@ def test_every_instruction_is_in_block_letters_at_eighty_columns() -> None:
         "LIFT IT",
         "ROTATE ABOUT Z",
     ]
-    others += ["TILT IT AS SHOWN", "NOT CONNECTED", "NO DATA", "DATA ENDED", "ONE MOMENT"]
+    others += ["TILT IT AS SHOWN", "NOT CONNECTED", "NO SAMPLES", "DATA ENDED", "ONE MOMENT"]
     field = (*map(lay_down, FACES), TURN_ROUND, TUMBLE, DISTURBED, NO_FIELD)
     for words in (*map(turn_up, DIRECTIONS), *others, *field):
         rows = enlarged(words, 78, 4)

@@ -27,6 +27,19 @@ flat changes by a single step."""
 MIN_FLAT_ENDS, MAX_RANGE_DIFFERENCE = 2, 0.05
 """Extremes of the six of a sensor that must be flat, and their relative difference: one range holds
 for all axes and both senses, apart from the bias."""
+NEAR_TOP, PLATEAU_BAND = 0.9, 0.015
+"""Share of the extreme rate above which a sample is near it, and half the relative width of a
+plateau: several times the noise of a gyroscope at rates of use."""
+MIN_FLAT_SHARE = 0.7
+"""Share of the samples near the extreme that lie in that band; a smooth turn has a third there."""
+MIN_SHORTFALL, MIN_UNKNOWN_SHORTFALL = 0.02, 0.12
+"""Part of the angle that is lost at the end of the range: against the same gyroscope's slower
+rotations, and where there are none (no sensor's scale is wrong by as much)."""
+MIN_SLOW_MOTIONS, MIN_SPHERE_HOLDS = 3, 9
+"""Slower motions that tell the gyroscope's scale, and holds that tell the accelerometer's bias."""
+MAX_STEADY_SHARE = 0.6
+"""Share of a rotation's angle at its largest rate; a hand that clips as much loses 14 % of it, a
+turntable nothing."""
 MIN_PLATEAU_RATIO = 3.0
 """Ratio of the longest plateau at the extreme to the longest elsewhere: coarse readings form
 plateaus in every position of rest."""

@@ -52,12 +52,6 @@ class ResidualTable:
         return len(self.residual)
 
     @property
-    def of_reference(self) -> BoolArray:
-        """Which columns are errors of the reference; the reported errors contain them, (p,)."""
-        shared = {name for one in self.sources for name in one.shared}
-        return np.array([name in shared for name in self.names], bool) & (self.precision > 0.0)
-
-    @property
     def sigma(self) -> FloatArray:
         """Standard deviation of each row as the fit found it."""
         return np.sqrt(self.independent.diagonal(self.variance))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from imucal_wizard.core.quantities import decimals, fixed, number, unit_sign
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.tui.text import Line, known_as, line, wrapped
+from imucal_wizard.tui.text import Line, Span, known_as, line, wrapped
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.run.snapshot import StreamStatus
@@ -31,31 +31,68 @@ def welcome_rows(width: int) -> list[Line]:
     return [row for text in _WELCOME for row in (*wrapped(text, max(30, width)), line(""))]
 
 
+def startable(stream: "StreamStatus") -> bool:
+    """Whether samples arrive with known columns and units."""
+    return bool(stream.samples) and not stream.needs and not _interrupted(stream)
+
+
+def _interrupted(stream: "StreamStatus") -> str:
+    """Why no samples arrive, or ""; before the start, the end of a source is a lost link."""
+    from imucal_wizard.guide.instruction import interruption
+
+    missing = interruption(stream.flow(ended=False))
+    return "" if missing is None else missing[1].lower()
+
+
+def state_span(stream: "StreamStatus", name: str) -> Span:
+    """The state of an open source in one row; beside it, ``preview_rows`` says what to do."""
+    if stream.busy:
+        return f"{name}: {stream.problem}", "strong"
+    if missing := _interrupted(stream):
+        return f"▲ {name}: {missing}", "bad"
+    if stream.needs:
+        return f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn"
+    if stream.unwritten:
+        return f"▲ {name}: the session is not being saved", "bad"
+    if stream.samples:
+        return f"{name}: is this what you expect?   enter starts", "strong"
+    return f"{name}: waiting for samples …", "strong"
+
+
 def preview_rows(stream: "StreamStatus", width: int) -> list[Line]:
-    """The newest values of the stream, with units, rate, losses, gravity and decimals."""
+    """The newest values of the stream, with units, rate, losses, gravity and decimals.
+
+    Where no samples arrive, only the problem and the newest line.
+    """
     width = max(30, width)
-    rows = [line(stream.source or "source", "strong"), *_state(stream)]
+    rows = [line(stream.source or "source", "strong")]
     if stream.line and not stream.samples:
         newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
         rows += [line(""), *newest[:_LINE_ROWS]]
-    rows.append(line(""))
+    interrupted = bool(_interrupted(stream))
+    if stream.samples and not interrupted:
+        rows += _arriving(stream, width)
+    told = stream.busy or (bool(stream.needs) and not interrupted)  # the state says it
+    if stream.problem and not told:
+        rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
+    for warning in () if interrupted else stream.warnings[-3:]:
+        rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
+    return rows
+
+
+def _arriving(stream: "StreamStatus", width: int) -> list[Line]:
+    """What the samples say of the device."""
+    rows = [*_state(stream), line("")]
     rows += _values("acceleration", stream.accelerometer, stream.accelerometer_unit)
     rows += _values("angular rate", stream.gyroscope, stream.gyroscope_unit)
     rows += _values("field", stream.magnetometer, stream.magnetometer_unit)
     if stream.temperature is not None:
         rows.append(_pair("temperature", f"{stream.temperature:.1f} °C"))
     rows += _gravity(stream, width)
-    rows += _digits(stream, width)
-    if stream.problem:
-        rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
-    for warning in stream.warnings[-3:]:
-        rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
-    return rows
+    return rows + _digits(stream, width)
 
 
 def _state(stream: "StreamStatus") -> list[Line]:
-    if not stream.samples:
-        return [line("waiting for the first sample …", "quiet")]
     rate = f"{stream.rate:.1f} Hz" if stream.rate else "measuring the rate …"
     spoken = f"{stream.format}, " if stream.format else ""  # a recording has no wire format
     text = f"{spoken}{rate}, {stream.samples} samples, "

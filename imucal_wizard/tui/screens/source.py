@@ -17,7 +17,7 @@ from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.tui.panels.preview import preview_rows, welcome_rows
+from imucal_wizard.tui.panels.preview import preview_rows, startable, state_span, welcome_rows
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.state import WizardState
@@ -74,7 +74,7 @@ class SourceScreen(LiveScreen):
         self._chosen: SourceChoice | None = None
         self._started = False
         self._asked = False
-        self._was_ready = False
+        self._offered = (False, False)
         self._unknown_since: float | None = None
 
     def body(self) -> ComposeResult:
@@ -104,15 +104,23 @@ class SourceScreen(LiveScreen):
         """Enable the keys to choose, or those for an open source."""
         if action in ("open", "type", "look"):
             return self.state.source is None
-        if action in ("columns", "other"):
+        if action == "other":
             return self.state.source is not None
+        if action == "columns":
+            return self._columns_known
         return self._ready if action == "start" else True
 
     @property
     def _ready(self) -> bool:
         """Whether samples arrive with known columns and units."""
         snapshot = self.state.snapshot if self.state.source is not None else None
-        return snapshot is not None and bool(snapshot.stream.samples) and not snapshot.stream.needs
+        return snapshot is not None and startable(snapshot.stream)
+
+    @property
+    def _columns_known(self) -> bool:
+        """Whether there are columns to choose from."""
+        snapshot = self.state.snapshot if self.state.source is not None else None
+        return snapshot is not None and bool(snapshot.stream.columns)
 
     def _be_seen(self) -> None:
         """Start slow work after the first paint."""
@@ -213,29 +221,22 @@ class SourceScreen(LiveScreen):
     def take(self, snapshot: "Snapshot") -> None:
         """Show the preview; a recording and an unattended run start by themselves."""
         super().take(snapshot)
-        stream, ready = snapshot.stream, self._ready
+        stream, offered = snapshot.stream, (self._ready, self._columns_known)
+        chosen = self._chosen
+        name = chosen.title or chosen.target if chosen else stream.source
+        self._say(*state_span(stream, name))
         self.lines("preview").draw(lambda width, _: preview_rows(stream, width))
-        if ready is not self._was_ready:
-            self._was_ready = ready
+        if offered != self._offered:
+            self._offered = offered
             self.refresh_bindings()
-        self._ask(stream)
+        if stream.needs:
+            self._ask_in_time(stream)
         alone = self.state.settings.auto or (
             self._chosen is not None and self._chosen.kind in _RECORDED
         )
         if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
             self._started = True
             self.action_start()
-
-    def _ask(self, stream: "StreamStatus") -> None:
-        """Show what is needed now; open the questions once if there are any."""
-        name = self._chosen.title or self._chosen.target if self._chosen else stream.source
-        if stream.needs:
-            self._say(f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn")
-            self._ask_in_time(stream)
-        elif stream.samples:
-            self._say(f"{name}: is this what you expect?   enter starts")
-        else:
-            self._say(f"{name}: waiting for samples …   esc: another source")
 
     def _ask_in_time(self, stream: "StreamStatus") -> None:
         """Open the questions once no header can be expected to answer them."""

@@ -204,11 +204,12 @@ def sizes_by(found: SensorFit, *, moving: bool) -> tuple[FloatArray, FloatArray]
     """
     table, sizes = found.rows, np.concatenate(found.sizes)
     assert table is not None
+    assert found.minimum is not None
     rows = table.moving == moving
     effects = np.array([name.partition("_")[0] in found.model[len(found.base) :]
                         for name in table.names])  # fmt: skip
     bias = np.array([name.startswith("bias") for name in table.names])
-    free = effects | bias | table.of_reference | moving
+    free = effects | bias | ~found.minimum.reported | moving
     columns = table.columns[np.ix_(rows, free)]
     weighted = table.independent.weighted(columns, table.variance, rows)
     covariance = inverted(columns.T @ weighted + np.diag(table.precision[free]))

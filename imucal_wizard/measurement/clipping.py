@@ -1,0 +1,377 @@
+"""Clipping: readings at the end of a sensor's range, live and in recordings.
+
+An axis that is clipped by its converter repeats one extreme value exactly. If noise or a filter
+follows the clipping, the readings stand near one extreme for a while: fast and faster rotations
+reach the same rate, and the integrated rate falls short of the angle that gravity shows.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.limits.data_quality import (
+    COUNT_ENDS,
+    MAX_RANGE_DIFFERENCE,
+    MAX_STEADY_SHARE,
+    MIN_CHECKED_SAMPLES,
+    MIN_COUNT_SPAN,
+    MIN_FLAT_ENDS,
+    MIN_FLAT_SHARE,
+    MIN_FLICKER_STEPS,
+    MIN_FORCE_RANGE,
+    MIN_FULL_SCALE_SHARE,
+    MIN_LONG_PLATEAU,
+    MIN_LONG_PLATEAU_JUMP,
+    MIN_PLATEAU,
+    MIN_PLATEAU_JUMP,
+    MIN_PLATEAU_RATIO,
+    MIN_RATE_RANGE,
+    MIN_SHORTFALL,
+    MIN_SILENT_HOLDS,
+    MIN_SLOW_MOTIONS,
+    MIN_SPHERE_HOLDS,
+    MIN_UNKNOWN_SHORTFALL,
+    NEAR_TOP,
+    PLATEAU_BAND,
+    SILENT_VARIANCE_SHARE,
+)
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median, median_of_rows, sample_quantile
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.stillness import Noise, Windows
+
+CLIPPING_ADVICE = {
+    "accelerometer": "set a wider range in the device, and do not shake it",
+    "gyroscope": "turn more slowly, or set a wider range in the device",
+    "magnetometer": "set a wider range in the device, or take away the magnet near it",
+}
+"""What to do about an axis at the end of its range."""
+
+
+def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
+    """Warning about an axis at the end of its range.
+
+    Args:
+        sensor: the sensor.
+        series: its samples.
+        short: the samples span only a few seconds, which may end in a rest; the end must then be
+            beyond the smallest common range.
+    """
+    for axis in range(3):
+        column = series.values[:, axis]
+        for end in (float(column.max()), float(column.min())):
+            if _is_end(column, end, sensor, series.unit, short=short):
+                return (
+                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
+                    f"{series.unit}); its readings there are wrong: {CLIPPING_ADVICE[sensor]}."
+                )
+    return ""
+
+
+def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bool) -> bool:
+    """Whether an extreme value is the end of the range."""
+    if unit == COUNT and end in COUNT_ENDS:
+        return True
+    if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
+        return False
+    least = MIN_FORCE_RANGE if sensor == "accelerometer" else MIN_RATE_RANGE
+    if short and unit != COUNT and abs(end) < least:
+        return False
+    if not _flat_top(column if end == column.max() else -column):
+        return False
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
+    lengths = np.diff(np.append(starts, len(column)))
+    here = column[starts] == end
+    # a high quantile of the runs elsewhere, so that one stuck reading does not hide an end
+    elsewhere = sample_quantile(lengths[~here], 0.999) if not here.all() else 0.0
+    return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
+
+
+def flat_ends(values: FloatArray) -> FloatArray | None:
+    """The ends of a range that a whole recording shows, shape (2, 3): lowest and highest readings.
+
+    Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
+    ends count if two or more of the six extremes are flat and equally far from rest.
+
+    Args:
+        values: readings of a sensor without a large constant part, shape (n, 3).
+
+    Returns:
+        The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
+    """
+    if len(values) < MIN_CHECKED_SAMPLES:
+        return None
+    rest = median_of_rows(values)
+    extremes = np.stack([values.min(axis=0), values.max(axis=0)])
+    flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
+    away = np.abs(extremes - rest)
+    largest = float(away[flat].max(initial=0.0))
+    flat &= away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest
+    if int(flat.sum()) < MIN_FLAT_ENDS:
+        return None
+    return np.where(flat, extremes, np.array([[-np.inf], [np.inf]]))
+
+
+CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
+"""The problem of a rotation with a clipped axis, live and in a recording."""
+
+
+def is_clipped(problem: str | None) -> bool:
+    """Whether the problem of a rotation is clipping."""
+    return problem is not None and problem.endswith(CLIPPED_ROTATION.partition("}")[2])
+
+
+@dataclass(frozen=True, eq=False)
+class RateSegment:
+    """The gyroscope's readings in a motion between two holds.
+
+    Attributes:
+        time: of the samples, s, shape (n,).
+        rate: readings, shape (n, 3).
+        rest: reading at rest, shape (3,).
+        before: the accelerometer's reading in the hold before, shape (3,).
+        after: the same after the motion.
+    """
+
+    time: FloatArray
+    rate: FloatArray
+    rest: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+    @property
+    def turned(self) -> FloatArray:
+        """The rate without the reading at rest, shape (n, 3)."""
+        return self.rate - self.rest
+
+
+def clipped_motions(
+    motions: Sequence[RateSegment], unit: str, full_scale: float | None = None
+) -> list[str | None]:
+    """The axis that was clipped in each motion of a session, or None.
+
+    Args:
+        motions: all motions so far, without gaps; together they show the ends of the range.
+        unit: of the rates.
+        full_scale: of the gyroscope in this unit, if known.
+    """
+    if not motions:
+        return []
+    tops = np.array([_top(one.turned) for one in motions])
+    highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
+    slow = tops[:, 0] < highest
+    ratios = _gravity_ratios(motions, unit)
+    ends = flat_ends(np.concatenate([one.rate for one in motions]))
+    axes = [
+        clipped_axis(one.rate, one.rest, full_scale, unit)
+        or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))
+        for one in motions
+    ]
+    exact = np.array([axis is not None for axis in axes])
+    if full_scale is None and exact.any() and (unit != COUNT or (slow & ~exact).any()):
+        # a turntable stands at one rate for most of a turn and loses nothing
+        steady = np.array([_steadiness(*one) for one in zip(motions, tops[:, 0], strict=True)])
+        if not _angle_lost(ratios, exact & (steady > MAX_STEADY_SHARE), slow & ~exact, unit):
+            axes = [
+                None if share > MAX_STEADY_SHARE else axis
+                for axis, share in zip(axes, steady, strict=True)
+            ]
+    piled = (tops[:, 1] >= MIN_FLAT_SHARE) & ~slow
+    if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(ratios, piled, slow, unit):
+        level = (1.0 - PLATEAU_BAND) * float(tops[:, 0].max())
+        axes = [
+            axis or _touched(np.abs(one.turned) >= level)
+            for axis, one in zip(axes, motions, strict=True)
+        ]
+    return axes
+
+
+def _touched(at_end: BoolArray) -> str | None:
+    """The axis with most of these samples, shape (n, 3), if it has enough of them."""
+    touched = at_end.sum(axis=0)
+    return AXES[int(touched.argmax())] if touched.max() >= MIN_PLATEAU else None
+
+
+def _steadiness(motion: RateSegment, level: float) -> float:
+    """Share of a motion's angle that was turned at its largest rate."""
+    size = np.abs(motion.turned).max(axis=1)
+    return float(size[np.abs(size - level) <= PLATEAU_BAND * level].sum() / size.sum())
+
+
+def _angle_lost(ratios: FloatArray, fast: BoolArray, slow: BoolArray, unit: str) -> bool:
+    """Whether the integrated rate falls short of gravity in fast motions, but not in slow ones.
+
+    Args:
+        ratios: angle by gravity over the integrated rate, shape (n,); NaN where unknown.
+        fast: the motions in question, shape (n,).
+        slow: motions that do not come near the largest rate, shape (n,).
+        unit: of the rates.
+    """
+    short, honest = (ratios[which & np.isfinite(ratios)] for which in (fast, slow))
+    if not len(short):
+        return False
+    if len(honest) < MIN_SLOW_MOTIONS:  # the scale itself is not known
+        return unit != COUNT and median(short) > 1.0 + MIN_UNKNOWN_SHORTFALL
+    usual = median(honest)
+    spread = SIGMA_PER_MEDIAN * median(np.abs(honest - usual)) / usual
+    spread *= np.sqrt(1.0 / len(short) + 1.0 / len(honest))
+    return bool(median(short) / usual > 1.0 + max(MIN_SHORTFALL, 5.0 * spread))
+
+
+def _top(turned: FloatArray) -> tuple[float, float]:
+    """The rate at which the liveliest axis stands longest near its extreme, and how flat that is.
+
+    The share of the samples in the top tenth that lie in a band around their median: about a third
+    at the top of a smooth turn, nearly all on a plateau, whatever noise or filter follows it.
+    """
+    best = (0.0, 0.0)
+    axis = int(np.abs(turned).max(axis=0).argmax())
+    for values in (turned[:, axis], -turned[:, axis]):
+        high = values[values >= NEAR_TOP * values.max()]
+        level = median(high)
+        if level > best[0]:
+            flat = float(np.mean(np.abs(high - level) <= PLATEAU_BAND * level))
+            best = (level, flat if len(high) >= MIN_LONG_PLATEAU else 0.0)
+    return best
+
+
+def seconds_at_end(time: FloatArray, rate: FloatArray) -> float:
+    """Time for which the liveliest axis of a clipped motion stays at its extreme, s."""
+    turned = rate - rate[0]
+    level = (1.0 - PLATEAU_BAND) * _top(turned)[0]
+    at_end = (np.abs(turned) >= level).any(axis=1)
+    return float(at_end.sum() * np.diff(time).mean())
+
+
+def _gravity_ratios(motions: Sequence[RateSegment], unit: str) -> FloatArray:
+    """Angle by gravity over the integrated rate of each motion; NaN where gravity shows none."""
+    angles, felt = np.full(len(motions), np.nan), np.full(len(motions), np.nan)
+    centre = _centre(np.array([one.before for one in motions] + [motions[-1].after]))
+    for i, one in enumerate(motions):
+        steps = np.gradient(one.time)[:, None] * one.turned
+        total = steps.sum(axis=0)
+        size = float(np.linalg.norm(total))
+        if size < 0.9 * float(np.linalg.norm(steps, axis=1).sum()):  # about several axes
+            continue
+        axis = total / size
+        before, after = one.before - centre, one.after - centre
+        first, last = before - axis * (axis @ before), after - axis * (axis @ after)
+        level = float(np.linalg.norm(first)) / float(np.linalg.norm(before))
+        if level > 0.5:  # gravity shows a rotation about a level axis
+            # gravity turns the other way in the body frame
+            angles[i] = -np.arctan2(axis @ np.cross(first, last), first @ last)
+            felt[i] = size
+    known = np.isfinite(felt)
+    if not known.any():
+        return felt
+    scale = 1.0 if unit != COUNT else median(np.abs(angles[known]) / felt[known])
+    whole = 2.0 * np.pi * np.round((scale * felt - angles) / (2.0 * np.pi))
+    return np.asarray((angles + whole) / felt)
+
+
+def _centre(readings: FloatArray) -> FloatArray:
+    """Centre of the sphere through readings at rest; zero where they do not show it, shape (3,)."""
+    spread = np.linalg.svd(readings - readings.mean(axis=0), compute_uv=False)
+    if len(readings) < MIN_SPHERE_HOLDS or spread[-1] < 0.3 * spread[0]:
+        return np.zeros(3)
+    columns = np.column_stack([2.0 * readings, np.ones(len(readings))])
+    return np.asarray(np.linalg.lstsq(columns, (readings**2).sum(axis=1))[0][:3])
+
+
+def clipped_axis(
+    rate: FloatArray, rest: FloatArray, full_scale: float | None, unit: str
+) -> str | None:
+    """The axis that was clipped during a rotation, or None.
+
+    Args:
+        rate: readings, shape (n, 3).
+        rest: the reading at rest, shape (3,).
+        full_scale: full scale of the gyroscope in the reading's unit, or None.
+        unit: unit of the readings; a plateau within the smallest common range is not clipping.
+    """
+    for index, axis in enumerate(AXES if len(rate) else ""):
+        column = rate[:, index]
+        if full_scale is not None and np.abs(column).max() >= MIN_FULL_SCALE_SHARE * full_scale:
+            return axis
+        if unit == COUNT and float(np.ptp(column)) < MIN_COUNT_SPAN:
+            continue
+        turned = column - rest[index]
+        for signed, end in ((turned, column.max()), (-turned, column.min())):
+            within = unit != COUNT and abs(end) < MIN_RATE_RANGE
+            if not within and float(signed.max()) > 0.0 and _flat_top(signed):
+                return axis
+    return None
+
+
+def _flat_top(values: FloatArray) -> bool:
+    """Whether a plateau at the largest value is entered by a jump.
+
+    A smooth peak in coarse steps also forms a plateau, but it is entered step by step.
+    """
+    if len(values) <= MIN_PLATEAU:
+        return False
+    at_top = np.flatnonzero(values == values.max())
+    if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
+        return False
+    steps = np.abs(np.diff(values))
+    resolution = float(steps[steps > 0.0].min(initial=np.inf))
+    for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
+        jump = steps[plateau[0] - 1] / resolution
+        if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
+            return True
+        if len(plateau) >= MIN_LONG_PLATEAU and jump >= MIN_LONG_PLATEAU_JUMP:
+            return True
+    return False
+
+
+def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
+    """Warnings about accelerometer axes that repeat one extreme reading without noise.
+
+    Readings whose noise is smaller than their step cannot be judged: any hold may be silent.
+
+    Args:
+        holds: holds without the contribution of rounding to their covariance.
+        step: smallest step of the readings of each axis, shape (3,).
+    """
+    if len(holds) <= MIN_SILENT_HOLDS:
+        return []
+    means = np.array([hold.accelerometer for hold in holds])
+    variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
+    samples = median([hold.samples for hold in holds])
+    notes = []
+    for axis in range(3):
+        usual = median(variances[:, axis])
+        if not usual * samples > step[axis] ** 2:
+            continue
+        silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
+        for end in (means[:, axis].min(), means[:, axis].max()):
+            # the mean of equal readings equals them only up to rounding
+            count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
+            if count >= MIN_SILENT_HOLDS:
+                notes.append(
+                    f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
+                    f"in {count} holds: the end of its range; this calibration is wrong: "
+                    f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
+                )
+    return notes
+
+
+def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:
+    """Warning about an accelerometer axis that normally has noise and shows none, or "".
+
+    A reading at the end of its range, or one that is repeated, does not flicker.
+    """
+    if noise is None:
+        return ""
+    alive = (noise.std_a > MIN_FLICKER_STEPS * steps) & (steps > 0.0)
+    frozen = np.flatnonzero(alive & (window.std_a[0] == 0.0))
+    if not len(frozen):
+        return ""
+    axis = AXES[int(frozen[0])]
+    return (
+        f"{axis} of the accelerometer does not change at all in this pose, as at the end of its "
+        f"range. If so, {CLIPPING_ADVICE['accelerometer']}."
+    )
