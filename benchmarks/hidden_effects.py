@@ -2,12 +2,12 @@
 
 A virtual accelerometer (its equations, coloured noise, rounding, tremor and warming are those of
 ``devices.virtual``, which shares nothing with the effects that are fitted) is held still in many
-poses; an effect is hidden in it at 1, 2 and 4 times the size that the program itself calls
-detectable in that very session; the program fits, looks and judges as in the bench.
+poses; an effect is hidden in it at 0.5, 1 and 2 times the size from which the program itself
+says that it would name it in that very session; the program fits, looks and judges as in the bench.
 
     --set usual    the rows that thresholds and priors were chosen with
     --set fresh    rows that nothing was chosen with (other waves, fields, sizes, noises)
-    --faint        recordings of the rows at 1 times, where they are to be fewer
+    --faint        recordings of the rows at 0.5 times, where they are to be fewer
     --plain        raw recordings of both sensors with nothing hidden through the whole program
     --raw          the same with each effect of the accelerometer; fewer are enough (--recordings 4)
     --gyroscope    the same with each effect of the gyroscope
@@ -51,7 +51,7 @@ def main() -> None:
             sure = []
             for scenario in _scenarios(asked.set, asked.only):
                 work = partial(_one, asked.set, scenario.name, design, asked.colour, asked.seed)
-                count = asked.faint if scenario.name.endswith(" 1x") else asked.recordings
+                count = asked.faint if scenario.name.endswith(" 0.5x") else asked.recordings
                 trials = list(pool.map(work, range(count), chunksize=5))
                 print(line(scenario, trials), flush=True)
                 sure += [one.sure for one in trials if one.sure is not None]
@@ -117,7 +117,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--only", action="append", default=[], help="part of a row's name")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--faint", type=int, help="recordings of each row at 1 times")
+    parser.add_argument("--faint", type=int, help="recordings of each row at 0.5 times")
     asked = parser.parse_args()
     asked.faint = asked.recordings if asked.faint is None else asked.faint
     return asked

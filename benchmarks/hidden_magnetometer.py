@@ -3,8 +3,8 @@
 A virtual magnetometer (field, iron, noise, rounding, the hand and the equations are those of
 ``devices.virtual``, which shares nothing with the effects that are fitted) is turned in circles on
 its faces and held still in many poses, while the chip warms and motors run and stop. An effect is
-hidden in its samples at 1, 2 and 4 times the size that the program itself calls detectable in that
-very session; the program fits, looks and judges as in the bench.
+hidden in its samples at 0.5, 1 and 2 times the size from which the program itself says that it
+would name it in that very session; the program fits, looks and judges as in the bench.
 
     --plan         standard (18 poses, then the circles) or repeated (circles, 26 + 12 poses,
                    circles); both when not given

@@ -70,6 +70,7 @@ def record(
     rng: np.random.Generator,
     extra: "Extra | None" = None,
     device: Device = USUAL,
+    setting: float | None = None,
 ) -> Recorded:
     """One session.
 
@@ -80,6 +81,7 @@ def record(
         rng: chance.
         extra: what is no effect of the catalogue.
         device: its converter and sampling rate.
+        setting: moment of a step and time constant of a warm-up, s; by chance when not given.
     """
     schedule = drawn_schedule(plan, rng)
     sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
@@ -87,6 +89,8 @@ def record(
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
     settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
     moment = (schedule.start[0] + step) / 60.0
+    if setting is not None:
+        moment = settling = setting / 60.0
 
     def felt_in(these: Schedule) -> FloatArray:
         c = circumstances(these, moment, settling)

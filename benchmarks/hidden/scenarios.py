@@ -22,7 +22,7 @@ LARGEST = 5.0
 """Parameters that these poses show only at more than so many typical sizes are not hidden."""
 
 Sizes = Mapping[str, FloatArray]
-"""The detectable size of each parameter of each effect."""
+"""The nameable size of each parameter of each effect."""
 Draw = Callable[[np.random.Generator, Sizes], tuple[Hidden, ...]]
 
 
@@ -54,7 +54,7 @@ class Scenario:
 def hidden_effect(
     term: str, times: float, sizes: Sizes, rng: np.random.Generator, axis: int | None = None
 ) -> Hidden:
-    """An effect on an axis and with a sign by chance, at a multiple of its detectable size."""
+    """An effect on an axis and with a sign by chance, at a multiple of its nameable size."""
     typical = [one.typical for one in known_effect(term).parameters(ACCELEROMETER)]
     visible = np.flatnonzero(sizes[term] < LARGEST * np.array(typical))
     if not len(visible):
@@ -66,7 +66,7 @@ def hidden_effect(
 
 
 def single(term: str, times: float) -> Scenario:
-    """One effect at a multiple of its detectable size."""
+    """One effect at a multiple of its nameable size."""
 
     def draw(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
         return (hidden_effect(term, times, sizes, rng),)
@@ -75,7 +75,7 @@ def single(term: str, times: float) -> Scenario:
 
 
 def everywhere(term: str, times: float) -> Scenario:
-    """One effect on all three axes, each at a multiple of its detectable size."""
+    """One effect on all three axes, each at a multiple of its nameable size."""
 
     def draw(rng: np.random.Generator, sizes: Sizes) -> tuple[Hidden, ...]:
         return tuple(hidden_effect(term, times, sizes, rng, axis) for axis in range(3))
@@ -126,8 +126,8 @@ NOISE = 0.12
 def usual() -> list[Scenario]:
     """The rows that the thresholds were chosen with."""
     found = [Scenario("no effect")]
-    found += [single(term, times) for term in EFFECTS for times in (1.0, 2.0, 4.0)]
-    found += [two(2.0), two(3.0), bent(2.0), bent(3.0)]
+    found += [single(term, times) for term in EFFECTS for times in (0.5, 1.0, 2.0)]
+    found += [two(1.0), two(1.5), bent(1.0), bent(1.5)]
     for times in (2.0, 4.0, 8.0):
         found += [
             _extra(f"ripple {times:g} sigma", strangers.Ripple(times * NOISE)),
@@ -147,8 +147,8 @@ def usual() -> list[Scenario]:
 def fresh() -> list[Scenario]:
     """Rows that nothing was chosen with."""
     found = [Scenario("no effect")]
-    found += [everywhere(term, 1.5) for term in EFFECTS if term != "cross-product"]
-    found += [two(4.0), bent(4.0), bent(1.5)]
+    found += [everywhere(term, 0.75) for term in EFFECTS if term != "cross-product"]
+    found += [two(2.0), bent(2.0), bent(0.75)]
     for times in (1.5, 3.0, 6.0, 12.0):
         found += [
             _extra(f"long wave {times:g} sigma", strangers.AnyRipple(times * NOISE, (3.5, 5.0))),

@@ -12,8 +12,8 @@ from benchmarks.hidden.noise import MILLI_G, Colour
 from benchmarks.hidden.recording import record
 from benchmarks.hidden.scenarios import FAMILY, Scenario
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.expected_log_odds import detectable
-from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
+from imucal_wizard.diagnose.detectability import Detectability
+from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
@@ -21,9 +21,9 @@ from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.diagnose.suspects import (
     Suspect,
     expected_covariance,
-    expected_noise,
     rank,
     try_effects,
+    usual_setting,
 )
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
@@ -65,8 +65,8 @@ class Trialled:
     sure: float | None
 
 
-class Detectable(dict[str, FloatArray]):
-    """Sizes that the program itself calls detectable in a session, if that has no effect at all.
+class Nameable(dict[str, FloatArray]):
+    """Sizes that the program itself calls nameable in a session, if that has no effect at all.
 
     Args:
         plan: of the session.
@@ -80,18 +80,27 @@ class Detectable(dict[str, FloatArray]):
         self._plan, self._colour, self._chances, self._seed = plan, colour, chances, seed
 
     @cached_property
-    def _plain(self) -> tuple[WhitenedResiduals, HypothesisSet, Posterior]:
+    def _plain(self) -> tuple[WhitenedResiduals, Detectability]:
         rng = np.random.default_rng(self._seed)
         misfit = left_over(measured_of(record(self._plan, self._colour, (), rng)))
         hypotheses = hypothesis_set(misfit, pairs=False)
-        return misfit, hypotheses, hypotheses.posterior(misfit.residual)
+        posterior = hypotheses.posterior(misfit.residual)
+        return misfit, Detectability(misfit, hypotheses, posterior, self._chances)
+
+    def usual(self, term: str) -> Candidate | None:
+        """The effect with the setting that the sizes are told for; None where it cannot show."""
+        misfit, _ = self._plain
+        shown = any(one.term == term for one in misfit.candidates)
+        return usual_setting(misfit, term) if shown else None
+
+    def detectable(self, term: str) -> FloatArray:
+        """Sizes at which the program says that a misfit is seen."""
+        misfit, sizes = self._plain
+        return sizes.seen(usual_setting(misfit, term))
 
     def __missing__(self, term: str) -> FloatArray:
-        misfit, hypotheses, posterior = self._plain
-        found = [one for one in misfit.candidates if one.term == term]
-        threshold, noise = self._chances.threshold(posterior.noise), expected_noise(posterior)
-        middle = found[len(found) // 2]
-        self[term] = detectable(hypotheses, middle, threshold, noise, posterior.wander)
+        misfit, sizes = self._plain
+        self[term] = sizes.named(usual_setting(misfit, term))
         return self[term]
 
 
@@ -105,7 +114,7 @@ def try_out(
     plan: Plan, colour: Colour, scenario: Scenario, chances: Chances, seed: Seed
 ) -> Trialled:
     """Hide, record, judge, add."""
-    sizes = Detectable(plan, colour, chances, seed)
+    sizes = Nameable(plan, colour, chances, seed)
     hidden = scenario.draw(np.random.default_rng([*seed, 1]), sizes)
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)

@@ -56,12 +56,12 @@ def terms_of(sensor: str) -> list[str]:
     return [one.name for one in effects_for(sensor) if one.name not in NEVER]
 
 
-def benches_of(seed: int, grade: str, hidden: Sequence[Hidden]) -> Benches:
+def benches_of(seed: int, grade: str, hidden: Sequence[Hidden], poses: str = POSES) -> Benches:
     """One recording of the virtual sensor of a seed, as the program reads and fits it."""
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
         model = virtual_sensor(seed, grade)
-        simulate_recording(path, hidden=hidden, poses=POSES, seed=seed, model=model)
+        simulate_recording(path, hidden=hidden, poses=poses, seed=seed, model=model)
         readings = read_files([path])
     return Benches(fit_readings(readings), readings)
 
@@ -88,10 +88,10 @@ def judged(benches: Benches, sensor: str, hidden: Sequence[Hidden]) -> Judged:
     )
 
 
-def detectable_sizes(
+def nameable_sizes(
     seed: int, grade: str, sensor: str, shaken: bool = False
 ) -> dict[str, FloatArray]:
-    """What the program calls detectable in a recording of this sensor with nothing hidden.
+    """What the program calls nameable in a recording of this sensor with nothing hidden.
 
     Args:
         seed: of the sensor and the recording.
@@ -102,13 +102,13 @@ def detectable_sizes(
     nothing = (Hidden(ACCELEROMETER, "vibration-rectification", 0.0, (0,)),) if shaken else ()
     bench = benches_of(seed, grade, nothing).bench(sensor)
     suspects = () if bench is None else bench.look().suspects
-    return {one.term: one.detectable for one in suspects if one.candidate is not None}
+    return {one.term: one.nameable for one in suspects if one.candidate is not None}
 
 
 def hidden_in(
     sensor: str, term: str, times: float, sizes: FloatArray, rng: np.random.Generator
 ) -> Hidden:
-    """An effect at a multiple of its detectable size, on axes and with a sign by chance."""
+    """An effect at a multiple of a size told, on axes and with a sign by chance."""
     parameters = effect(term).parameters(sensor)
     shown = [place for place in range(len(parameters)) if np.isfinite(sizes[place])]
     place = int(rng.choice(shown))

@@ -12,9 +12,9 @@ from benchmarks.hidden.whole import (
     POSES,
     Judged,
     benches_of,
-    detectable_sizes,
     hidden_in,
     judged,
+    nameable_sizes,
     terms_of,
 )
 from imucal_wizard.diagnose.survey import add_by_itself
@@ -22,8 +22,8 @@ from imucal_wizard.diagnose.verdict import Opinion
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.teach.draw import GRADE_NOISE
 
-TIMES = 2.0
-"""Hidden at so many times what the program calls detectable in the same session without it."""
+TIMES = 1.0
+"""Hidden at so many times what the program calls nameable in the same session without it."""
 GRADE = "consumer"
 
 
@@ -89,7 +89,7 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
     own = seed + 1000 * sum(map(ord, sensor + term)) + number
     rng = np.random.default_rng(own)
     shaken = term == "vibration-rectification"
-    sizes = detectable_sizes(own, GRADE, sensor, shaken).get(term)
+    sizes = nameable_sizes(own, GRADE, sensor, shaken).get(term)
     if sizes is None or not np.isfinite(sizes).any():
         return None
     hidden = (hidden_in(sensor, term, TIMES, sizes, rng),)

@@ -35,7 +35,7 @@ class Scenario:
 
 
 def hidden_effect(term: str, times: float, sizes: Sizes, rng: np.random.Generator) -> Hidden:
-    """An effect on an axis and with a sign by chance, at a multiple of its detectable size."""
+    """An effect on an axis and with a sign by chance, at a multiple of its nameable size."""
     axis, sign = int(rng.integers(3)), float(rng.choice((-1.0, 1.0)))
     return Hidden(MAGNETOMETER, term, sign * times * float(sizes[term][axis]), (axis,))
 
@@ -62,8 +62,8 @@ def two(times: float) -> Scenario:
 def rows() -> list[Scenario]:
     """All rows of the table."""
     found = [Scenario("no effect")]
-    found += [single(term, times) for term in EFFECTS for times in (1.0, 2.0, 4.0)]
-    found += [two(3.0)]
+    found += [single(term, times) for term in EFFECTS for times in (0.5, 1.0, 2.0)]
+    found += [two(1.5)]
     found += [
         Scenario(f"room {size:g} µT/m", extra=strangers.Room(size)) for size in (1.0, 4.0, 16.0)
     ]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,12 +11,12 @@ from benchmarks.hidden_field.recording import CONSUMER, record
 from benchmarks.hidden_field.scenarios import FAMILY, Scenario
 from benchmarks.hidden_field.sessions import Plan, session_of
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.diagnose.expected_log_odds import detectable
+from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
 from imucal_wizard.diagnose.significance import Chances
-from imucal_wizard.diagnose.suspects import expected_noise, rank
+from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
@@ -54,26 +55,27 @@ class Quiet:
     """A session with nothing hidden: what it shows, and how well noise alone does.
 
     Attributes:
-        sizes: detectable size of each parameter of each effect.
+        sizes: nameable size of each parameter of each effect.
+        detectable: size at which a misfit is seen.
         chances: simulations of noise alone.
     """
 
     sizes: Sizes
+    detectable: Sizes
     chances: Chances
 
 
+@lru_cache(maxsize=4)
 def quiet(plan: Plan, seed: int) -> Quiet:
     """The session of a seed with nothing hidden."""
     data = record(session_of(plan, seed), CONSUMER, (), np.random.default_rng([seed, 0]))
     misfit = left_over(data, fit(data))
     hypotheses = hypothesis_set(misfit, pairs=False)
     posterior, chances = hypotheses.posterior(misfit.residual), Chances(hypotheses)
-    threshold, noise = chances.threshold(posterior.noise), expected_noise(posterior)
-    sizes = {
-        one.term: detectable(hypotheses, one, threshold, noise, posterior.wander)
-        for one in misfit.candidates
-    }
-    return Quiet(sizes, chances)
+    known = Detectability(misfit, hypotheses, posterior, chances)
+    named = {one.term: known.named(one) for one in misfit.candidates}
+    seen = {one.term: known.seen(one) for one in misfit.candidates}
+    return Quiet(named, seen, chances)
 
 
 def try_out(plan: Plan, scenario: Scenario, known: Quiet, seed: int) -> Trialled | None:

@@ -21,8 +21,8 @@ from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.recording import simulate_recording
 
-TIMES = 2.0
-"""Hidden at so many times what the program calls detectable in the same session without it."""
+TIMES = 1.0
+"""Hidden at so many times what the program calls nameable in the same session without it."""
 NO_CURRENT = Hidden(MAGNETOMETER, "current", 0.0, (0,))
 """Writes the column of the current and nothing else."""
 
@@ -73,7 +73,7 @@ def judged(seed: int, hidden: Sequence[Hidden]) -> Said:
 
 
 def whole_table(pool: Executor, seeds: Sequence[int]) -> Iterator[str]:
-    """Nothing hidden, then each effect at twice its detectable size."""
+    """Nothing hidden, then each effect at its nameable size."""
     kind = "raw recordings, 18 poses and circles, bench --auto"
     yield f"\n{kind}; {len(seeds)} each; per cent of them"
     yield (
@@ -89,7 +89,7 @@ def whole_table(pool: Executor, seeds: Sequence[int]) -> Iterator[str]:
 def _with_effect(term: str, seed: int) -> Said:
     rng = np.random.default_rng([seed, 2])
     plain = bench_of(seed, [NO_CURRENT]).look()
-    sizes = next(one.detectable for one in plain.suspects if one.term == term)
+    sizes = next(one.nameable for one in plain.suspects if one.term == term)
     axis, sign = int(rng.integers(3)), float(rng.choice((-1.0, 1.0)))
     return judged(seed, [Hidden(MAGNETOMETER, term, sign * TIMES * float(sizes[axis]), (axis,))])
 

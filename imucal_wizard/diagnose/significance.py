@@ -149,7 +149,7 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
     total = np.full((len(coordinates), len(hypotheses.single)), -np.inf)
     total[:, 0] = np.logaddexp.reduce(alone, axis=(1, 2))
     for wander, one in enumerate(hypotheses.spectra):
-        squares = one.squares(coordinates)
+        squares = one.along(coordinates) ** 2
         likely = (alone - highest)[:, wander].max(axis=0) > -MAX_LOG_FACTOR
         for sigma in np.flatnonzero(likely):
             gain = np.zeros((len(coordinates), len(one.starts)))

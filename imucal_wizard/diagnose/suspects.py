@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.expected_log_odds import MIN_VISIBLE_SHARE, detectable
+from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, Detectability
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
@@ -87,34 +87,10 @@ def try_effects(
 MIN_CORRELATION_ALIKE = 0.9
 """Correlation of two effects' visible patterns above which they look the same here."""
 
-
-class Significance:
-    """What noise alone makes of suspects, computed when it is first asked for.
-
-    Args:
-        hypotheses: the explanations of this design.
-        posterior: their probabilities.
-        chances: simulations of noise alone on this design.
-    """
-
-    def __init__(self, hypotheses: HypothesisSet, posterior: Posterior, chances: Chances) -> None:
-        self._hypotheses, self._posterior, self._chances = hypotheses, posterior, chances
-
-    def p(self, log_odds: float) -> float:
-        """Chance that noise alone makes any suspect look as good."""
-        return self._chances.p(log_odds, self._posterior.noise)
-
-    @cached_property
-    def threshold(self) -> float:
-        """Log odds that noise alone reaches once in a hundred recordings."""
-        return self._chances.threshold(self._posterior.noise)
-
-    def detectable(self, candidate: Candidate) -> FloatArray:
-        """Smallest size of each parameter alone that these data would show, shape (p,)."""
-        posterior = self._posterior
-        return detectable(
-            self._hypotheses, candidate, self.threshold, expected_noise(posterior), posterior.wander
-        )
+MIN_ODDS_SETTLED = 5.0
+"""Log odds from which on the data tell the setting of a suspect."""
+USUAL_SIZES = 5.0
+"""Typical sizes above which a parameter of an effect is not to be expected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +104,7 @@ class Suspect:
         misfit: what is left.
         noise: covariance of the rows, see ``EffectTrial``.
         like: terms that look the same here.
-        significance: what noise alone makes of suspects.
+        detectability: the sizes that show in such data, and what noise alone makes of suspects.
         hold: index of the hold accused, for a disturbed one.
     """
 
@@ -138,7 +114,7 @@ class Suspect:
     misfit: WhitenedResiduals
     noise: FloatArray
     like: tuple[str, ...]
-    significance: Significance
+    detectability: Detectability
     hold: int | None = None
 
     @cached_property
@@ -173,23 +149,62 @@ class Suspect:
     @cached_property
     def p(self) -> float:
         """Share of simulations of noise alone in which any suspect reaches these odds."""
-        return self.significance.p(self.log_odds)
+        return self.detectability.p(self.log_odds)
+
+    @cached_property
+    def sized(self) -> Candidate | None:
+        """The setting that sizes are told for: the middle one tried, if the data tell none."""
+        told = self.log_odds >= MIN_ODDS_SETTLED or self.likeliest is None
+        return self.candidate if told else usual_setting(self.misfit, self.term)
 
     @cached_property
     def detectable(self) -> FloatArray:
-        """Smallest size of each parameter alone that these data would show, shown unit, (p,).
+        """Size of each parameter alone from which these data show a misfit, shown unit, (p,).
 
         Infinite where the data are blind; empty for a disturbed hold.
         """
-        if self.likeliest is None:
+        return np.zeros(0) if self.sized is None else self.detectability.seen(self.sized)
+
+    @cached_property
+    def nameable(self) -> FloatArray:
+        """The same from which the family of the effect is named, (p,)."""
+        if self.sized is None:
             return np.zeros(0)
-        return self.significance.detectable(self.likeliest)
+        return np.maximum(self.detectability.named(self.sized), self.detectable)
 
     @property
     def detectable_on_any_axis(self) -> float:
-        """The same for the worst of those parameters that show at all; infinite without any."""
-        seen = self.detectable[np.isfinite(self.detectable)]
-        return float(seen.max()) if len(seen) else np.inf
+        """From which size a misfit is seen, whichever parameter it is of; infinite without any."""
+        return self._on_any_axis(self.detectable)
+
+    @property
+    def nameable_on_any_axis(self) -> float:
+        """The same from which the family is named."""
+        return self._on_any_axis(self.nameable)
+
+    def _on_any_axis(self, sizes: FloatArray) -> float:
+        """The largest of the sizes of the parameters that show at sizes to be expected.
+
+        Of all that show at any size where there are no such parameters.
+        """
+        if self.sized is None:
+            return np.inf
+        shown = np.isfinite(sizes)
+        usual = shown & (self.detectable < USUAL_SIZES * self.sized.typical)
+        shown = usual if usual.any() else shown
+        return float(sizes[shown].max(initial=0.0)) if shown.any() else np.inf
+
+    @property
+    def hardly_shown(self) -> tuple[str, ...]:
+        """Parameters that show above the sizes told only, or at no size; none if all are so."""
+        if self.sized is None:
+            return ()
+        least = self.detectable_on_any_axis
+        return tuple(
+            name
+            for name, size in zip(self.sized.names, self.detectable, strict=True)
+            if size > least
+        )
 
     @property
     def largest(self) -> int:
@@ -218,7 +233,7 @@ def rank(
         posterior: their probabilities.
         chances: simulations of this design, when some were made already.
     """
-    significance = Significance(hypotheses, posterior, chances or Chances(hypotheses))
+    known = Detectability(misfit, hypotheses, posterior, chances or Chances(hypotheses))
     noise = expected_covariance(misfit, hypotheses, posterior)
     alike = _alike(misfit, hypotheses)
     found = []
@@ -227,18 +242,13 @@ def rank(
         best = hypotheses.single[max(places, key=lambda place: posterior.evidence[place])]
         if term == DISTURBED:
             hold = None if best.variant is None else int(best.variant)
-            found.append(Suspect(term, None, odds, misfit, noise, (), significance, hold))
+            found.append(Suspect(term, None, odds, misfit, noise, (), known, hold))
             continue
         candidate = next(
             c for c in misfit.candidates if c.term == term and c.variant == best.variant
         )
-        found.append(Suspect(term, candidate, odds, misfit, noise, alike[term], significance))
+        found.append(Suspect(term, candidate, odds, misfit, noise, alike[term], known))
     return tuple(sorted(found, key=lambda suspect: -suspect.log_odds))
-
-
-def expected_noise(posterior: Posterior) -> float:
-    """Expected noise over all explanations."""
-    return float(posterior.single @ posterior.sigma + posterior.paired @ posterior.sigma_paired)
 
 
 def expected_covariance(
@@ -248,7 +258,13 @@ def expected_covariance(
     noise = np.eye(len(misfit)) + hypotheses.frame.walked(posterior.wander)
     for _ in range(2):
         noise = misfit.independent.rows(misfit.measured(noise)).T
-    return np.asarray(expected_noise(posterior) ** 2 * noise)
+    return np.asarray(posterior.expected_noise**2 * noise)
+
+
+def usual_setting(misfit: WhitenedResiduals, term: str) -> Candidate:
+    """An effect with the middle one of the settings that are tried."""
+    settings = [one for one in misfit.candidates if one.term == term]
+    return settings[(len(settings) - 1) // 2]
 
 
 def _alike(misfit: WhitenedResiduals, hypotheses: HypothesisSet) -> dict[str, tuple[str, ...]]:

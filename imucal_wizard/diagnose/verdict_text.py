@@ -12,7 +12,7 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.optimal_design import Explained
-from imucal_wizard.diagnose.suspects import largest
+from imucal_wizard.diagnose.suspects import Suspect, largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
@@ -364,6 +364,24 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     clear = clear or [largest(sizes, errors)]
     parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
     return with_unit(", ".join(parts), parameters[0].unit)
+
+
+def seen_from(one: Suspect) -> str:
+    """From which sizes on these data show an effect and name its family."""
+    if one.sized is None:
+        return ""
+    seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
+    if not np.isfinite(seen):
+        return "these data cannot show it at any size"
+    words = f"seen from {size_with_unit(seen, one.sized.unit)}"
+    if np.isfinite(named):
+        words += f", named from {size_with_unit(named, one.sized.unit)}"
+    else:
+        words += ", named at no size: other explanations leave as little"
+    if one.sized.variant is not None:
+        words += f" (at {one.sized.variant:.0f} s)"
+    hard = one.hardly_shown
+    return f"{words}; hardly ever on {', '.join(hard)}" if hard else words
 
 
 def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:

@@ -10,6 +10,7 @@ from imucal_wizard.diagnose.bench import Rung
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import seen_from
 from imucal_wizard.estimate.result import SensorFit
 
 BENCH_SCHEMA = "imucal-wizard/bench/1"
@@ -132,6 +133,11 @@ def _suspect(one: Suspect) -> dict[str, Any]:
         "rms_after": None if trial is None else finite_or_none(trial.rms_fitted),
         "rms_held_out_after": None if trial is None else finite_or_none(trial.rms_held_out),
         "detectable": finite_or_none(one.detectable_on_any_axis),
+        "nameable": finite_or_none(one.nameable_on_any_axis),
+        "detectable_by_parameter": [finite_or_none(value) for value in one.detectable],
+        "nameable_by_parameter": [finite_or_none(value) for value in one.nameable],
+        "sizes_at": None if one.sized is None else one.sized.variant,
+        "seen_from": seen_from(one),
         "told_apart": not one.like,
         "like": list(one.like),
         "log_odds": finite_or_none(one.log_odds),

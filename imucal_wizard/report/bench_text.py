@@ -10,14 +10,13 @@ from imucal_wizard.core.quantities import (
     plus_minus,
     quantity,
     readable,
-    size_with_unit,
     true_minus,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.verdict_text import sizes_text
+from imucal_wizard.diagnose.verdict_text import seen_from, sizes_text
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
 
@@ -133,12 +132,11 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
         return []
     suspects = {one.term: one for one in said.suspects if one.term not in bench.fit.model}
     for effect in bench.catalogue:
-        if effect.name in suspects and effect.kind == "orientation":
-            size = suspects[effect.name].detectable_on_any_axis
-            unit = effect.parameters(bench.sensor)[0].unit
-            if np.isfinite(size):
-                shown = size_with_unit(size, unit)
-                return [f"  {effect.name} would have shown from {shown} on"]
+        one = suspects.get(effect.name)
+        if one is None or effect.kind != "orientation":
+            continue
+        if np.isfinite(one.detectable_on_any_axis):
+            return [f"  {effect.name} would have been {seen_from(one)}"]
     return []
 
 
@@ -177,7 +175,7 @@ def suspect_row(entry: Entry, fit: SensorFit, width: int, lead: str = "  ") -> s
 
 
 def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
-    """What a suspect is, from which size these data show it, and what looks the same here.
+    """What a suspect is, from which sizes on it is seen and named, and what looks the same here.
 
     Args:
         entry: the suspect.
@@ -197,11 +195,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         words.append(sizes)
     suspect = entry.suspect
     if suspect is not None and suspect.candidate is not None:
-        size, unit = suspect.detectable_on_any_axis, suspect.candidate.unit
-        seen = "cannot show it at any size"
-        if np.isfinite(size):
-            seen = f"show it from {size_with_unit(size, unit)} on"
-        words.append(f"these data {seen}")
+        words.append(seen_from(suspect))
         like = ", ".join(suspect.like)
         words.append(
             f"looks the same here as {like}" if like else "nothing else looks like it here"

@@ -94,7 +94,10 @@ def test_the_document_has_every_key_of_its_contract(
     assert KEYS | {"says"} <= said.keys()
     assert said["ladder"][0].keys() >= RUNG
     for suspect in said["suspects"]:
-        assert SUSPECT | {"detectable", "told_apart", "like"} <= suspect.keys()
+        assert SUSPECT | {"detectable", "nameable", "told_apart", "like"} <= suspect.keys()
+        assert suspect["nameable"] is None or suspect["nameable"] >= suspect["detectable"]
+        assert len(suspect["detectable_by_parameter"]) == len(suspect["parameters"])
+        assert suspect["seen_from"]
         assert len(suspect["size"]) == len(suspect["standard_error"])
     for key in ("within_holds", "rounding", "repeats"):
         assert said["noise"][key] > 0.0

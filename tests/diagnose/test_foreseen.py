@@ -1,4 +1,4 @@
-"""What is said of an effect's odds before there is any: held to simulations of the same design."""
+"""The sizes that are told in advance, held to simulations of the same design."""
 
 from dataclasses import replace
 
@@ -6,66 +6,83 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.expected_log_odds import detectable, expected_log_odds
+from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance
-from imucal_wizard.diagnose.posterior import HypothesisSet
-from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.residuals import Candidate
+from imucal_wizard.diagnose.significance import Chances
+from imucal_wizard.diagnose.suspects import rank
+from imucal_wizard.diagnose.verdict import judge_misfit
 from tests.diagnose.sessions import session
 
-RECORDINGS = 400
+RECORDINGS = 40
 NOISE = 1.1
-ENOUGH = 6.0
-"""Log odds that are asked for."""
 
 
-def drift(misfit: WhitenedResiduals) -> Candidate:
-    """A slow effect, which wandering noise imitates."""
-    return next(one for one in misfit.candidates if one.term == "bias-drift")
-
-
-def simulated(hypotheses: HypothesisSet, one: Candidate, size: float, wander: float) -> FloatArray:
-    """Log odds of its first parameter in recordings that it alone is hidden in."""
-    place = next(
-        k
-        for k, h in enumerate(hypotheses.single)
-        if h.terms == (one.term,) and h.parameter == one.names[0] and h.variant == one.variant
+def quiet(known: HypothesisSet, wander: int = 0) -> Posterior:
+    """Noise alone is certain, of this size and wander."""
+    found = known.posterior(np.zeros(len(known.frame.across)))
+    share = np.zeros_like(found.single)
+    share[0] = 1.0
+    return replace(
+        found,
+        single=share,
+        paired=np.zeros_like(found.paired),
+        sigma=np.full_like(found.sigma, NOISE),
+        wander=known.frame.wanders[wander],
     )
-    shown = size * (hypotheses.frame.across.T @ one.columns[:, 0])
-    noise = np.random.default_rng(3).standard_normal((RECORDINGS, len(shown)))
-    noise *= NOISE / np.sqrt(hypotheses.frame.weights(wander))
-    evidence = [
-        hypotheses.posterior(hypotheses.frame.across @ (shown + each)).evidence for each in noise
-    ]
-    return np.array([each[place] - each[0] for each in evidence])
 
 
-@pytest.mark.parametrize("wander", [0.3, 0.6, 2.0])
-def test_odds_are_foreseen_with_their_spread(wander: float) -> None:
-    """To first order: within a unit of their middle and a quarter of their spread."""
-    misfit, hypotheses = session()
-    hypotheses = HypothesisSet(hypotheses.frame, hypotheses.single)
-    one = drift(misfit)
-    size = detectable(hypotheses, one, ENOUGH, NOISE, wander)[0]
-    patterns = hypotheses.frame.across.T @ one.columns[:, :1]
-    said = expected_log_odds(
-        hypotheses, patterns, one.typical[:1], np.array([[size]]), NOISE, wander
-    )
-    found = simulated(hypotheses, one, size, wander)
-    assert said.mean[0, 0] == pytest.approx(np.median(found), abs=1.0)
-    assert said.deviation[0, 0] == pytest.approx(found.std(), rel=0.25)
+def recordings(known: HypothesisSet, shown: FloatArray) -> list[FloatArray]:
+    """What is left where an effect shows so, with noise, whitened."""
+    noise = NOISE * np.random.default_rng(3).standard_normal((RECORDINGS, len(shown)))
+    return [known.frame.across @ (shown + each) for each in noise]
 
 
-@pytest.mark.parametrize("wander", [0.3, 0.6, 2.0])
-def test_a_slow_effect_of_its_detectable_size_reaches_the_odds_95_times_in_100(
-    wander: float,
-) -> None:
-    """A wander that the noise may have takes some of it; counting binomially, 90 of 100 or more."""
-    misfit, hypotheses = session()
-    hypotheses = HypothesisSet(hypotheses.frame, hypotheses.single)
-    one = drift(misfit)
-    size = detectable(hypotheses, one, ENOUGH, NOISE, wander)[0]
-    needed = ENOUGH + np.log(2.0 * len(one.names))
-    assert np.mean(simulated(hypotheses, one, size, wander) > needed) > 0.9
+def usual(term: str) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
+    misfit, known = session()
+    known = HypothesisSet(known.frame, known.single)
+    chances = Chances(known)
+    one = next(one for one in misfit.candidates if one.term == term)
+    return one, Detectability(misfit, known, quiet(known), chances), known, chances
+
+
+@pytest.mark.parametrize("term", ["second-order", "bias-drift"])
+def test_a_misfit_of_the_size_told_is_seen_95_times_in_100(term: str) -> None:
+    """And one of 0.6 times that size is not."""
+    misfit, _ = session()
+    one, sizes, known, chances = usual(term)
+    shown = sizes.seen(one)[0] * (known.frame.across.T @ one.columns[:, 0])
+
+    def seen(residual: FloatArray) -> bool:
+        posterior = known.posterior(residual)
+        return rank(misfit, known, posterior, chances)[0].p <= 0.01
+
+    assert sum(map(seen, recordings(known, shown))) >= 0.75 * RECORDINGS
+    assert sum(map(seen, recordings(known, 0.6 * shown))) <= 0.8 * RECORDINGS
+
+
+@pytest.mark.parametrize("term", ["second-order", "bias-drift"])
+def test_a_family_is_named_90_times_in_100_at_the_size_told(term: str) -> None:
+    """And at 0.75 times that size it is not."""
+    misfit, _ = session()
+    one, sizes, known, _ = usual(term)
+    shown = sizes.named(one)[0] * (known.frame.across.T @ one.columns[:, 0])
+
+    def named(residual: FloatArray) -> bool:
+        left = replace(misfit, residual=residual)
+        return judge_misfit(left, known, known.posterior(residual)).families == (one.family,)
+
+    assert sum(map(named, recordings(known, shown))) >= 0.75 * RECORDINGS
+    assert sum(map(named, recordings(known, 0.75 * shown))) <= 0.5 * RECORDINGS
+
+
+def test_a_wander_that_the_noise_may_have_hides_larger_effects() -> None:
+    misfit, known = session()
+    chances = Chances(known)
+    calm, far = (Detectability(misfit, known, quiet(known, k), chances) for k in (0, 1))
+    one = usual("bias-drift")[0]
+    assert (far.seen(one) > 1.2 * calm.seen(one)).all()
 
 
 def test_what_an_effect_takes_away_is_expected_over_the_wander_that_the_noise_may_have() -> None:

@@ -46,7 +46,7 @@ def test_a_complete_model_states_the_detectable_sizes() -> None:
     (said,) = diagnose_benches(benches(), {}, automatic=True)
     assert said.verdict is Verdict.COMPLETE
     assert "complete" in said.says
-    assert "would have shown from" in bench_text([said])
+    assert "would have been seen from" in bench_text([said])
     assert said.next_poses == ()
 
 

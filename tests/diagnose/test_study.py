@@ -13,6 +13,8 @@ from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.scenarios import Scenario, bent, single, two, usual
 from benchmarks.hidden.table import outcome
 from benchmarks.hidden.trialled import chances_of, try_out
+from benchmarks.sizes import DEVIATES, Asked, trials
+from imucal_wizard.model.effect import ACCELEROMETER
 
 pytestmark = pytest.mark.study
 
@@ -44,15 +46,34 @@ def test_nothing_is_claimed_of_a_sensor_that_lacks_nothing(plan: Plan) -> None:
 
 
 @pytest.mark.parametrize("term", TERMS)
-def test_with_repeats_an_effect_at_three_times_its_detectable_size_is_found(term: str) -> None:
+def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -> None:
     """The family is right."""
-    found = counted(REPEATED, single(term, 3.0), 3)
+    found = counted(REPEATED, single(term, 2.0), 3)
     assert sum(found[name] for name in RIGHT) == 3
+
+
+@pytest.mark.parametrize("term", ["second-order", "warm-up"])
+@pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
+def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) -> None:
+    """A quarter above these sizes the program does, at 0.4 of them it does not.
+
+    Counting binomially: 8 of 12 are the least for a share of 90 per cent, 4 the most for one of 12.
+    """
+    asked = Asked(ACCELEROMETER, plan.name, "consumer")
+    counts = Counter(
+        (one.what, one.factor > 1.0, one.so)
+        for number in range(12)
+        for factor in (0.4, 1.25)
+        for one in trials(asked, term, 5, number, factor)
+    )
+    for what in DEVIATES:
+        assert counts[what, True, True] >= 8
+        assert counts[what, False, True] <= 4
 
 
 def test_two_effects_are_found_together() -> None:
     """Second and third order on one axis, and any two families: no disturbed hold is blamed."""
-    found = counted(REPEATED, bent(3.0), 4) + counted(REPEATED, two(3.0), 4)
+    found = counted(REPEATED, bent(1.5), 4) + counted(REPEATED, two(1.5), 4)
     assert sum(found[name] for name in RIGHT) == 8
 
 

@@ -63,8 +63,8 @@ def test_where_nothing_is_hidden_nothing_is_claimed() -> None:
 
 
 @pytest.mark.parametrize("term", EFFECTS)
-def test_at_twice_its_detectable_size_an_effect_is_named_or_its_family_is(term: str) -> None:
-    found = counted(single(term, 2.0))
+def test_above_its_nameable_size_an_effect_is_named_or_its_family_is(term: str) -> None:
+    found = counted(single(term, 1.5))
     assert sum(found[word] for word in RIGHT) == len(SEEDS)
 
 

@@ -59,8 +59,13 @@ def test_a_hidden_effect_is_the_first_suspect_at_its_size_and_sign() -> None:
 
 
 def test_louder_noise_hides_larger_effects() -> None:
-    """The detectable size is in proportion to the noise."""
-    quiet, loud = (session(colour=colour)[0] for colour in ("consumer", "white"))
-    sizes = [ranked(misfit)["second-order"].detectable for misfit in (quiet, loud)]
-    ratio = loud.sigma.mean() / quiet.sigma.mean()
-    assert np.median(sizes[1] / sizes[0]) == pytest.approx(ratio, rel=0.1)
+    """Both sizes are in proportion to the noise; the family is named from a larger one on."""
+    quiet, loud = (session(colour=colour) for colour in ("consumer", "white"))
+    one, other = (ranked(misfit)["second-order"] for misfit, _ in (quiet, loud))
+    noise = [
+        misfit.sigma.mean() * known.posterior(misfit.residual).expected_noise
+        for misfit, known in (quiet, loud)
+    ]
+    for sizes in ((one.detectable, other.detectable), (one.nameable, other.nameable)):
+        assert np.median(sizes[1] / sizes[0]) == pytest.approx(noise[1] / noise[0], rel=0.1)
+    assert (one.nameable > one.detectable).all()
