@@ -252,7 +252,7 @@ def spectra(hypotheses: Sequence[Hypothesis], each_weights: Sequence[FloatArray]
     for weights in each_weights:
         values, turned = [], []
         for q, stack in zip(sizes, stacks, strict=True):
-            each = np.moveaxis(stack.reshape(len(stack), -1, q), 0, 2)
+            each = np.moveaxis(stack.reshape(len(stack), stack.shape[1] // q, q), 0, 2)
             strength, vectors = np.linalg.eigh((each * weights) @ np.swapaxes(each, 1, 2))
             strength = np.maximum(strength, 0.0)
             length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
