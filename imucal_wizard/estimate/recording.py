@@ -15,8 +15,8 @@ from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
 
-MIN_RECORDING_SECONDS = 30.0
-"""Six rests of two seconds with the motions between them take longer."""
+MIN_RECORDING_SECONDS, MAX_RECORDING_SECONDS = 60.0, 1800.0
+"""A calibration by hand hardly takes less than the first, and hardly more than the second."""
 
 __all__ = ["FitOptions", "fit_collected", "fit_readings"]
 
@@ -58,6 +58,13 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     """
     if not len(readings):
         raise DataError("the recording has no accelerometer")
+    try:
+        return _found(readings, options)
+    except DataError as error:
+        raise _with_duration(error, readings) from error
+
+
+def _found(readings: Readings, options: FitOptions) -> FitReport:
     holds, steps = find_holds(readings, options.gravity)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
@@ -67,23 +74,21 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
     warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
-    try:
-        return fit_holds(
-            with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
-        )
-    except DataError as error:
-        raise _with_duration(error, readings) from error
+    return fit_holds(
+        with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+    )
 
 
 def _with_duration(error: DataError, readings: Readings) -> DataError:
     """The error of a recording that is refused, with its duration if that is implausible."""
     time = readings.accelerometer.time
     seconds, rate = float(time[-1] - time[0]), readings.accelerometer.rate
-    if seconds >= MIN_RECORDING_SECONDS:
+    if MIN_RECORDING_SECONDS <= seconds <= MAX_RECORDING_SECONDS:
         return error
+    other = "longer" if seconds < MIN_RECORDING_SECONDS else "less"
     return DataError(
         f"{error}. By its times the recording lasts {seconds:.3g} s at {rate:.4g} Hz: if it took "
-        "longer, correct the sampling rate or the unit of the times",
+        f"{other}, correct the sampling rate or the unit of the times",
         settings=error.settings,
     )
 

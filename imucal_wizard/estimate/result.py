@@ -1,5 +1,6 @@
 """What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
 
+from collections.abc import Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
     from imucal_wizard.estimate.repeatability import Repeatability
     from imucal_wizard.estimate.second_stage.found import SecondStage
     from imucal_wizard.model.rows.table import ResidualTable
+
+
+MIN_SINGLE_AXIS_ERROR = 0.001
+"""Relative difference from the vector fit from which a single-axis scale is commented."""
 
 
 @dataclass(frozen=True)
@@ -203,6 +208,13 @@ class SensorFit:
     minimum: "Minimum[Experiment] | None" = None
 
     @property
+    def before_note(self) -> str:
+        """What ``rms_before`` is where there is no nominal conversion, or ""."""
+        if self.bias_unit != COUNT or self.rms_before is None:
+            return ""
+        return "before: by one common scale and a bias, since counts have no unit"
+
+    @property
     def slow_noise_note(self) -> str:
         """What the errors of the biases rest on where slow noise was not measured, or ""."""
         if self.slow_noise_measured is not False:
@@ -247,6 +259,21 @@ class AxisComparison:
     vector_bias: float | None = None
     vector_scale: float | None = None
     vector_scale_error: float | None = None
+
+
+def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
+    """Why single-axis scales differ from the vector fit's; "" if none differs by 0.1 %."""
+    off = 0.0
+    for row in comparison:
+        for scale in (row.static_scale, row.dynamic_scale):
+            if scale is not None and row.vector_scale:
+                off = max(off, abs(scale / row.vector_scale - 1.0))
+    if off < MIN_SINGLE_AXIS_ERROR:
+        return ""
+    return (
+        f"Static and dynamic are off by up to {100.0 * off:.2g} %: they take each rotation as one "
+        "about a single axis, without cross axes and tilt, which the vector method models."
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,9 +39,8 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
         first = next((row for row in mine if row.fit is not None), mine[0])
         lines.append(f"{sensor.upper():20}{_cells(_COLUMNS)}")
         if first.fit is not None and first.fit.rms_before is not None:
-            lines.append(
-                f"  {'not calibrated':18}{quantity(first.fit.rms_before, first.fit.unit):>13}"
-            )
+            named = "scale and bias" if first.fit.before_note else "not calibrated"
+            lines.append(f"  {named:18}{quantity(first.fit.rms_before, first.fit.unit):>13}")
         best = least_held_out(mine)
         for row in mine:
             mark = BEST if row in best else " "

@@ -16,7 +16,7 @@ from imucal_wizard.core.quantities import (
     unit_sign,
     value_and_error,
 )
-from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit
+from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit, single_axis_note
 
 if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
@@ -82,7 +82,7 @@ def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
         text += f"; could be {quantity(could_be, fit.unit)}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
-    for told in (text, fit.slow_noise_note and f"  {fit.slow_noise_note}"):
+    for told in (text, *(f"  {note}" for note in (fit.before_note, fit.slow_noise_note) if note)):
         lines += textwrap.wrap(told, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
     return lines
 
@@ -124,7 +124,8 @@ def _comparison(report: FitReport) -> list[str]:
         ]
         row_text = "".join(f"{cell:16}" for cell in cells)
         lines.append(f"  {row.axis:4}  {row.rotations:5}   {row_text}".rstrip())
-    return lines
+    note = single_axis_note(report.comparison)
+    return lines + [f"  {line}" for line in textwrap.wrap(note, TEXT_COLUMNS - 2)]
 
 
 def second_stage_lines(stage: "SecondStage") -> list[str]:
@@ -137,6 +138,8 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
         "SECOND STAGE  alignment of the sensors to one another",
         f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
     ]
+    if alignment.axes:
+        lines.append(f"  the magnetometer's axes: {alignment.axes}")
     if abs(dip) > MIN_DIP_OF_HEMISPHERE:
         here, there = ("north", "south") if dip > 0.0 else ("south", "north")
         # m and −m fit gravity and every rotation equally: only the user knows the hemisphere

@@ -34,6 +34,25 @@ def test_any_rotation_between_the_sensors_is_found(dip: float) -> None:
         assert np.degrees(found.dip) == pytest.approx(dip, abs=1.0)
 
 
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], ""),
+        ([[0, 1, 0], [1, 0, 0], [0, 0, -1]], "x and y are swapped, z points the other way"),
+        ([[1, 0, 0], [0, -1, 0], [0, 0, -1]], "y points the other way, z points the other way"),
+        (
+            [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
+            "x lies along the accelerometer's +y, y lies along the accelerometer's −x",
+        ),
+    ],
+)
+def test_swapped_and_turned_axes_are_said_in_words(columns: list[list[int]], words: str) -> None:
+    """A column is an axis of the magnetometer in the accelerometer's frame; it is 5° off there."""
+    mounted = Attitude.from_rotvec([0.05, -0.05, 0.05]) * Attitude.from_matrix(columns)
+    up, field = _seen(Attitude.random(20, random_state=4), 60.0, mounted)
+    assert align(up, _noisy(field, 2e-3, np.random.default_rng(1))).axes == words
+
+
 def test_one_position_beside_iron_decides_no_rotation() -> None:
     """A dip 20° off moves neither the choice among the rotations nor the angles."""
     for seed in range(20):

@@ -40,6 +40,8 @@ _BESIDE = ("temperature", "current")
 """Auxiliary quantities that may occur in several files."""
 _FED_BYTES = 1 << 18
 """Bytes fed at once, up to the end of the line."""
+MIN_DATE_SECONDS = 1e8
+"""Times from here on count from a date (1970): no device has been running for three years."""
 _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
@@ -69,7 +71,8 @@ def read_files(
 ) -> Readings:
     """The readings in the files of one session.
 
-    Files with different sensors, each with its own times, become one recording.
+    Files with different sensors, each with its own times, become one recording. The times of a
+    clock that counts from a date (1970) count from the first sample instead.
 
     Args:
         paths: the files.
@@ -95,6 +98,7 @@ def read_files(
             f"give ACC.mat GYRO.mat in this order"
         )
     series, warnings = _merged(paths, [_one(path, options, i) for i, path in enumerate(paths)])
+    series = _from_beginning(series)
     if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
         none = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
         return _readings({**series, "accelerometer": none}, warnings)
@@ -114,6 +118,14 @@ def read_files(
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
     return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check_recording(readings)))))
+
+
+def _from_beginning(series: dict[str, Series]) -> dict[str, Series]:
+    """The series with times from the first sample on, if their clock counts from a date."""
+    first = min((float(one.time[0]) for one in series.values() if len(one)), default=0.0)
+    if first < MIN_DATE_SECONDS:
+        return series
+    return {name: replace(one, time=one.time - first) for name, one in series.items()}
 
 
 def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:

@@ -13,6 +13,7 @@ from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of
 from imucal_wizard.estimate.magnetometer.start import FieldModel, FieldStart
 from imucal_wizard.estimate.magnetometer.surroundings import around, flows, recorded, within
+from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 from imucal_wizard.model.effect import Circumstances, FieldUnit
 
 FIELD_BASE = ("bias", "soft-iron")
@@ -124,6 +125,9 @@ def field_data(
     pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings))
     magnetic = (pieces.reading - bias) @ matrix.T
     noise = piece_noise(pieces, np.linalg.norm(magnetic, axis=1))
+    gain = float(np.cbrt(abs(np.linalg.det(matrix))))
+    # without noise the mean of a rest is off by its rounding, however many samples it has
+    rounded = rounding_shift(float(np.sqrt(noise)), resolution_of(values) * gain) ** 2
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / (magnetic**2).sum(axis=1)
     longer = noise / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
@@ -138,7 +142,7 @@ def field_data(
         left_out=tuple(run.scaled(magnitude / start.radius) for run in left_out),
         pieces=replace(pieces, extra=pieces.extra - longer),
         samples=samples,
-        noise=np.maximum(noise / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2),
+        noise=np.maximum(noise / pieces.samples + rounded, (SMALLEST_NOISE * magnitude) ** 2),
         visits=visits_of(pieces),
         circumstances=within(samples, pieces),
         start=(matrix, bias),

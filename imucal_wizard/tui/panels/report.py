@@ -20,7 +20,13 @@ from imucal_wizard.core.quantities import (
     value_and_error,
 )
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
+from imucal_wizard.estimate.result import (
+    AxisComparison,
+    FitReport,
+    Parameter,
+    SensorFit,
+    single_axis_note,
+)
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.text import field_lines, second_stage_lines
 from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
@@ -117,8 +123,7 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
         said = [f"held out, 90 %: {limits}"] if limits else []
         if diagnosis is not None and diagnosis.could_be is not None:
             said.append(f"could be {quantity(diagnosis.could_be, fit.unit)}")
-        if fit.slow_noise_note:
-            said.append(fit.slow_noise_note)
+        said += [note for note in (fit.before_note, fit.slow_noise_note) if note]
         if said:
             beside.append(Text(f" {name}: {'; '.join(said)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
@@ -183,7 +188,8 @@ def comparison_table(comparison: Sequence[AxisComparison], fit: SensorFit | None
     head = Text.assemble(
         ("gyroscope by three methods", "bold"), ("  corrected rate = k · (reading − bias)", "dim")
     )
-    return Group(head, table)
+    note = single_axis_note(comparison)
+    return Group(head, table, *([Text(note, "dim")] if note else []))
 
 
 def _with_error(value: float | None, error: float | None) -> str:

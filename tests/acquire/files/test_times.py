@@ -192,3 +192,14 @@ def test_many_samples_that_are_missing_are_no_jitter(tmp_path: Path) -> None:
     readings = _timed(tmp_path, time, "t[s]")
     assert _told(readings, "samples are missing in")
     assert not _told(readings, "jitter")
+
+
+def test_the_times_of_a_clock_that_counts_from_1970_begin_with_the_first_sample(
+    tmp_path: Path,
+) -> None:
+    """A message names a moment of the recording, not one of the century."""
+    values = samples(1000)
+    values[:, 0] += 1.7e9
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    assert readings.accelerometer.time[0] == 0.0
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, atol=1e-6)
