@@ -159,7 +159,7 @@ def _slopes(time: FloatArray, nodes: IntArray) -> FloatArray:
 
 def strictly_later(time: FloatArray) -> BoolArray:
     """Which samples are later than all before them, shape (n,)."""
-    return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0.0])
+    return np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0
 
 
 class Attitudes:

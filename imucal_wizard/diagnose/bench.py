@@ -5,9 +5,9 @@ the fit has not seen agree: other directions or rotations for an effect of orien
 part of the session for an effect of time.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
@@ -18,6 +18,7 @@ from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
+from imucal_wizard.diagnose.referee import Hearing, Referee
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
 from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
@@ -175,6 +176,7 @@ class Bench:
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
+        self.referee: Callable[[], Referee | None] | None = None
 
     @property
     def found(self) -> tuple[Found, ...]:
@@ -186,20 +188,24 @@ class Bench:
         """What is left out to check the model."""
         return "rotations" if self.fit.unit == "rad" else "directions"
 
-    def state(self, added: Terms, families: Sequence[Terms]) -> None:
+    def state(self, added: Terms, opinion: Opinion) -> None:
         """Write down why the newest terms were added.
 
         Args:
             added: the newest terms.
-            families: for each of them the members among which these data cannot choose.
+            opinion: the one that led to it.
         """
         unit = self.fit.unit
         ends = (self.ladder[-1 - len(added)].rms_held_out, self.ladder[-1].rms_held_out)
         before, after = (quantity(one, unit) for one in ends)
-        for name, members in zip(added, families, strict=True):
+        for name in added:
+            place = next(k for k, members in enumerate(opinion.terms) if name in members)
+            members, decided_by = opinion.terms[place], f"{self.left_out_unit} left out"
             family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
             reason = f"{family}the error held out falls from {before} to {after}"
-            self._found.append(Found(name, reason, f"{self.left_out_unit} left out"))
+            if opinion.families[place] in opinion.decided:
+                decided_by += " and the gyroscope's closure"
+            self._found.append(Found(name, reason, decided_by))
 
     @property
     def fit(self) -> SensorFit:
@@ -227,11 +233,32 @@ class Bench:
             hypotheses = hypothesis_set(misfit)
             posterior = hypotheses.posterior(misfit.residual)
             suspects = rank(misfit, hypotheses, posterior)
-            opinion = self._if_confirmed(judge_misfit(misfit, hypotheses, posterior), suspects)
+            hearing = None if self.referee is None else partial(self._hearing, suspects)
+            opinion = judge_misfit(misfit, hypotheses, posterior, hearing)
+            opinion = self._if_confirmed(opinion, suspects)
             self._findings = BenchFindings(
                 self.fit, misfit, suspects, opinion, hypotheses, posterior
             )
         return self._findings
+
+    def _hearing(
+        self, suspects: tuple[Suspect, ...], explanations: tuple[Terms, ...]
+    ) -> Hearing | None:
+        """What the gyroscope says of explanations, each added to the model."""
+        referee = None if self.referee is None else self.referee()
+        if referee is None:
+            return None
+        known = {one.term: one.candidate for one in suspects if one.candidate is not None}
+        heard = {}
+        for names in explanations:
+            added = [Term(known[one].effect, known[one].variant) for one in names if one in known]
+            try:
+                found = fit(self.measured, (*self.fit.terms, *added), self.fit.base)
+            except DataError:
+                continue
+            if len(added) == len(names) and found.reference is not None:
+                heard[names] = referee.hear(found)
+        return Hearing(referee.now, heard) if heard else None
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""
@@ -381,6 +408,8 @@ class Entry:
         rms_held_out: error with it on what the fit has not seen, or None.
         lacking: what the data lack to show it; "" where nothing is lacking.
         now: the present error on what the fit has not seen, or None.
+        closures: the gyroscope's error held out against gravity without it and with it, rad; None
+            where the gyroscope was not asked.
     """
 
     term: str
@@ -390,6 +419,7 @@ class Entry:
     rms_held_out: float | None = None
     lacking: str = ""
     now: float | None = None
+    closures: tuple[float, float] | None = None
 
     @property
     def falls(self) -> bool:
@@ -423,6 +453,7 @@ def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
             None if one.trial is None else one.trial.rms_fitted,
             None if one.trial is None else one.trial.rms_held_out,
             now=now,
+            closures=findings.opinion.closures((one.term,)),
         )
         for one in findings.suspects
     ]

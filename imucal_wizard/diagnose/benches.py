@@ -14,10 +14,11 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_turning
+from imucal_wizard.diagnose.referee import Referee
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.model.effect import ACCELEROMETER, SENSORS, Effect
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS, Effect
 
 
 class Benches:
@@ -103,6 +104,8 @@ class Benches:
             same = same and (base is None or tuple(base) == fit.base)
             rounding = self._rounding(sensor)
             bench = Bench(sensor, measured, base, self._own, rounding, fit if same else None)
+            if bench.fit.reference is not None:
+                bench.referee = self._referee
             if sensor in self._benches:
                 bench.retrace(self._benches[sensor])
             self._benches[sensor], self._made[sensor] = bench, under
@@ -118,6 +121,16 @@ class Benches:
         if fit.experiment is None:
             raise DataError(f"the method {fit.method} has no rows to judge the {sensor} by")
         return fit.experiment
+
+    def _referee(self) -> Referee | None:
+        """The gyroscope under the accelerometer's present model, where it may judge others."""
+        try:
+            bench = self.bench(GYROSCOPE)
+        except DataError:
+            return None
+        if bench is None or bench.undetermined or bench.fit.minimum is None:
+            return None
+        return Referee(bench.look().misfit)
 
     def waits(self, sensor: str) -> bool:
         """Whether the accelerometer's model must be complete before this sensor's can be judged."""

@@ -257,6 +257,8 @@ SAME_AXIS = 0.2
 """Share of pairs that bend one axis' characteristic, evenly and oddly: one cause makes both."""
 WITH_DISTURBED = 0.15
 """Share of an effect and a disturbed hold."""
+MAX_ALONG = 1e10
+"""Largest product of a pattern and a residual: its square times a pattern fits in 32 bits."""
 BENT = ("even-order", "odd-order")
 
 
@@ -301,6 +303,9 @@ class Pairs:
         for form, weights in zip(found, each_weights, strict=True):
             products = self.patterns.T @ (weights[:, None] * self.patterns)
             along = self.patterns.T @ (weights * coordinates)
+            # a wild residual would leave the range of single precision
+            scale = max(float(np.abs(along).max()) / MAX_ALONG, 1.0)
+            along /= scale
             a, b = products[self.first, self.first], products[self.second, self.second]
             c = products[self.first, self.second]
             y, z = along[self.first], along[self.second]
@@ -313,6 +318,7 @@ class Pairs:
             form += (y * y + z * z).astype(np.float32)[:, None]
             form *= t * t
             form /= determinant
+            form *= np.float32(scale**2)
             form -= np.log(determinant, out=determinant)
             form *= np.float32(0.5)
         return found

@@ -45,7 +45,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         if not added:
             # what data held out do not confirm is not missing for certain
             return replace(found, opinion=unconfirmed(found.opinion))
-        bench.state(added, [next(m for m in named if name in m) for name in added])
+        bench.state(added, found.opinion)
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()
     if last.opinion.shapeless:

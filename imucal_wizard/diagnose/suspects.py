@@ -11,7 +11,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, Detectability
+from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, USUAL_SIZES, Detectability
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
@@ -89,8 +89,6 @@ MIN_CORRELATION_ALIKE = 0.9
 
 MIN_ODDS_SETTLED = 5.0
 """Log odds from which on the data tell the setting of a suspect."""
-USUAL_SIZES = 5.0
-"""Typical sizes above which a parameter of an effect is not to be expected."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ would.
 
 import itertools
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from typing import TypeVar
@@ -20,6 +20,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
@@ -79,6 +80,27 @@ class Shares:
                     found[term] += share
         total = sum(found.values())
         return [(term, share / total) for term, share in ordered(found)] if total else []
+
+    def heard(self, by_terms: Mapping[Terms, float], present: float) -> "Shares":
+        """The shares after other data have spoken for and against some explanations.
+
+        These data decide between explanations; whether there is one at all stays as it is. What has
+        no name may be whatever the best of them is: it loses nothing.
+
+        Args:
+            by_terms: logarithm of the evidence for each set of effects.
+            present: the same for the present model.
+        """
+        unknown = [label for label in self.by_label if label.kind == UNKNOWN]
+        spoken = {one: by_terms[one.terms] for one in self.by_label if one.terms in by_terms}
+        best = max(present, *spoken.values())
+        factor = {one: float(np.exp(value - best)) for one, value in spoken.items()}
+        factor |= dict.fromkeys(unknown, 1.0)
+        before = sum(self.by_label[one] for one in factor)
+        after = sum(self.by_label[one] * by for one, by in factor.items())
+        scale = before / after if after > 0.0 else 0.0
+        changed = {one: self.by_label[one] * by * scale for one, by in factor.items()}
+        return Shares({**self.by_label, **changed}, self.by_hold)
 
 
 def ordered(shares: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
@@ -162,6 +184,8 @@ MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
 
 
+MAX_HEARD = 6
+"""Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
 """Probability from which on an effect that is not certain enough to be named is called probable."""
 
@@ -195,6 +219,8 @@ class Opinion:
         shapeless: what is left has no shape: noise alone, however large, explains it.
         probable: members of the likeliest family that is not certain enough to be named, the
             likeliest first; empty where none is likelier than everything else.
+        heard: what the gyroscope says of the explanations, where it was asked.
+        decided: the families among whose members it has decided.
     """
 
     verdict: Verdict
@@ -207,10 +233,22 @@ class Opinion:
     lack: LackOfFit
     shapeless: bool
     probable: Terms
+    heard: Hearing | None = None
+    decided: tuple[str, ...] = ()
+
+    def closures(self, terms: Terms) -> tuple[float, float] | None:
+        """The gyroscope's error held out without and with these effects, rad, where it is known."""
+        one = None if self.heard is None else self.heard.with_terms.get(terms)
+        if self.heard is None or one is None or one.closure is None:
+            return None
+        return None if self.heard.now.closure is None else (self.heard.now.closure, one.closure)
 
 
 def judge_misfit(
-    misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    posterior: Posterior,
+    hearing: Callable[[tuple[Terms, ...]], Hearing | None] | None = None,
 ) -> Opinion:
     """Weigh all explanations of a misfit.
 
@@ -218,8 +256,16 @@ def judge_misfit(
         misfit: what is left.
         hypotheses: the explanations of this design.
         posterior: their probabilities.
+        hearing: what another sensor says of explanations, where there is one.
     """
     shares = shares_of(hypotheses, posterior)
+    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
+    heard, alone = None, shares
+    if hearing is not None and shares.present()[NOTHING] <= MAX_NOISE_PROBABILITY:
+        heard = hearing(shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD])
+    if heard is not None:
+        evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
+        shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
     best = ExplainedVariance(misfit, hypotheses, posterior)
     own = discriminability(misfit, hypotheses.frame)
     lack = misfit.lack_of_fit()
@@ -234,7 +280,6 @@ def judge_misfit(
     if verdict is Verdict.DISTURBED and not misfit.lack_without(holds[0]).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
-    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     terms = tuple(_within(shares, family_of, family) for family in families)
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
@@ -257,6 +302,12 @@ def judge_misfit(
         lack,
         evidence.shapeless,
         probable,
+        heard,
+        tuple(
+            family
+            for family, members in zip(families, terms, strict=True)
+            if heard is not None and len(_within(alone, family_of, family)) > len(members)
+        ),
     )
 
 

@@ -75,6 +75,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
             Verdict.WAITING: _waiting,
         }[diagnosis.verdict]
         parts += told(diagnosis, bench)
+        parts += _closures(diagnosis)
     if bench is not None:
         parts += _reservations(diagnosis, bench)
     return " ".join(parts)
@@ -140,6 +141,31 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         if one.never or one.poses
     ]
     return parts + _matters(diagnosis, bench) + decides
+
+
+def _closures(diagnosis: Diagnosis) -> list[str]:
+    """What the gyroscope's rotations say of each explanation."""
+    opinion = _opinion(diagnosis)
+    if opinion.heard is None:
+        return []
+    order = sorted(opinion.heard.with_terms.items(), key=lambda one: -one[1].log_evidence)
+    told = [(terms, opinion.closures(terms)) for terms, _ in order]
+    known = [(terms, pair) for terms, pair in told if pair is not None]
+    # effects by themselves, if there are any: with another one beside them they close alike
+    known = [one for one in known if len(one[0]) == 1] or known
+    if not known:
+        return []
+    each = ", ".join(
+        f"{quantity(pair[1], 'rad')} with {' and '.join(terms)}"
+        for terms, pair in known[:LISTED_EXPLANATIONS]
+    )
+    end = ""
+    if opinion.decided:
+        chosen = zip(opinion.families, opinion.terms, strict=True)
+        end = f": that decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
+    elif opinion.heard.against_all:
+        end = f": it speaks against {'it' if len(known) == 1 else 'each of them'}"
+    return [f"The gyroscope's closure is {quantity(known[0][1][0], 'rad')} now, {each}{end}."]
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -288,7 +314,10 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
-        told.append(f"There are too few {bench.left_out_unit} to predict one that is left out.")
+        told.append(
+            f"So few {bench.left_out_unit} hardly predict one that is left out: more of them "
+            "bring the error held out down."
+        )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
         told.append(
             f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "

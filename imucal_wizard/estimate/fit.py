@@ -265,17 +265,40 @@ def with_effects(
             *(slice(place + group.start, place + group.stop) for group in more.groups),
         ),
     )
-    balance = balanced(wider)
-    return replace(
-        found,
-        terms=Terms(found.experiment.sensor, (*found.terms.terms, *terms)),
-        system=replace(
-            wider,
-            residual=wider.residual + wider.columns @ balance.step,
-            value=wider.value + balance.step,
-        ),
-        balance=replace(balance, step=np.zeros_like(balance.step)),
+    both = Terms(found.experiment.sensor, (*found.terms.terms, *terms))
+    moved, balance = _stepped(wider)
+    return replace(found, terms=both, system=moved, balance=balance)
+
+
+def under_reference(found: Minimum[E], experiment: E) -> Minimum[E]:
+    """The fit of the same rows under another reference, by one step from where the fit has arrived.
+
+    Args:
+        found: the fit.
+        experiment: its experiment under the other reference.
+    """
+    sources, terms = experiment.sources, found.terms
+    rows = tuple(
+        s.at(found.calibration, terms, r) for s, r in zip(sources, found.rows, strict=True)
     )
+    shared = list(dict.fromkeys(name for one in sources for name in one.shared))
+    independent = decorrelation(sources, rows)
+    problem = _Problem(experiment, found.base, found.directions, terms, shared, independent)
+    calibration = replace(found.calibration, shared=np.zeros(len(shared)))
+    system, balance = _stepped(problem.system(calibration, rows))
+    begun = experiment, found.base, found.directions, terms, calibration, rows
+    return Minimum(*begun, system, balance, independent)
+
+
+def _stepped(system: System) -> tuple[System, Balance]:
+    """The system after one step of its fit, and the fit there."""
+    balance = balanced(system)
+    moved = replace(
+        system,
+        residual=system.residual + system.columns @ balance.step,
+        value=system.value + balance.step,
+    )
+    return moved, replace(balance, step=np.zeros_like(balance.step))
 
 
 def rms_fitted(found: Minimum[Experiment]) -> float:

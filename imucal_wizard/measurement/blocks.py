@@ -31,7 +31,8 @@ class Blocks:
     Attributes:
         start: time of the first sample of each block, s, shape (m,).
         end: time one interval after the last sample, s, shape (m,).
-        mean: mean reading of the accelerometer and, if any, the gyroscope, shape (m, 3) or (m, 6).
+        mean: mean reading of the accelerometer and, if any, the gyroscope, shape (m, 3) or (m, 6);
+            NaN where samples of the gyroscope are missing.
         variance: variance about that mean, of the same shape.
         temperature: mean temperature, °C, NaN where unknown, shape (m,).
         gap: samples are missing in the block, or between it and the previous one, shape (m,).
@@ -210,9 +211,24 @@ def _pieces(series: Series, count: int, size: int) -> FloatArray:
 
 
 def resample_gyroscope(readings: Readings) -> Readings:
-    """Interpolate the gyroscope to the accelerometer's times if it has its own."""
+    """Interpolate the gyroscope to the accelerometer's times if it has its own; NaN in its gaps."""
     own, gyroscope = readings.accelerometer, readings.gyroscope
     if gyroscope is None or np.array_equal(own.time, gyroscope.time):
         return readings
     columns = [np.interp(own.time, gyroscope.time, column) for column in gyroscope.values.T]
-    return replace(readings, gyroscope=Series(own.time, np.column_stack(columns), gyroscope.unit))
+    values = np.column_stack(columns)
+    values[_far_from(own.time, gyroscope)] = np.nan
+    return replace(readings, gyroscope=Series(own.time, values, gyroscope.unit))
+
+
+def _far_from(time: FloatArray, series: Series) -> BoolArray:
+    """Which times lie in a gap of a series, before its first or after its last sample."""
+    if len(series) < 2:
+        return np.ones(len(time), bool)
+    reach = MAX_SAMPLE_INTERVALS / series.rate
+    later = np.searchsorted(series.time, time).clip(1, len(series) - 1)
+    before, after = series.time[later - 1], series.time[later]
+    gap = after - before > reach
+    away = np.minimum(np.abs(time - before), np.abs(time - after))
+    outside = (time < series.time[0]) | (time > series.time[-1])
+    return np.asarray(np.where(outside, away > reach, gap & (away > 0.0)), bool)

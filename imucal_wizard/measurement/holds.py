@@ -135,6 +135,11 @@ class Collected:
 def hold_from(blocks: Blocks) -> Hold:
     """A hold from consecutive blocks at rest, guards already removed."""
     mean, covariance, freedom = _average(blocks.mean)
+    if blocks.turning:
+        there = ~np.isnan(blocks.mean[:, 3])
+        if not there.all() and 2 * there.sum() >= len(blocks):
+            mean[3:], covariance[3:, 3:], _ = _average(blocks.mean[there, 3:])
+    turning = blocks.turning and bool(np.isfinite(mean[3:]).all())
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     samples = len(blocks) * blocks.size
     squares = (blocks.variance[:, :3] + (blocks.mean[:, :3] - mean[:3]) ** 2).mean(axis=0)
@@ -143,8 +148,8 @@ def hold_from(blocks: Blocks) -> Hold:
         end=float(blocks.end[-1]),
         accelerometer=mean[:3],
         accelerometer_covariance=covariance[:3, :3],
-        gyroscope=mean[3:] if blocks.turning else None,
-        gyroscope_covariance=covariance[3:, 3:] if blocks.turning else None,
+        gyroscope=mean[3:] if turning else None,
+        gyroscope_covariance=covariance[3:, 3:] if turning else None,
         samples=samples,
         temperature=float(known.mean()) if len(known) else None,
         accelerometer_scatter=squares / (samples - 1),

@@ -105,6 +105,7 @@ def _loosest(stream: ReducedRecording) -> Limits:
     if least.gyroscope is None or stream.windows.std_g is None:
         return Limits(force)
     shown = stream.windows.std_g[stream.windows.full]
+    shown = shown[np.isfinite(shown).all(axis=1)]
     lively = np.percentile(shown, LIVELY_PERCENTILE, axis=0).max()
     rate = np.maximum(least.gyroscope, MAX_RATE_LIMIT * lively)
     return Limits(force, rate, least.gyroscope_mean, rate)

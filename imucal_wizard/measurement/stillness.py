@@ -105,11 +105,12 @@ class Windows:
     def still(self, limits: Limits) -> BoolArray:
         """Which windows are still under these limits, shape (m,)."""
         still = self.full & true_on_all_axes(self.std_a <= limits.accelerometer)
+        # where samples of the gyroscope are missing (NaN), the accelerometer alone decides
         if self.std_g is not None and limits.gyroscope is not None:
-            still &= true_on_all_axes(self.std_g <= limits.gyroscope)
+            still &= true_on_all_axes(~(self.std_g > limits.gyroscope))
         rest = limits.gyroscope_mean
         if self.mean_g is not None and limits.rate is not None and rest is not None:
-            still &= true_on_all_axes(np.abs(self.mean_g - rest) <= limits.rate)
+            still &= true_on_all_axes(~(np.abs(self.mean_g - rest) > limits.rate))
         return still
 
 
@@ -388,6 +389,6 @@ def _rms(std: FloatArray) -> FloatArray:
 def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray:
     """Variance over all axes relative to its own low values, so that two sensors can be added."""
     variance = (std**2).sum(axis=1)
-    quiet = np.sort(variance[full])[:50]
+    quiet = np.sort(variance[full & np.isfinite(variance)])[:50]
     least = max(median(quiet), float(floor @ floor), 1e-300)
     return np.asarray(variance / least)

@@ -9,7 +9,7 @@ from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.suspects import Suspect
-from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.diagnose.verdict_text import seen_from
 from imucal_wizard.estimate.result import SensorFit
 
@@ -35,7 +35,8 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "degrees_of_freedom": None if bench is None else bench.fit.degrees_of_freedom,
         "ladder": [_rung(one) for one in said.ladder],
         "noise": None if bench is None else _noise(bench.ladder[-1]),
-        "suspects": _suspects(said.suspects),
+        "suspects": _suspects(said.suspects, opinion),
+        "gyroscope_closure": _closures(opinion),
         "not_tested": _not_tested(said),
         "explanations": [list(terms) for terms in said.explanations],
         "verdict": said.verdict.value,
@@ -113,12 +114,35 @@ def _noise(one: Rung) -> dict[str, Any]:
     }
 
 
-def _suspects(suspects: Sequence[Suspect]) -> list[dict[str, Any]]:
+def _closures(opinion: Opinion | None) -> dict[str, Any] | None:
+    """What the gyroscope says of the explanations: error held out, and logarithm of the evidence.
+
+    None where it was not asked.
+    """
+    if opinion is None or opinion.heard is None:
+        return None
+    now = opinion.heard.now
+    return {
+        "now": finite_or_none(now.closure),
+        "with": [
+            {
+                "terms": list(terms),
+                "closure": finite_or_none(one.closure),
+                "log_evidence": finite_or_none(one.log_evidence - now.log_evidence),
+            }
+            for terms, one in opinion.heard.with_terms.items()
+        ],
+        "decided": list(opinion.decided),
+    }
+
+
+def _suspects(suspects: Sequence[Suspect], opinion: Opinion | None) -> list[dict[str, Any]]:
     """The effects; a disturbed hold, which competes with them, is in ``disturbed_holds``."""
-    return [_suspect(one) for one in suspects if one.candidate is not None]
+    return [_suspect(one, opinion) for one in suspects if one.candidate is not None]
 
 
-def _suspect(one: Suspect) -> dict[str, Any]:
+def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
+    closures = None if opinion is None else opinion.closures((one.term,))
     trial, candidate = one.trial, one.candidate
     sizes = np.zeros(0) if trial is None else trial.size
     errors = np.zeros(0) if trial is None else trial.standard_error
@@ -141,6 +165,7 @@ def _suspect(one: Suspect) -> dict[str, Any]:
         "told_apart": not one.like,
         "like": list(one.like),
         "log_odds": finite_or_none(one.log_odds),
+        "gyroscope_closure": None if closures is None else [*map(finite_or_none, closures)],
     }
 
 

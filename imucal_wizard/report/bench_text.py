@@ -200,6 +200,9 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         words.append(
             f"looks the same here as {like}" if like else "nothing else looks like it here"
         )
+    if entry.closures is not None:
+        now, then = (quantity(one, "rad") for one in entry.closures)
+        words.append(f"gyroscope's closure with this: {now} → {then}")
     if entry.rises:
         words.append("▲ the held-out error would not fall")
     return "; ".join(words)

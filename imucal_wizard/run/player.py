@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.blocks import resample_gyroscope
 from imucal_wizard.measurement.stillness import Noise
@@ -91,12 +92,27 @@ class ReadingsTape:
 
 
 def _together(readings: Readings) -> Readings:
-    """Both sensors at the same times, with a warning if the gyroscope was interpolated."""
+    """Both sensors at the same times, with a warning if the gyroscope was interpolated.
+
+    As in a live stream, only samples of both together count.
+    """
     together = resample_gyroscope(readings)
-    if together is readings:
+    if together is readings or together.gyroscope is None:
         return readings
-    message = "the gyroscope was interpolated to the accelerometer's times for the wizard"
-    return replace(together, warnings=(*readings.warnings, message))
+    warnings = ["the gyroscope was interpolated to the accelerometer's times for the wizard"]
+    own, rate = together.accelerometer, together.gyroscope
+    there = true_on_all_axes(np.isfinite(rate.values))
+    if not there.all():
+        away = int((~there).sum()) / own.rate
+        warnings.append(
+            f"{away:.3g} s of the accelerometer are not played: the gyroscope is missing there"
+        )
+    return replace(
+        together,
+        accelerometer=Series(own.time[there], own.values[there], own.unit),
+        gyroscope=Series(rate.time[there], rate.values[there], rate.unit),
+        warnings=(*readings.warnings, *warnings),
+    )
 
 
 MAX_PAUSE_SECONDS = 2.0

@@ -159,6 +159,23 @@ def test_sensors_may_have_their_own_rates() -> None:
     assert np.abs(there.matrix - here.matrix).max() < 5e-4
 
 
+def test_where_the_gyroscope_is_missing_it_says_nothing() -> None:
+    """It stops after two thirds: its last reading is not one at rest of the holds after that."""
+    readings = session()
+    gyroscope = _gyroscope(readings)
+    end = float(gyroscope.time[2 * len(gyroscope) // 3])
+    report = fit_readings(replace(readings, gyroscope=gyroscope.between(-np.inf, end)))
+    plain = fit_readings(readings)
+    assert len(report.holds) == pytest.approx(len(plain.holds), abs=2)
+    for hold in report.holds:
+        assert (hold.gyroscope is None) == (0.5 * (hold.start + hold.end) > end)
+    there, here = report.sensors["gyroscope"], plain.sensors["gyroscope"]
+    for axis, moved in zip("xyz", there.bias - here.bias, strict=True):
+        error = next(one.standard_error for one in there.parameters if one.name == f"bias_{axis}")
+        assert error is not None
+        assert abs(moved) < 4.0 * error
+
+
 def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
     """A knock of 0.2 s splits the hold; between its halves nothing turned."""
     readings = session()

@@ -9,6 +9,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.random_walk import SIGMAS
 from imucal_wizard.diagnose.residuals import Candidate
 from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.diagnose.suspects import rank
@@ -16,21 +17,15 @@ from imucal_wizard.diagnose.verdict import judge_misfit
 from tests.diagnose.sessions import session
 
 RECORDINGS = 40
-NOISE = 1.1
+NOISE = float(SIGMAS[2])
 
 
 def quiet(known: HypothesisSet, wander: int = 0) -> Posterior:
-    """Noise alone is certain, of this size and wander."""
+    """The noise is known: of this size and wander."""
     found = known.posterior(np.zeros(len(known.frame.across)))
-    share = np.zeros_like(found.single)
-    share[0] = 1.0
-    return replace(
-        found,
-        single=share,
-        paired=np.zeros_like(found.paired),
-        sigma=np.full_like(found.sigma, NOISE),
-        wander=known.frame.wanders[wander],
-    )
+    noise = np.zeros_like(found.noise)
+    noise[wander, np.argmin(np.abs(SIGMAS - NOISE))] = 1.0
+    return replace(found, noise=noise)
 
 
 def recordings(known: HypothesisSet, shown: FloatArray) -> list[FloatArray]:

@@ -1,0 +1,136 @@
+"""The gyroscope as referee between explanations of the accelerometer's misfit.
+
+The magnitude of gravity cannot tell some effects of the accelerometer apart, but each of them turns
+the measured directions of up in its own way, and these directions are the gyroscope's reference.
+Under each explanation the accelerometer is fitted with its terms, and the marginal likelihood of
+the gyroscope's rows is computed under the directions that follow, with
+
+- the gyroscope's own parameters free,
+- the errors of the accelerometer's parameters, those of the terms included, as parameters with
+  priors (``GravityReference.doubt``),
+- each effect of the gyroscope, or none, in any of its usual sizes,
+- closures that scatter by σ times their measured noise.
+
+Sizes, effects and σ are averaged over, so that what a gyroscope's own effect or a trembling hand
+explains as well counts for no explanation. With the columns B of the free parameters and
+``V = D + F Fᵀ`` the variance of the rows by noise, doubts and effect,
+
+    2 ln p = −ln |V| − ln |Bᵀ V⁻¹ B| − rᵀ (V⁻¹ − V⁻¹ B (Bᵀ V⁻¹ B)⁻¹ Bᵀ V⁻¹) r
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREADS
+from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum, rms_held_out, under_reference
+from imucal_wizard.estimate.result import SensorFit
+
+_SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
+
+MIN_LOG_FACTOR = float(np.log(100.0))
+"""Logarithm of the factor by which a true explanation is less likely than a wrong one in at most
+one recording of a hundred (Markov's inequality)."""
+
+
+@dataclass(frozen=True)
+class Testimony:
+    """What the gyroscope says of one model of the accelerometer.
+
+    Attributes:
+        closure: error of its rotations held out against that model's gravity, rad; None where none
+            can be left out.
+        log_evidence: logarithm of the marginal likelihood of its rows.
+    """
+
+    closure: float | None
+    log_evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Hearing:
+    """What the gyroscope says of some explanations.
+
+    Attributes:
+        now: of the accelerometer's present model.
+        with_terms: of that with each of these sets of effects.
+    """
+
+    now: Testimony
+    with_terms: dict[tuple[str, ...], Testimony]
+
+    @property
+    def against_all(self) -> bool:
+        """Whether the rotations speak against every one of these explanations."""
+        best = max(one.log_evidence for one in self.with_terms.values())
+        return best < self.now.log_evidence - MIN_LOG_FACTOR
+
+
+class Referee:
+    """The gyroscope's rows, ready to be judged under any model of the accelerometer.
+
+    Args:
+        misfit: what the gyroscope's present model leaves under the accelerometer's present one,
+            with the effects that may explain it.
+    """
+
+    def __init__(self, misfit: WhitenedResiduals) -> None:
+        self._found = misfit.minimum
+        middle: dict[str, Candidate] = {}
+        for one in misfit.candidates:
+            middle.setdefault(one.term, one)
+        self._effects = [misfit.measured(one.columns * one.typical) for one in middle.values()]
+        self.now = self._testimony(self._found)
+
+    def hear(self, accelerometer: SensorFit) -> Testimony:
+        """What the gyroscope says of a fit of the accelerometer."""
+        experiment = self._found.experiment.under(accelerometer.reference, None)
+        return self._testimony(under_reference(self._found, experiment))
+
+    def _testimony(self, found: Minimum[Experiment]) -> Testimony:
+        effects = [found.independent.rows(one) for one in self._effects]
+        return Testimony(rms_held_out(found), log_evidence(found, effects))
+
+
+def log_evidence(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> float:
+    """Logarithm of the marginal likelihood of a gyroscope's rows.
+
+    Args:
+        found: its fit under some reference.
+        effects: independent rows by the effects that it may have, at their usual sizes, (n, p).
+    """
+    system = found.system
+    moving = np.concatenate([np.full(len(s.labels), s.moving) for s in found.experiment.sources])
+    known = system.precision > 0.0
+    doubts = system.columns[:, known]
+    residual = system.residual - doubts @ system.value[known]
+    doubts = doubts / np.sqrt(system.precision[known])
+    free, own = system.columns[:, ~known], np.where(moving, system.own, found.balance.variance)
+    ends = np.cumsum([one.shape[1] for one in effects])[:-1].tolist()
+    total = []
+    for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True):
+        scale = 1.0 / np.sqrt(np.where(moving, sigma**2, 1.0) * own)
+        inner, triangle = np.linalg.qr(scale[:, None] * free)
+        volume = np.log(np.abs(np.diag(triangle))).sum() - np.log(scale).sum()
+        white = scale[:, None] * np.column_stack([doubts, residual, *effects])
+        white -= inner @ (inner.T @ white)
+        products, count = white.T @ white, doubts.shape[1]
+        lower = np.linalg.cholesky(np.eye(count) + products[:count, :count])
+        volume += np.log(np.diag(lower)).sum()
+        taken = np.linalg.solve(lower, products[:count, count:])
+        left = products[count:, count:] - taken.T @ taken
+        gains = [np.log(1.0 - _SHARE_OF_EFFECTS)]
+        for places in np.split(np.arange(1, len(left)), ends) if effects else ():
+            strength, vectors = np.linalg.eigh(left[np.ix_(places, places)])
+            squares = (left[0, places] @ vectors) ** 2
+            ratio = np.maximum(strength, 0.0) * np.array(SPREADS)[:, None] ** 2
+            growth = squares * np.array(SPREADS)[:, None] ** 2 / (1.0 + ratio) - np.log1p(ratio)
+            mean = np.log(_SHARE_OF_EFFECTS / (len(effects) * len(SPREADS)))
+            gains += (mean + 0.5 * growth.sum(axis=1)).tolist()
+        total.append(prior - volume - 0.5 * left[0, 0] + np.logaddexp.reduce(gains))
+    return float(np.logaddexp.reduce(total))

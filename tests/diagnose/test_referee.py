@@ -1,0 +1,113 @@
+"""Rotations decide between explanations that the magnitude of gravity cannot split."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.referee import KINDS, judged
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.hypotheses import SPREADS
+from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
+from imucal_wizard.diagnose.referee import log_evidence
+from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.report.bench_document import bench_document
+from imucal_wizard.report.bench_text import bench_text
+from tests.diagnose.recordings import fitted
+
+
+def dense(found: Minimum[Experiment], sigma: float, effect: FloatArray) -> float:
+    """The marginal likelihood with the covariance of all rows written out."""
+    system, known = found.system, found.system.precision > 0.0
+    moving = found.system.kinds == found.system.kinds.max()
+    doubts = system.columns[:, known]
+    residual = system.residual - doubts @ system.value[known]
+    noise = np.where(moving, sigma**2 * system.own, found.balance.variance)
+    shared = doubts / np.sqrt(system.precision[known])
+    variance = np.diag(noise) + shared @ shared.T + effect @ effect.T
+    inverse, free = np.linalg.inv(variance), system.columns[:, ~known]
+    normal = free.T @ inverse @ free
+    left = inverse - inverse @ free @ np.linalg.solve(normal, free.T @ inverse)
+    volume = np.linalg.slogdet(variance)[1] + np.linalg.slogdet(normal)[1]
+    return float(-0.5 * (volume + residual @ left @ residual))
+
+
+def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
+    """Sums over noise, effect and size of what the dense formula gives."""
+    bench = Benches(*fitted("asymmetry:1.5:y", rotations=6)).bench("gyroscope")
+    assert bench is not None
+    assert bench.fit.minimum is not None
+    found = bench.fit.minimum
+    rng = np.random.default_rng(1)
+    effect = rng.standard_normal((len(found.system.own), 2)) * np.sqrt(found.system.own)[:, None]
+    each = [
+        np.logaddexp.reduce(
+            [
+                prior + np.log(0.5 / 0.79) + dense(found, sigma, 0.0 * effect),
+                *(
+                    prior + np.log(0.29 / 0.79 / 3) + dense(found, sigma, s * effect)
+                    for s in SPREADS
+                ),
+            ]
+        )
+        for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True)
+    ]
+    assert log_evidence(found, [effect]) == pytest.approx(np.logaddexp.reduce(each), abs=1e-6)
+
+
+def test_rotations_tell_an_asymmetry_from_a_square() -> None:
+    """Alone the accelerometer cannot; text and document show both closures, and who decided."""
+    benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))
+    bench = benches.accelerometer
+    referee, bench.referee = bench.referee, None
+    assert bench.look().opinion.verdict is Verdict.AMBIGUOUS
+    bench.referee, bench._findings = referee, None
+    opinion = bench.look().opinion
+    assert opinion.verdict is Verdict.MISSING
+    assert opinion.terms == (("asymmetry",),)
+    right, wrong = opinion.closures(("asymmetry",)), opinion.closures(("second-order",))
+    assert right is not None
+    assert wrong is not None
+    assert right[1] < min(wrong[1], right[0])
+    said = diagnosis_of(benches, bench)
+    assert "that decides for asymmetry" in said.says
+    assert "gyroscope's closure with this: " in bench_text([said])
+    own = bench_document([said])["sensors"]["accelerometer"]
+    assert own["gyroscope_closure"]["decided"] == ["even-order"]
+    assert own["suspects"][0]["gyroscope_closure"] == [*right]
+    add_by_itself(bench)
+    assert [(one.term, one.decided_by) for one in bench.found] == [
+        ("asymmetry", "directions left out and the gyroscope's closure")
+    ]
+
+
+def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
+    """The square of y on x looks like a cross product at 1 g; the rotations speak against that."""
+    (said, *_) = diagnose_benches(
+        Benches(*fitted("cross-product:4.9:xyy", rotations=6)), {}, automatic=False
+    )
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert "speaks against" in said.says
+
+
+def test_without_a_gyroscope_nothing_changes() -> None:
+    """There is nobody to ask."""
+    _, readings = fitted("asymmetry:1.5:y", rotations=6)
+    alone = replace(readings, gyroscope=None)
+    opinion = Benches(fit_readings(alone), alone).accelerometer.look().opinion
+    assert opinion.verdict is Verdict.AMBIGUOUS
+    assert opinion.heard is None
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "nothing"])
+def test_the_gyroscope_brings_no_wrong_name(kind: str) -> None:
+    """In two recordings of each kind, one with a gyroscope that has an error of its own."""
+    for number in range(2):
+        one = judged(57, kind, number)
+        assert one.refereed in ("", kind, one.alone)
