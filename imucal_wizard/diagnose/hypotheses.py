@@ -22,7 +22,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.poses import DIRECTIONS
+from imucal_wizard.core.poses import AXES, DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, sample_quantile
@@ -49,7 +49,8 @@ class Hypothesis:
         terms: names of the effects in it.
         families: their families, sorted.
         variant: of the effect, or the index of the hold that is disturbed.
-        parameter: name of the one parameter in it, or "" for all.
+        parameter: name of the one parameter in it, or "" for all; of unknown structure
+            the axes whose characteristic it is, or "".
         log_prior: logarithm of its prior probability.
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
         spreads: prior standard deviations of the size, each as likely as the others.
@@ -142,19 +143,23 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
     made = []
     for length in LENGTHS:
-        shapes: list[tuple[float, list[FloatArray]]] = []
+        shapes: list[tuple[float, list[FloatArray], str]] = []
         for kind, sign in (("sphere", 0), ("odd", -1), ("even", 1)):
             field = _sphere(up, length, sign)
-            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes]))
+            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes], ""))
         along = [_along(up[:, k], length) * shown[:, [k]] for k in range(3)]
-        shapes.append((UNKNOWN_SHARES["axes"], along))
-        shapes += [(UNKNOWN_SHARES["axis"], [one]) for one in along]
-        for share, patterns in shapes:
+        shapes.append((UNKNOWN_SHARES["axes"], along, AXES))
+        shapes += [
+            (UNKNOWN_SHARES["axis"], [one], axis) for one, axis in zip(along, AXES, strict=True)
+        ]
+        for share, patterns, where in shapes:
             if not patterns:
                 continue
             prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
             inside = frame.across.T @ np.concatenate(patterns, axis=1)
-            made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+            made.append(
+                Hypothesis(UNKNOWN, (), (UNKNOWN,), None, where, prior, inside, UNKNOWN_SIZES)
+            )
     return made + _waves(up, shown, frame)
 
 
@@ -166,7 +171,9 @@ def _waves(up: FloatArray, shown: FloatArray, frame: Frame) -> list[Hypothesis]:
         patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
         prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
         inside = frame.across.T @ patterns
-        made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+        made.append(
+            Hypothesis(UNKNOWN, (), (UNKNOWN,), None, AXES[axis], prior, inside, UNKNOWN_SIZES)
+        )
     return made
 
 

@@ -126,7 +126,7 @@ def _withdrawn(bench: Bench, below: int) -> BenchFindings:
         explanations=(),
         probable=(),
     )
-    return replace(found, opinion=opinion)
+    return bench.with_curves(replace(found, opinion=opinion))
 
 
 def diagnose_benches(

@@ -191,6 +191,8 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is told, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
+        free: it is a free curve: its parameters are coefficients of one course, which is told by
+            its rms.
         stories: what to tell about it, by sensor.
     """
 
@@ -203,6 +205,7 @@ class Effect(ABC):
     order: int = 100
     against: Against = "input"
     graded: bool = False
+    free: bool = False
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 
@@ -222,6 +225,11 @@ class Effect(ABC):
         Returns:
             m/s², rad/s or µT per shown unit, shape (n, 3, p).
         """
+
+    def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
+        """Prior standard deviation of each parameter at a setting, shown unit, shape (p,)."""
+        del variant
+        return np.array([parameter.typical for parameter in self.parameters(sensor)])
 
     def suited(self, c: Circumstances) -> "Effect":
         """The effect in the units of what these data have recorded.
