@@ -48,6 +48,7 @@ FAMILIES = {
     "even-order": "an error that is the same to either side",
     "odd-order": "an error that grows to both sides alike",
     "slow-bias": "a bias that changes slowly",
+    "slow-scale": "a scale that changes slowly",
 }
 BEYOND = {
     "orientation": "forces well over 1 g",
