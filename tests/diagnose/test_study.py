@@ -65,7 +65,7 @@ def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) 
 
     Counting binomially: 8 of 12 are the least for a share of 90 per cent, 4 the most for one of 12.
     """
-    asked = Asked(ACCELEROMETER, plan.name)
+    asked = Asked(ACCELEROMETER, plan.name, "consumer")
     counts = Counter(
         (one.what, one.factor > 1.0, one.so)
         for number in range(12)
