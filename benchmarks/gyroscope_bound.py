@@ -17,6 +17,7 @@ of new rotations: their noise and, linear in the errors of both calibrations, wh
 """
 
 import sys
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,7 @@ from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.simulate.sensor import Thermal
 from tests.estimate.truth import (
     EIGHTEEN,
     SIX,
@@ -50,6 +52,8 @@ PER_CHAIN = 100
 """Sessions with the same truth and motion."""
 MOVED = 4.0
 """Time between two holds beyond that, s."""
+WARMING = Thermal(24.0, 5.0, 180.0)
+"""Temperature of the chip."""
 GROUPS = ("sensitivity", "cross", "bias")
 
 
@@ -103,6 +107,20 @@ DEVICES = (
 )
 
 
+class WrongRate(ABC):
+    """What a gyroscope may do beside bias, scale and angles."""
+
+    @abstractmethod
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """Error of the rate, rad/s, shape (n, 3).
+
+        Args:
+            time: since the session began, s, shape (n,).
+            rate: true rate, rad/s, shape (n, 3).
+            up: true up, shape (n, 3).
+        """
+
+
 class Session:
     """Truth and motion of one device.
 
@@ -138,9 +156,12 @@ class Session:
         return wander(noise, round(seconds / STEP), rng)
 
     def recorded(
-        self, rng: np.random.Generator, slow: FloatArray | None = None
+        self,
+        rng: np.random.Generator,
+        wrong: WrongRate | None = None,
+        slow: FloatArray | None = None,
     ) -> tuple[list[Hold], list[Rotation]]:
-        """The session with noise, and with a bias that wanders (see ``wandering``)."""
+        """The session with noise, with one more error, and with a bias that wanders."""
         device, sigma, samples = self.device, np.radians(self.device.rate), self.device.samples
         slow = np.zeros((1, 3)) if slow is None else slow
         force = np.full(3, 1e-3 * device.force * GRAVITY)
@@ -156,6 +177,10 @@ class Session:
             during = added(start + np.arange(samples) / RATE).reshape(BATCHES, -1, 3).mean(axis=1)
             during = during + np.radians(device.jitter) * rng.standard_normal(3)
             still = self.gyroscope.bias + during
+            middle = np.array([start + 0.5 * seconds])
+            if wrong is not None:
+                felt = wrong.error(middle, np.zeros((1, 3)), up[None])[0]
+                still = still + self.gyroscope.sensitivity @ felt
             rate, rates, inside = _averaged(still, level * sigma, samples, rng)
             end = start + seconds
             holds.append(
@@ -167,13 +192,17 @@ class Session:
                     rate,
                     rates,
                     samples,
+                    float(WARMING.at(middle)[0]),
                     accelerometer_scatter=within,
                     gyroscope_scatter=inside,
                 )
             )
         for motion, before, after in zip(self.motions, holds[:-1], holds[1:], strict=True):
             time = before.end + AGAIN + motion.time - motion.time[0]
-            reading = motion.rate @ self.gyroscope.sensitivity.T + self.gyroscope.bias
+            felt = motion.rate
+            if wrong is not None:
+                felt = felt + wrong.error(time, motion.rate, motion.up)
+            reading = felt @ self.gyroscope.sensitivity.T + self.gyroscope.bias
             reading = reading + added(time) + sigma * rng.standard_normal(reading.shape)
             inside = GRAVITY * motion.up @ self.accelerometer.sensitivity.T
             inside = inside + self.accelerometer.bias
@@ -416,7 +445,7 @@ def studied(device: Device, sessions: int, seed: int) -> Outcome:
         if device.drawn:
             session.accelerometer = usual_accelerometer(rng)
         slow = session.wandering(rng) if device.flicker else None
-        holds, rotations = session.recorded(rng, slow)
+        holds, rotations = session.recorded(rng, slow=slow)
         known = fit_accelerometer(holds, GRAVITY, "m/s^2")
         found = fitted(holds, rotations, known)
         own = {one.name: one for one in found.parameters}
