@@ -14,7 +14,6 @@ and on the logarithm of the width of the distribution.
     --design       18 or 26+12 poses
     --recordings   of each effect and kind of size
     --seed         of the first; other seeds give other recordings
-    --raw          raw recordings of an accelerometer through the whole program, too
     --only         part of an effect's name; --colour of the accelerometer's noise
 """
 
@@ -47,7 +46,7 @@ from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import judge_misfit
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.model.catalogue import effect, effects_for
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, SENSORS
 from imucal_wizard.simulate.hidden import Hidden
 
 SEEN, NAMED = "seen", "named"
@@ -61,24 +60,11 @@ GRADE = "consumer"
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be studied.
-
-    Attributes:
-        sensor: which.
-        design: its poses.
-        colour: of the accelerometer's noise.
-        raw: through the whole program; always so for a gyroscope.
-    """
+    """What is to be studied: sensor, poses, and colour of the accelerometer's noise."""
 
     sensor: str
     design: str
-    colour: str = "consumer"
-    raw: bool = False
-
-    @property
-    def whole(self) -> bool:
-        """Whether raw recordings go through the whole program."""
-        return self.raw or self.sensor == GYROSCOPE
+    colour: str
 
 
 @dataclass(frozen=True)
@@ -122,23 +108,23 @@ def _poses(asked: Asked) -> str:
 
 def told(asked: Asked, term: str, seed: int) -> Told | None:
     """What the program tells of the session with nothing hidden."""
-    if asked.whole:
-        bench = benches_of(seed, GRADE, (), _poses(asked)).bench(asked.sensor)
-        suspects = () if bench is None else bench.look().suspects
-        one = next((one for one in suspects if one.term == term), None)
-        return Told(one.detectable, one.nameable, None) if one else None
     if asked.sensor == ACCELEROMETER:
         sizes = Nameable(PLANS[asked.design], COLOURS[asked.colour], _chances(asked), [seed])
         known = sizes.usual(term)
         return Told(sizes.detectable(term), sizes[term], known.variant) if known else None
-    quiet = field_trials.quiet(_field_plan(asked), seed)
-    return Told(quiet.detectable[term], quiet.sizes[term], None)
+    if asked.sensor == MAGNETOMETER:
+        quiet = field_trials.quiet(_field_plan(asked), seed)
+        return Told(quiet.detectable[term], quiet.sizes[term], None)
+    bench = benches_of(seed, GRADE, (), _poses(asked)).bench(GYROSCOPE)
+    suspects = () if bench is None else bench.look().suspects
+    one = next((one for one in suspects if one.term == term), None)
+    return Told(one.detectable, one.nameable, None) if one else None
 
 
 def said(asked: Asked, hidden: Hidden, setting: float | None, seed: int) -> tuple[bool, list[str]]:
     """Whether a misfit is seen in the session with an effect, and the families named."""
-    if asked.whole:
-        bench = benches_of(seed, GRADE, (hidden,), _poses(asked)).bench(asked.sensor)
+    if asked.sensor == GYROSCOPE:
+        bench = benches_of(seed, GRADE, (hidden,), _poses(asked)).bench(GYROSCOPE)
         if bench is None:
             return False, []
         found = bench.look()
@@ -234,13 +220,12 @@ def main() -> None:
     parser.add_argument("--sensor", default=ACCELEROMETER, choices=SENSORS)
     parser.add_argument("--design", default="26+12", choices=("18", "26+12"))
     parser.add_argument("--colour", default="consumer", choices=sorted(COLOURS))
-    parser.add_argument("--raw", action="store_true", help="an accelerometer's raw recordings")
     parser.add_argument("--recordings", type=int, default=40)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--only", action="append", default=[], help="part of an effect's name")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
-    asked = Asked(given.sensor, given.design, given.colour, given.raw)
+    asked = Asked(given.sensor, given.design, given.colour)
     print(machine())
     print(f"{asked.sensor}, {asked.design} poses: size told over size found [90 %], recordings")
     print(f"{'hidden':<28}{'seen':>22}{'n':>4}{'named':>22}{'n':>4}{'wrong':>7}")
