@@ -30,7 +30,7 @@ from benchmarks.hidden.designs import PLANS, Schedule
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER, Colour
 from benchmarks.hidden.recording import Extra, Recorded, record
-from benchmarks.hidden.scenarios import EFFECTS, PRODUCTS
+from benchmarks.hidden.scenarios import EFFECTS
 from benchmarks.measure import machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -193,10 +193,10 @@ def judged(plan: str, colour: Colour, what: str, seed: int, number: int) -> Judg
 
 def _usual(term: str, axis: int, rng: np.random.Generator) -> Hidden:
     """An effect of 0.5 to 3 times its typical size."""
-    place = int(rng.integers(len(PRODUCTS))) if term == "cross-product" else axis
-    typical = effect(term).parameters(ACCELEROMETER)[place].typical
-    size = typical * float(np.exp(rng.uniform(*np.log((0.5, 3.0)))))
-    axes = PRODUCTS[place] if term == "cross-product" else (place,)
+    parameters = effect(term).parameters(ACCELEROMETER)
+    chosen = parameters[axis if len(parameters) == 3 else int(rng.integers(len(parameters)))]
+    size = chosen.typical * float(np.exp(rng.uniform(*np.log((0.5, 3.0)))))
+    axes = tuple("xyz".index(letter) for letter in chosen.name)
     return Hidden(ACCELEROMETER, term, size * float(rng.choice((-1.0, 1.0))), axes)
 
 

@@ -130,9 +130,14 @@ class WhitenedResiduals:
         """Whether measured noise makes what is left."""
         return lack_of_fit(self.residual, self.base, self.sigma, self.visits)
 
-    def lack_without(self, source: int) -> LackOfFit:
-        """The same without the rows of one hold or rotation."""
-        out = self.source == source
+    def lack_beside(self, columns: FloatArray) -> LackOfFit:
+        """The same with these whitened columns in the model, shape (n, k)."""
+        wider = np.column_stack([self.base, columns])
+        return lack_of_fit(self.residual, wider, self.sigma, self.visits)
+
+    def lack_without(self, sources: Sequence[int]) -> LackOfFit:
+        """The same without the rows of some holds or rotations."""
+        out = np.isin(self.source, sources)
         # an error of its own for each of these rows takes them out
         columns = np.column_stack([self.base, self.whitened(np.eye(len(self))[:, out])])
         return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
