@@ -11,6 +11,7 @@ with errors of usual size, and the bound takes these sizes as known.
 """
 
 import sys
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.simulate.sensor import Thermal
 from tests.estimate.truth import (
     EIGHTEEN,
     SIX,
@@ -39,6 +41,8 @@ RATE = 50.0
 BATCHES = 5
 AGAIN = 0.5
 """Time without readings on either side of a rotation, s."""
+WARMING = Thermal(24.0, 5.0, 180.0)
+"""Temperature of the chip."""
 GROUPS = ("sensitivity", "cross", "bias")
 
 
@@ -79,6 +83,20 @@ DEVICES = (
 )
 
 
+class WrongRate(ABC):
+    """What a gyroscope may do beside bias, scale and angles."""
+
+    @abstractmethod
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """Error of the rate, rad/s, shape (n, 3).
+
+        Args:
+            time: since the session began, s, shape (n,).
+            rate: true rate, rad/s, shape (n, 3).
+            up: true up, shape (n, 3).
+        """
+
+
 class Session:
     """Truth and motion of one device."""
 
@@ -91,25 +109,37 @@ class Session:
         last = self.motions[-1].up[-1]
         self.up = np.array([*(motion.up[0] for motion in self.motions), last])
 
-    def recorded(self, rng: np.random.Generator) -> tuple[list[Hold], list[Rotation]]:
-        """The session with noise."""
+    def recorded(
+        self, rng: np.random.Generator, wrong: WrongRate | None = None
+    ) -> tuple[list[Hold], list[Rotation]]:
+        """The session with noise, and with one more error of the gyroscope."""
         device, sigma = self.device, np.radians(self.device.rate)
         force = np.full(3, 1e-3 * device.force * GRAVITY)
         seconds, holds, rotations, at = device.samples / RATE, [], [], 0.0
         for up in self.up:
             true = self.accelerometer.sensitivity @ (GRAVITY * up) + self.accelerometer.bias
             means = [_averaged(true, force, device.samples, rng)]
-            means.append(_averaged(self.gyroscope.bias, sigma, device.samples, rng))
+            still = np.zeros(3)
+            if wrong is not None:
+                middle = np.array([at + 0.5 * seconds])
+                still = wrong.error(middle, np.zeros((1, 3)), up[None])[0]
+            rest = self.gyroscope.sensitivity @ still + self.gyroscope.bias
+            means.append(_averaged(rest, sigma, device.samples, rng))
             (mean, covariance), (rate, rates) = means
-            samples = device.samples
-            holds.append(Hold(at, at + seconds, mean, covariance, rate, rates, samples))
+            samples, warm = device.samples, WARMING.at(np.array([at + 0.5 * seconds]))
+            holds.append(
+                Hold(at, at + seconds, mean, covariance, rate, rates, samples, float(warm[0]))
+            )
             at += seconds + 2.0 * AGAIN + 4.0
         for motion, before, after in zip(self.motions, holds[:-1], holds[1:], strict=True):
-            reading = motion.rate @ self.gyroscope.sensitivity.T + self.gyroscope.bias
+            time = before.end + AGAIN + motion.time - motion.time[0]
+            felt = motion.rate
+            if wrong is not None:
+                felt = felt + wrong.error(time, motion.rate, motion.up)
+            reading = felt @ self.gyroscope.sensitivity.T + self.gyroscope.bias
             reading = reading + sigma * rng.standard_normal(reading.shape)
             inside = GRAVITY * motion.up @ self.accelerometer.sensitivity.T
             inside = inside + self.accelerometer.bias
-            time = before.end + AGAIN + motion.time - motion.time[0]
             rotations.append(Rotation(before, after, time, reading, accelerometer=inside))
         return holds, rotations
 

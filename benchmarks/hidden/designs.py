@@ -8,8 +8,8 @@ from imucal_wizard.core.poses import CORNERS, EDGES, FACES
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.simulate.sensor import Thermal
 
-BATCHES = 5
-"""Averages per hold from which the program learns the noise."""
+BATCHES = 40
+"""Averages per hold, of a tenth to a third of a second, from which the program learns the noise."""
 FIRST_REST = 20.0
 """Seconds from switching on to the first pose."""
 

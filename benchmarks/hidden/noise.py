@@ -1,14 +1,16 @@
 """Noise of hold averages, exactly as long averages of coloured noise have it.
 
-A Gauss–Markov process of variance v and correlation time τ, averaged over an interval of length T,
-has the variance ``2 v (τ/T)² (T/τ − 1 + e^(−T/τ))``; averages over two intervals with a gap d
-between them have the covariance ``v (τ²/T₁T₂) (1 − e^(−T₁/τ)) (1 − e^(−T₂/τ)) e^(−d/τ)``.
-Flicker noise is a sum of such processes, as in ``devices.virtual.noise``.
+A Gauss–Markov process of variance v and correlation time τ goes from x to ``x e^(−a)`` in a time
+a τ, plus noise of the variance ``v (1 − e^(−2a))``. Its average on the way is ``x (1 − e^(−a))/a``
+plus noise of the variance ``v (2a − 3 + 4 e^(−a) − e^(−2a))/a²``; the covariance of the two is
+``v (1 − e^(−a))²/a``. Flicker noise is a sum of such processes, as in ``devices.virtual.noise``; a
+random walk is one that forgets in far longer than any session.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
 from benchmarks.hidden.designs import BATCHES, Schedule
 from imucal_wizard.core.readings import FloatArray
@@ -19,6 +21,11 @@ TREMOR_FREQUENCY = 8.0
 """Of a hand and of what a desk passes on, Hz."""
 SHAKING_FREQUENCY = 25.0
 """Of a fan or a motor on the support, Hz."""
+
+NEVER_FORGETS = 1e6
+"""Correlation time that stands for a random walk, s."""
+SMALL = 1e-3
+"""Step over correlation time below which the variance of the average is a series."""
 
 
 @dataclass(frozen=True)
@@ -51,29 +58,40 @@ def batch_noise(colour: Colour, schedule: Schedule, rng: np.random.Generator) ->
     """Noise of the batch averages of every hold, mg, shape (n, BATCHES, 3)."""
     n = len(schedule.start)
     length = (schedule.end - schedule.start) / BATCHES
-    start = (schedule.start[:, None] + length[:, None] * np.arange(BATCHES)).ravel()
-    length = np.repeat(length, BATCHES)
-    root = np.linalg.cholesky(_covariance(colour, start, length))
-    noise = (root @ rng.standard_normal((len(start), 3))).reshape(n, BATCHES, 3)
-    noise += colour.scatter * rng.standard_normal((n, 1, 3))
-    return noise + _tremor(schedule, length[::BATCHES], rng)
-
-
-def _covariance(colour: Colour, start: FloatArray, length: FloatArray) -> FloatArray:
-    gap = np.abs(start[:, None] - start) - np.where(
-        start[:, None] < start, length[:, None], length[None, :]
-    )
-    total = np.diag(colour.density**2 / (2.0 * length))
+    white = colour.density / np.sqrt(2.0 * length)
+    noise = white[:, None, None] * rng.standard_normal((n, BATCHES, 3))
     variance = colour.floor**2 * np.log(CORRELATION_TIME_RATIO) / (2.0 * np.log(2.0))
     for tau in CORRELATION_TIMES if colour.floor else ():
-        mean = tau / length * -np.expm1(-length / tau)
-        apart = variance * np.outer(mean, mean) * np.exp(-np.maximum(gap, 0.0) / tau)
-        share = length / tau
-        np.fill_diagonal(apart, 2.0 * variance * (share + np.expm1(-share)) / share**2)
-        total += apart
-    middle = start + 0.5 * length
-    walked = np.minimum(middle[:, None], middle) - length.min() / 6.0 * np.eye(len(middle))
-    return np.asarray(total + colour.walk**2 / 60.0 * walked)
+        noise += np.sqrt(variance) * _gauss_markov(schedule, length, float(tau), rng)
+    if colour.walk:
+        size = colour.walk * np.sqrt(0.5 * NEVER_FORGETS / 60.0)
+        noise += size * _gauss_markov(schedule, length, NEVER_FORGETS, rng)
+    noise += colour.scatter * rng.standard_normal((n, 1, 3))
+    return noise + _tremor(schedule, length, rng)
+
+
+def _gauss_markov(
+    schedule: Schedule, length: FloatArray, tau: float, rng: np.random.Generator
+) -> FloatArray:
+    """Batch averages of a process of variance 1, shape (n, BATCHES, 3)."""
+    now, last = rng.standard_normal(3), schedule.start[0]
+    made = []
+    for start, end, seconds in zip(schedule.start, schedule.end, length, strict=True):
+        idle = (start - last) / tau
+        now = np.exp(-idle) * now + np.sqrt(-np.expm1(-2.0 * idle)) * rng.standard_normal(3)
+        a = seconds / tau
+        decay, faded = np.exp(-a), -np.expm1(-a)
+        new = -np.expm1(-2.0 * a)
+        shared = faded**2 / (a * new)
+        exact = (2.0 * a - 3.0 + 4.0 * decay - decay**2) / a**2
+        around = (2.0 * a / 3.0 - 0.5 * a**2 if a < SMALL else exact) - shared**2 * new
+        pushes = np.sqrt(new) * rng.standard_normal((BATCHES, 3))
+        after, _ = lfilter([1.0], [1.0, -decay], pushes, axis=0, zi=decay * now[None])
+        before = np.concatenate([now[None], after[:-1]])
+        own = np.sqrt(max(around, 0.0)) * rng.standard_normal((BATCHES, 3))
+        made.append(before * faded / a + shared * pushes + own)
+        now, last = after[-1], end
+    return np.array(made)
 
 
 def _tremor(schedule: Schedule, length: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -93,9 +111,9 @@ def averaged_rounding(exact: FloatArray, step: float, dither: FloatArray | float
     ``exp(−2 (π k dither/step)²)``. What is left is the part that averaging never removes.
 
     Args:
-        exact: mean readings, m/s², shape (n, 3).
+        exact: mean readings, m/s².
         step: least significant bit, m/s².
-        dither: noise of a sample, m/s².
+        dither: noise of a sample, m/s², broadcast to the readings.
     """
     if step <= 0.0:
         return exact

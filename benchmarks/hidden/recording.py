@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.hidden.designs import BATCHES, Plan, Schedule, drawn_schedule
+from benchmarks.hidden.designs import Plan, Schedule, drawn_schedule
 from benchmarks.hidden.noise import MILLI_G, Colour, averaged_rounding, batch_noise
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.rounded import with_rounding
-from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.holds import Hold, mean_and_covariance
 from imucal_wizard.simulate import forward
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
@@ -104,11 +104,8 @@ def record(
     felt += foreign
     vibration = schedule.vibration * STANDARD_GRAVITY**2
     dither = np.sqrt((colour.density * MILLI_G) ** 2 * device.rate / 2.0 + vibration / 3.0)
-    dither = dither[:, None]
     means = (felt[:, None, :] + noise) @ sensor.sensitivity.T + sensor.bias
-    rounded = np.stack(
-        [averaged_rounding(means[:, k], device.step, dither) for k in range(BATCHES)], axis=1
-    )
+    rounded = averaged_rounding(means, device.step, dither[:, None, None])
     measured = vibration + 3.0 * (colour.density * MILLI_G) ** 2 * device.rate / 2.0
     measured = measured * (1.0 + 0.03 * rng.standard_normal(len(measured)))
 
@@ -138,21 +135,20 @@ def circumstances(schedule: Schedule, step: float, settling: float) -> forward.T
 
 def _holds(schedule: Schedule, batches: FloatArray, device: Device) -> tuple[Hold, ...]:
     temperature = np.round(schedule.temperature * 16.0) / 16.0
-    centred = batches - batches.mean(axis=1, keepdims=True)
-    scatter = np.einsum("nbi,nbj->nij", centred, centred) / (BATCHES * (BATCHES - 1))
+    averages = [mean_and_covariance(one) for one in batches]
     holds = tuple(
         Hold(
             start=float(start),
             end=float(end),
-            accelerometer=batch.mean(axis=0),
+            accelerometer=mean,
             accelerometer_covariance=covariance,
             gyroscope=None,
             gyroscope_covariance=None,
             samples=int((end - start) * device.rate),
             temperature=float(warm),
         )
-        for start, end, batch, covariance, warm in zip(
-            schedule.start, schedule.end, batches, scatter, temperature, strict=True
+        for start, end, (mean, covariance, _), warm in zip(
+            schedule.start, schedule.end, averages, temperature, strict=True
         )
     )
     return tuple(with_rounding(holds, (np.full(3, device.step), None)))

@@ -16,7 +16,6 @@ from imucal_wizard.simulate.hidden import Hidden
 
 EFFECTS = tuple(effect.name for effect in effects_for(ACCELEROMETER))
 FAMILY = {effect.name: effect.family or effect.name for effect in builtin_effects()}
-PRODUCTS = tuple((i, j, k) for i in range(3) for j, k in ((0, 1), (0, 2), (1, 2)))
 
 LARGEST = 5.0
 """Parameters that these poses show only at more than so many typical sizes are not hidden."""
@@ -55,12 +54,13 @@ def hidden_effect(
     term: str, times: float, sizes: Sizes, rng: np.random.Generator, axis: int | None = None
 ) -> Hidden:
     """An effect on an axis and with a sign by chance, at a multiple of its nameable size."""
-    typical = [one.typical for one in known_effect(term).parameters(ACCELEROMETER)]
+    parameters = known_effect(term).parameters(ACCELEROMETER)
+    typical = [one.typical for one in parameters]
     visible = np.flatnonzero(sizes[term] < LARGEST * np.array(typical))
     if not len(visible):
         visible = np.array([np.argmin(sizes[term])])
     place = int(rng.choice(visible)) if axis is None else axis
-    axes = PRODUCTS[place] if term == "cross-product" else (place,)
+    axes = tuple("xyz".index(letter) for letter in parameters[place].name)
     size = times * float(sizes[term][place])
     return Hidden(ACCELEROMETER, term, size * float(rng.choice((-1.0, 1.0))), axes)
 

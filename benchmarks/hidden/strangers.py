@@ -1,5 +1,6 @@
 """Errors that no effect of the catalogue makes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,3 +157,88 @@ class ScaleStep(Extra):
         length = schedule.end[-1] - schedule.start[0]
         late = schedule.middle > schedule.start[0] + rng.uniform(0.25, 0.75) * length
         return _on(axis, self.size * schedule.up[:, axis] * late)
+
+
+@dataclass(frozen=True)
+class TwoBumped(Extra):
+    """Two holds during which something touched the device, each in its own way."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """Along gravity, in two holds by chance."""
+        error = np.zeros_like(schedule.up)
+        for hold in rng.choice(len(error), 2, replace=False):
+            pushed = self.size * rng.uniform(0.6, 1.4) * rng.choice((-1.0, 1.0))
+            error[hold] = pushed * schedule.up[hold]
+        return error
+
+
+@dataclass(frozen=True)
+class CubicCross(Extra):
+    """A gain of one axis that changes with the square of the force on another."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        axis, other = rng.choice(3, 2, replace=False)
+        return _on(int(axis), self.size * schedule.up[:, axis] * schedule.up[:, other] ** 2)
+
+
+@dataclass(frozen=True)
+class DeadZone(Extra):
+    """An axis that does not answer to forces below ``size``, mg, and falls short of larger ones."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        axis = _axis(rng)
+        force = 1000.0 * schedule.up[:, axis]
+        answer = np.sign(force) * np.maximum(np.abs(force) - self.size, 0.0)
+        return _on(axis, answer - force)
+
+
+@dataclass(frozen=True)
+class ThermalLag(Extra):
+    """A bias of ``size`` mg/°C that follows a temperature behind that of the thermometer."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance; 20 to 120 s behind."""
+        lag, middle = rng.uniform(20.0, 120.0), schedule.middle
+        time = np.arange(0.0, middle[-1] + 1.0)
+        shown = np.interp(time, middle, schedule.temperature)
+        felt = shown.copy()
+        for k in range(1, len(time)):
+            felt[k] = felt[k - 1] + (shown[k] - felt[k - 1]) / lag
+        return _on(_axis(rng), self.size * (np.interp(middle, time, felt) - felt[0]))
+
+
+@dataclass(frozen=True)
+class Visible(Extra):
+    """A structure scaled to what bias, scale and angles cannot take up of it.
+
+    Attributes:
+        kind: the structure by its size.
+        size: rms over the holds of the part along gravity that is no quadratic form of up, mg.
+        first: a size to begin with, mg.
+    """
+
+    kind: Callable[[float], Extra]
+    size: float
+    first: float = 1.0
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """Begun anew with the same chance until the size is met; one step where it is linear."""
+        size, seed = self.first, int(rng.integers(2**31))
+        x, y, z = schedule.up.T
+        base = np.stack([x, y, z, x * x, y * y, z * z, x * y, x * z, y * z], axis=1)
+        for _ in range(3):
+            error = self.kind(size).error(schedule, np.random.default_rng(seed))
+            along = (error * schedule.up).sum(axis=1)
+            left = along - base @ np.linalg.lstsq(base, along, rcond=None)[0]
+            size *= self.size / max(float(np.sqrt(np.mean(left**2))), 1e-3 * self.first)
+        return self.kind(size).error(schedule, np.random.default_rng(seed))

@@ -159,12 +159,11 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
     if name == "list":
         say(view_names(known))
         return 0
-    wanted, _, own = name.rpartition("/")
     chosen = [
         (sensor, view)
         for sensor, views in known.items()
         for view in views
-        if view.name == own and wanted in ("", sensor)
+        if name in (view.name, f"{sensor}/{view.name}")
     ]
     if not chosen:
         raise UsageError(f"{no_such_view(name, known)}: --view list names them all")
@@ -259,14 +258,14 @@ def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
     Raises:
         UsageError: not ``TERM`` or ``SENSOR/TERM``, or a term of another sensor.
     """
-    from imucal_wizard.model.catalogue import builtin_effects
+    from imucal_wizard.model.catalogue import builtin_effects, sensor_and_term
 
     first, *_ = BASES
     wanted: dict[str, list[str]] = {name: [] for name in BASES}
     only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
     only["soft-iron"] = "magnetometer"
     for text in texts:
-        sensor, _, term = text.rpartition("/")
+        sensor, term = sensor_and_term(text)
         if sensor not in ("", *BASES):
             raise UsageError(f"--add {text!r}: {sensor!r} is no sensor here; write gyroscope/TERM")
         if not sensor and only.get(term, first) != first:

@@ -14,6 +14,7 @@ from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
+from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
@@ -21,14 +22,19 @@ from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
 from imucal_wizard.diagnose.suspects import Suspect, rank
-from imucal_wizard.diagnose.verdict import Opinion, Terms, judge_misfit, unconfirmed
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
+from imucal_wizard.model.unknown_shape import UnknownShape
+
+MAX_HELD_OUT_OF_CURVE = 2.0
+"""Error held out, in units of what noise makes, above which a free curve of the model is only a
+guess between the poses: it has room for whatever it was fitted to."""
 
 
 @dataclass(frozen=True)
@@ -171,12 +177,18 @@ class Bench:
         self.whole = measured.base_terms
         known = measured.circumstances
         self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
+        self.curves = free_curves_for(sensor)
         self.rounding = rounding
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
         self.referee: Callable[[], Referee | None] | None = None
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue, and the free curves."""
+        return (*self.catalogue, *self.curves)
 
     @property
     def found(self) -> tuple[Found, ...]:
@@ -235,11 +247,36 @@ class Bench:
             suspects = rank(misfit, hypotheses, posterior)
             hearing = None if self.referee is None else partial(self._hearing, suspects)
             opinion = judge_misfit(misfit, hypotheses, posterior, hearing)
-            opinion = self._if_confirmed(opinion, suspects)
-            self._findings = BenchFindings(
-                self.fit, misfit, suspects, opinion, hypotheses, posterior
+            opinion = self._if_between_poses(self._if_confirmed(opinion, suspects))
+            self._findings = self.with_curves(
+                BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
             )
         return self._findings
+
+    def with_curves(self, found: BenchFindings) -> BenchFindings:
+        """The findings with the free curves that explain what no effect does, first of all."""
+        nameless = found.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+        if not nameless or self.fit.base != self.whole or self.undetermined:
+            return found
+        offered = offered_curves(
+            self.fit, found.misfit, found.hypotheses, found.posterior, self._shown_curves()
+        )
+        others = tuple(one for one in found.suspects if one not in offered)
+        return replace(found, suspects=(*offered, *others))
+
+    def _shown_curves(self) -> list[UnknownShape]:
+        """The free curves that are not in the model and that these data may show."""
+        missing = [one for one in self.curves if one.name not in self.fit.model]
+        return [one for one in missing if self.lacking(one) is None]
+
+    def _if_between_poses(self, opinion: Opinion) -> Opinion:
+        """The opinion; a free curve that misses the poses left out does not complete a model."""
+        held_out, floor = self.fit.rms_held_out, self.fit.floor
+        free = any(term.effect.free for term in self.fit.terms)
+        if not free or held_out is None or floor is None or opinion.verdict is not Verdict.COMPLETE:
+            return opinion
+        guessed = held_out > MAX_HELD_OUT_OF_CURVE * floor
+        return replace(opinion, verdict=Verdict.UNEXPLAINED) if guessed else opinion
 
     def _hearing(
         self, suspects: tuple[Suspect, ...], explanations: tuple[Terms, ...]
@@ -300,7 +337,7 @@ class Bench:
         if name in self.whole:
             base = tuple(term for term in self.whole if term in (*self.fit.base, name))
             return self._climb(fit(self.measured, self.fit.terms, base), name)
-        effect = next((one for one in self.catalogue if one.name == name), None)
+        effect = next((one for one in self.effects if one.name == name), None)
         if effect is None:
             known = ", ".join(one.name for one in self.catalogue)
             raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
@@ -357,14 +394,19 @@ class Bench:
         """
         if len(self.ladder) <= steps:
             return False
-        kinds = {effect.name: effect.kind for effect in self.catalogue}
-        added = [one.added for one in self.ladder[-steps:] if one.added is not None]
-        of_time = any(kinds.get(name) == "time" for name in added)
+        # a free curve says nothing of times that were not measured
+        slow = {one.name for one in self.catalogue if one.kind == "time"}
+        of_time = any(one.added in slow for one in self.ladder[-steps:])
         return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
 
     def likeliest_variant(self, name: str) -> float | None:
         """The likeliest setting of an effect for what the present model leaves."""
-        candidates = (suspect.candidate for suspect in self.look().suspects if suspect.term == name)
+        found = self.look()
+        suspects = [one for one in found.suspects if one.term == name]
+        curves = [one for one in self._shown_curves() if one.name == name and not suspects]
+        if curves:
+            suspects += try_curves(self.fit, found.misfit, found.hypotheses, curves).suspects
+        candidates = (one.candidate for one in suspects)
         return next((c.variant for c in candidates if c is not None), None)
 
     def _with(self, effect: Effect, variant: float | None, near: float | None) -> SensorFit:
@@ -441,7 +483,7 @@ class Entry:
 
 def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
     """Parts of the base that are left out, the suspects by rank, what cannot be tested."""
-    known = {effect.name: effect for effect in bench.catalogue}
+    known = {effect.name: effect for effect in bench.effects}
     present = findings.fit
     now = present.rms_held_out
     made = [_base_entry(bench, present, one) for one in bench.whole if one not in present.base]

@@ -131,7 +131,8 @@ class Detectability:
         def margin(found: Posterior, shown: FloatArray) -> float:
             likeliest = np.argmax(np.where(family, found.single, 0.0))
             wandering = found.noise.sum(axis=1)
-            taken = float(wandering @ weights @ shown**2) / float(found.sigma[likeliest]) ** 2
+            noise = max(float(found.sigma[likeliest]), 1.0)
+            taken = float(wandering @ weights @ shown**2) / noise**2
             return min(
                 taken / squares - 1.0,
                 float(found.single[family].sum()) - MIN_FAMILY_PROBABILITY,

@@ -12,11 +12,14 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
-from imucal_wizard.diagnose.random_walk import Frame, shown_axes
+from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 
 MIN_WANDER_SHARE = 1e-3
 """A wander of the noise less likely than this is left out."""
+MAX_SHARE_UNLIKE = 0.03
+"""Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
+that are most alike without being aliases at 1 g leave 0.12 (√(1 − 0.992²))."""
 
 
 class ExplainedVariance:
@@ -32,7 +35,7 @@ class ExplainedVariance:
         self, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
     ) -> None:
         self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
-        self._coordinates = hypotheses.frame.across.T @ misfit.residual
+        self.coordinates = hypotheses.frame.across.T @ misfit.residual
         self._wandering = posterior.noise.sum(axis=1)
         single, paired = posterior.single, posterior.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
@@ -45,7 +48,7 @@ class ExplainedVariance:
     @property
     def left(self) -> float:
         """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
-        return float(np.sqrt(np.mean(self._coordinates**2))) if len(self._coordinates) else 0.0
+        return float(np.sqrt(np.mean(self.coordinates**2))) if len(self.coordinates) else 0.0
 
     @property
     def left_by_all(self) -> float:
@@ -56,23 +59,56 @@ class ExplainedVariance:
         inside = self._hypotheses.frame.across.T @ np.concatenate(columns, axis=1)
         left, values, _ = np.linalg.svd(inside, full_matrices=False)
         taken = left[:, values > 1e-9 * values.max(initial=0.0)]
-        rest = self._coordinates - taken @ (taken.T @ self._coordinates)
+        rest = self.coordinates - taken @ (taken.T @ self.coordinates)
         return float(np.sqrt((rest @ rest) / max(len(rest) - taken.shape[1], 1)))
 
     def taken_away(self, families: tuple[str, ...]) -> dict[str, float]:
-        """Squares of the noise that each of these families takes away beside the others."""
+        """Squares of the noise that each of these families takes away beside the others.
+
+        The noise is at least what was measured within the holds: that residuals happen to be
+        smaller makes no effect more certain.
+        """
         parts, noise = self._likeliest(families)
         whole = self._explained([patterns for _, patterns in parts])
         return {
-            family: (whole - self._explained([x for own, x in parts if own != family])) / noise**2
+            family: (whole - self._explained([x for own, x in parts if own != family]))
+            / max(noise, 1.0) ** 2
             for family in families
             if parts
         }
 
+    def span(self, families: tuple[str, ...]) -> FloatArray:
+        """What the likeliest explanation with these families can make, orthonormal, (m, k)."""
+        parts, _ = self._likeliest(families)
+        patterns = [np.zeros((len(self.coordinates), 0)), *(x for _, x in parts)]
+        return _span(np.concatenate(patterns, axis=1))
+
+    def aliases(self, first: str) -> list[str]:
+        """The aliases of an effect that make exactly what its likeliest form takes away here.
+
+        A pattern of one parameter is the plainer explanation, but these poses do not decide for it.
+        """
+        own = [one for one in self._misfit.candidates if one.term == first]
+        named = [
+            (share, one)
+            for one, share in zip(self._hypotheses.single, self._posterior.single, strict=True)
+            if one.terms == (first,)
+        ]
+        inside = _span(max(named, key=lambda each: each[0])[1].patterns)
+        taken = inside @ (inside.T @ self.coordinates)
+        found = []
+        for name in own[0].effect.aliases:
+            each = [one for one in self._misfit.candidates if one.term == name]
+            spans = [_span(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each]
+            left = [float(np.linalg.norm(taken - span @ (span.T @ taken))) for span in spans]
+            if min(left, default=np.inf) < MAX_SHARE_UNLIKE * float(np.linalg.norm(taken)):
+                found.append(name)
+        return found
+
     def strongest(self) -> float:
         """The same for the likeliest explanation by effects, as a whole."""
         parts, noise = self._likeliest(())
-        return self._explained([patterns for _, patterns in parts]) / noise**2
+        return self._explained([patterns for _, patterns in parts]) / max(noise, 1.0) ** 2
 
     def _likeliest(self, families: tuple[str, ...]) -> tuple[list[tuple[str, FloatArray]], float]:
         """Patterns by family of the likeliest explanation that has these families; its noise."""
@@ -101,6 +137,9 @@ class ExplainedVariance:
         if pairs is None:
             return np.zeros(0)
         found = np.ones(len(pairs))
+        if DISTURBED not in wanted:
+            wrong = np.array([DISTURBED in one.families for one in pairs.members])
+            found[wrong[pairs.first] & wrong[pairs.second]] = 0.0
         for family in wanted:
             own = np.array([family in one.families for one in pairs.members])
             found *= own[pairs.first] | own[pairs.second]
@@ -124,10 +163,15 @@ class ExplainedVariance:
     def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
         root = np.sqrt(weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
-        left, values, _ = np.linalg.svd(columns, full_matrices=False)
-        # no value at all where the model has taken up every row that was measured
-        inside = left[:, values > 1e-6 * values.max(initial=0.0)].T @ (root * self._coordinates)
+        inside = _span(columns).T @ (root * self.coordinates)
         return float(inside @ inside)
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns that span these, shape (m, k)."""
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    # no value at all where the model has taken up every row that was measured
+    return np.asarray(left[:, values > 1e-6 * values.max(initial=0.0)])
 
 
 def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
@@ -143,14 +187,14 @@ def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
     """
     if not (misfit.kind == RowKind.HOLD).any():
         return 1.0
-    shown = shown_axes(misfit)
+    shown, errors = shown_axes(misfit), usual_errors(misfit, frame)
     shares = []
     for axis in range(3):
         bent = _bent(misfit, AXES[axis])
         if bent.shape[1]:
             phase = misfit.direction[:, [axis]] * np.array(WAVES)
             waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
-            shares.append(_outside(frame.across.T @ waves, frame.across.T @ bent))
+            shares.append(_outside(errors @ waves, frame.across.T @ bent))
     return median(np.concatenate(shares)) if shares else 1.0
 
 

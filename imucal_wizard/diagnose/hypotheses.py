@@ -9,10 +9,10 @@ Besides the effects of the catalogue there are, with priors of their own:
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
 Without these, any pattern would be given the name of the effect that resembles it most. Two effects
-at once are pairs of single parameters of different families. With the products ``a``, ``b``, ``c``
-of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and t = (s/σ)², the determinant is
-``1 + t (a + b) + t² (ab − c²)`` and the quadratic form ``(t/σ²) [y² + z² + t (b y² − 2c yz + a
-z²)]`` over it, so that no matrix has to be decomposed.
+at once are pairs of single parameters of different families, or two disturbed holds. With the
+products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and
+t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
+``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 
 import itertools
@@ -22,11 +22,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.poses import DIRECTIONS
+from imucal_wizard.core.poses import AXES, DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, sample_quantile
-from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes
+from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 
 NOTHING, EFFECT, PAIR = "nothing", "effect", "pair"
@@ -49,10 +49,12 @@ class Hypothesis:
         terms: names of the effects in it.
         families: their families, sorted.
         variant: of the effect, or the index of the hold that is disturbed.
-        parameter: name of the one parameter in it, or "" for all.
+        parameter: name of the one parameter in it, or "" for all; of unknown structure
+            the axes whose characteristic it is, or "".
         log_prior: logarithm of its prior probability.
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
         spreads: prior standard deviations of the size, each as likely as the others.
+        paired: whether it is looked for together with others.
     """
 
     kind: str
@@ -63,6 +65,7 @@ class Hypothesis:
     log_prior: float
     patterns: FloatArray
     spreads: tuple[float, ...]
+    paired: bool = True
 
 
 def noise_alone(frame: Frame) -> Hypothesis:
@@ -98,6 +101,7 @@ def _effect(candidate: Candidate, prior: float, patterns: FloatArray, which: str
         float(np.log(prior)),
         patterns,
         SPREADS,
+        candidate.effect.paired,
     )
 
 
@@ -123,11 +127,26 @@ LENGTHS = (0.22, 0.4)
 """Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
 UNKNOWN_SIZES = (1.5, 5.0, 16.0)
 """Its size in noise standard deviations."""
-WAVES = tuple(np.linspace(4.5, 12.0, 11))
+WAVES = tuple(np.linspace(3.5, 12.0, 12))
 """Wave numbers of a rippled characteristic, rad/g."""
-UNKNOWN_SHARES = {"sphere": 0.15, "odd": 0.15, "even": 0.1, "axes": 0.1, "axis": 0.06, "wave": 0.1}
+UNKNOWN_SHARES = {
+    "sphere": 0.14,
+    "odd": 0.14,
+    "even": 0.09,
+    "axes": 0.09,
+    "axis": 0.05,
+    "wave": 0.09,
+    "jump": 0.04,
+}
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
-along one certain axis in any shape or as a wave. Most errors of a sensor are either odd or even."""
+along one certain axis in any shape, as a wave or as a jump. Most errors of a sensor are either odd
+or even."""
+JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
+"""Inputs at which a characteristic may jump, as at a missing code, g."""
+JUMP_WIDTH = 0.02
+"""Half width of a jump, g: poses are placed less exactly."""
+JUMP_SIZES = (5.0, 25.0, 125.0)
+"""Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
 _LEVELS = np.linspace(-1.0, 1.0, 13)
 _NODES = np.array(list(DIRECTIONS.values()))
 _HALF = _NODES[[i for i, v in enumerate(_NODES) if tuple(v) > (0.0, 0.0, 0.0)]]
@@ -140,33 +159,53 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     shown = shown_axes(misfit)
     apart = np.where(misfit.kind == RowKind.DIP, 3, misfit.axis)
     axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
+    errors = usual_errors(misfit, frame)
     made = []
     for length in LENGTHS:
-        shapes: list[tuple[float, list[FloatArray]]] = []
+        shapes: list[tuple[float, list[FloatArray], str]] = []
         for kind, sign in (("sphere", 0), ("odd", -1), ("even", 1)):
             field = _sphere(up, length, sign)
-            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes]))
+            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes], ""))
         along = [_along(up[:, k], length) * shown[:, [k]] for k in range(3)]
-        shapes.append((UNKNOWN_SHARES["axes"], along))
-        shapes += [(UNKNOWN_SHARES["axis"], [one]) for one in along]
-        for share, patterns in shapes:
+        shapes.append((UNKNOWN_SHARES["axes"], along, AXES))
+        shapes += [
+            (UNKNOWN_SHARES["axis"], [one], axis) for one, axis in zip(along, AXES, strict=True)
+        ]
+        for share, patterns, where in shapes:
             if not patterns:
                 continue
             prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
-            inside = frame.across.T @ np.concatenate(patterns, axis=1)
-            made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
-    return made + _waves(up, shown, frame)
+            inside = errors @ np.concatenate(patterns, axis=1)
+            made.append(
+                Hypothesis(UNKNOWN, (), (UNKNOWN,), None, where, prior, inside, UNKNOWN_SIZES)
+            )
+    return made + _waves(up, shown, errors) + _jumps(up, shown, errors)
 
 
-def _waves(up: FloatArray, shown: FloatArray, frame: Frame) -> list[Hypothesis]:
+def _waves(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
     """A rippled characteristic of each axis, of any phase."""
     made = []
     for axis, wave in itertools.product(range(3), WAVES):
         phase = wave * up[:, [axis]]
         patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
         prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
-        inside = frame.across.T @ patterns
-        made.append(Hypothesis(UNKNOWN, (), (UNKNOWN,), None, "", prior, inside, UNKNOWN_SIZES))
+        inside = errors @ patterns
+        made.append(
+            Hypothesis(UNKNOWN, (), (UNKNOWN,), None, AXES[axis], prior, inside, UNKNOWN_SIZES)
+        )
+    return made
+
+
+def _jumps(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
+    """A characteristic of each axis that jumps at some input; poses show it only in between."""
+    made = []
+    prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["jump"] / len(JUMPS)))
+    for axis, level in itertools.product(range(3), JUMPS):
+        course = np.clip((up[:, [axis]] - level) / JUMP_WIDTH, -1.0, 1.0)
+        inside = errors @ (course * shown[:, [axis]])
+        made.append(
+            Hypothesis(UNKNOWN, (), (UNKNOWN,), None, AXES[axis], prior, inside, JUMP_SIZES)
+        )
     return made
 
 
@@ -257,6 +296,8 @@ SAME_AXIS = 0.2
 """Share of pairs that bend one axis' characteristic, evenly and oddly: one cause makes both."""
 WITH_DISTURBED = 0.15
 """Share of an effect and a disturbed hold."""
+TWO_DISTURBED = 0.1
+"""Share of two disturbed holds or rotations."""
 MAX_ALONG = 1e10
 """Largest product of a pattern and a residual: its square times a pattern fits in 32 bits."""
 BENT = ("even-order", "odd-order")
@@ -325,9 +366,11 @@ class Pairs:
 
 
 def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
-    """Pairs of single parameters, and of a parameter with a disturbed hold; None without any."""
+    """Pairs of single parameters and disturbed holds; None without any."""
     single = [
-        one for one in hypotheses if one.patterns.shape[1] == 1 and one.kind in (EFFECT, DISTURBED)
+        one
+        for one in hypotheses
+        if one.patterns.shape[1] == 1 and one.kind in (EFFECT, DISTURBED) and one.paired
     ]
     if not single:
         return None
@@ -337,14 +380,19 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     axis = np.array([one.parameter for one in single])
     wrong = family == DISTURBED
     first, second = np.triu_indices(len(single), 1)
-    keep = number[first] != number[second]
+    keep = (number[first] != number[second]) | (wrong[first] & wrong[second])
     first, second = first[keep], second[keep]
     if not len(first):
         return None
-    mixed = wrong[first] | wrong[second]
+    both, mixed = wrong[first] & wrong[second], wrong[first] ^ wrong[second]
     same = bent[first] & bent[second] & (axis[first] == axis[second])
-    kinds = [(mixed, WITH_DISTURBED), (same, SAME_AXIS), (~mixed & ~same, 0.0)]
-    kinds[2] = (kinds[2][0], 1.0 - WITH_DISTURBED - SAME_AXIS)
+    rest = 1.0 - TWO_DISTURBED - WITH_DISTURBED - SAME_AXIS
+    kinds = [
+        (both, TWO_DISTURBED),
+        (mixed, WITH_DISTURBED),
+        (same, SAME_AXIS),
+        (~both & ~mixed & ~same, rest),
+    ]
     shares = np.array([one.log_prior for one in single])
     prior = np.zeros(len(first))
     for where, share in kinds:

@@ -347,7 +347,7 @@ def rivals(findings: BenchFindings) -> tuple[str, ...]:
 def explanation_of(bench: Bench, findings: BenchFindings, term: str) -> Explained | None:
     """An effect at the size it would have; None for what is no suspect."""
     suspect = next((one for one in findings.suspects if one.term == term), None)
-    effect = next((one for one in bench.catalogue if one.name == term), None)
+    effect = next((one for one in bench.effects if one.name == term), None)
     if suspect is None or effect is None or suspect.candidate is None or suspect.trial is None:
         return None
     return Explained(effect, suspect.candidate.variant, suspect.trial.size)

@@ -10,6 +10,7 @@ averaged over; the repeats in r itself determine how large the noise is.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import (
+    UNKNOWN,
     Hypothesis,
     Pairs,
     all_pairs,
@@ -125,6 +127,22 @@ class HypothesisSet:
             noise,
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
+
+    def unknown_beside(self, coordinates: FloatArray, inside: FloatArray) -> float:
+        """Probability of unknown structure among the single explanations of what a name leaves.
+
+        Args:
+            coordinates: of a residual, shape (m,).
+            inside: what the name takes up, orthonormal, shape (m, k).
+        """
+
+        def beside(patterns: FloatArray) -> FloatArray:
+            return np.asarray(patterns - inside @ (inside.T @ patterns))
+
+        left = [replace(one, patterns=beside(one.patterns)) for one in self.single]
+        rest = HypothesisSet(self.frame, left)
+        found = rest.posterior(self.frame.across @ beside(coordinates))
+        return float(found.single[[one.kind == UNKNOWN for one in left]].sum())
 
     def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
         """Logarithms of likelihood and prior of every single explanation, size and noise.

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
@@ -123,6 +123,18 @@ def shown_axes(misfit: WhitenedResiduals) -> FloatArray:
     still = np.flatnonzero(misfit.kind == RowKind.STILL)
     shown[still, misfit.axis[still]] = 1.0
     return shown
+
+
+def usual_errors(misfit: WhitenedResiduals, frame: Frame) -> FloatArray:
+    """What an error of each row makes, by the usual noise of its kind of rows, shape (m, n).
+
+    Structure is equally large in quiet and in noisy holds.
+    """
+    usual = np.ones(len(misfit))
+    for kind in distinct(misfit.kind):
+        own = misfit.kind == kind
+        usual[own] = median(misfit.sigma[own])
+    return np.asarray(frame.across.T @ misfit.whitened(np.diag(usual)))
 
 
 def with_random_walk(fit: SensorFit, misfit: WhitenedResiduals) -> SensorFit:

@@ -17,6 +17,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.table import ResidualTable
@@ -129,9 +130,14 @@ class WhitenedResiduals:
         """Whether measured noise makes what is left."""
         return lack_of_fit(self.residual, self.base, self.sigma, self.visits)
 
-    def lack_without(self, source: int) -> LackOfFit:
-        """The same without the rows of one hold or rotation."""
-        out = self.source == source
+    def lack_beside(self, columns: FloatArray) -> LackOfFit:
+        """The same with these whitened columns in the model, shape (n, k)."""
+        wider = np.column_stack([self.base, columns])
+        return lack_of_fit(self.residual, wider, self.sigma, self.visits)
+
+    def lack_without(self, sources: Sequence[int]) -> LackOfFit:
+        """The same without the rows of some holds or rotations."""
+        out = np.isin(self.source, sources)
         # an error of its own for each of these rows takes them out
         columns = np.column_stack([self.base, self.whitened(np.eye(len(self))[:, out])])
         return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
@@ -150,9 +156,9 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     """
     table, experiment = fit.rows, fit.experiment
     assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
-    columns = table.whitened(table.columns)
+    columns, precision = _in_modes(table, fit.terms)
     # a column that only its prior holds is left out
-    seen = (columns**2).sum(axis=0) > table.precision
+    seen = (columns**2).sum(axis=0) > precision
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
         fit=fit,
@@ -181,6 +187,25 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
     )
 
 
+def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, FloatArray]:
+    """Whitened columns of all parameters and the precision of their priors.
+
+    A free curve has about as many coefficients as there are rows, most of which only their prior
+    holds. Its columns are turned to the combinations of coefficients that are independent both in
+    the prior and in these rows, so that each is held either by the rows or by the prior.
+    """
+    columns, precision = table.whitened(table.columns), table.precision.copy()
+    for term in terms:
+        if not term.effect.free:
+            continue
+        own = np.array([name.startswith(f"{term.name}_") for name in table.names])
+        others = complement(columns[:, ~own & (precision == 0.0)])
+        scaled = columns[:, own] / np.sqrt(precision[own])
+        turned = np.linalg.svd(others.T @ scaled, full_matrices=True)[2].T
+        columns[:, own], precision[own] = scaled @ turned, 1.0
+    return columns, precision
+
+
 def candidate_at(fit: SensorFit, effect: Effect, variant: float) -> Candidate:
     """An effect with a setting between those of ``whitened_residuals``."""
     assert fit.rows is not None  # noqa: S101 (narrows the type)
@@ -199,7 +224,7 @@ def _candidates(table: ResidualTable, sensor: str, terms: Sequence[Term]) -> tup
             variant=term.variant,
             names=tuple(one.name for one in every.parameters[group]),
             columns=columns[:, group],
-            typical=np.array([one.typical for one in every.parameters[group]]),
+            typical=term.effect.typical(sensor, term.variant),
             unit=every.parameters[group.start].unit,
         )
         for term, group in zip(every.terms, every.groups, strict=True)

@@ -8,18 +8,21 @@ from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
-from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, nameless, unconfirmed
+from imucal_wizard.diagnose.verdict import (
+    MAX_SHARE_LEFT_BY_NAME,
+    Opinion,
+    Terms,
+    Verdict,
+    nameless,
+    share_left,
+    unconfirmed,
+)
 from imucal_wizard.diagnose.verdict_text import verdict_text
-from imucal_wizard.estimate.lack_of_fit import LackOfFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
-MAX_SHARE_LEFT_BY_NAME = 0.03
-"""What is left, as a share of what was taken away, below which a name stands although more than
-noise is left: the two effects of the catalogue that are most alike leave that much of each other
-(1 − 0.986²). More of it, and something else was given the name of what it resembles."""
 
 
 def add_by_itself(bench: Bench) -> BenchFindings:
@@ -52,7 +55,11 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         return said
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
-    if without_name and len(bench.ladder) > below and _resembles_only(was, left):
+    if (
+        without_name
+        and len(bench.ladder) > below
+        and share_left(was, left) > MAX_SHARE_LEFT_BY_NAME
+    ):
         return _withdrawn(bench, below)
     return last
 
@@ -104,15 +111,6 @@ def _proven(opinion: Opinion, added: Terms) -> Opinion:
     )
 
 
-def _resembles_only(before: LackOfFit, after: LackOfFit) -> bool:
-    """Whether too much is left for the names that were given.
-
-    Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
-    """
-    left = max(after.ratio**2 - 1.0, 0.0)
-    return left > MAX_SHARE_LEFT_BY_NAME * (before.ratio**2 - after.ratio**2)
-
-
 def _withdrawn(bench: Bench, below: int) -> BenchFindings:
     """Take back all that was added; what it was taken for is not said of the model without it."""
     while len(bench.ladder) > below:
@@ -126,7 +124,7 @@ def _withdrawn(bench: Bench, below: int) -> BenchFindings:
         explanations=(),
         probable=(),
     )
-    return replace(found, opinion=opinion)
+    return bench.with_curves(replace(found, opinion=opinion))
 
 
 def diagnose_benches(

@@ -48,13 +48,16 @@ class EffectTrial:
         return self.found.system.value[self._own]
 
     @cached_property
-    def standard_error(self) -> FloatArray:
-        """Of each size, shape (p,)."""
+    def covariance(self) -> FloatArray:
+        """Of the sizes, shape (p, p)."""
         found, own = self.found, self._own
         pull, prior = found.pull()[own], found.balance.covariance[own]
-        variance = ((pull @ self.noise) * pull).sum(axis=1)
-        variance += (prior**2 * found.balance.precision).sum(axis=1)
-        return np.asarray(np.sqrt(variance))
+        return pull @ self.noise @ pull.T + (prior * found.balance.precision) @ prior.T
+
+    @property
+    def standard_error(self) -> FloatArray:
+        """Of each size, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
 
     @cached_property
     def rms_fitted(self) -> float:
@@ -151,7 +154,12 @@ class Suspect:
 
     @cached_property
     def sized(self) -> Candidate | None:
-        """The setting that sizes are told for: the middle one tried, if the data tell none."""
+        """The setting that sizes are told for: the middle one tried, if the data tell none.
+
+        None for a disturbed hold, and for a free curve, whose coefficients are no sizes.
+        """
+        if self.likeliest is not None and self.likeliest.effect.free:
+            return None
         told = self.log_odds >= MIN_ODDS_SETTLED or self.likeliest is None
         return self.candidate if told else usual_setting(self.misfit, self.term)
 
@@ -159,7 +167,7 @@ class Suspect:
     def detectable(self) -> FloatArray:
         """Size of each parameter alone from which these data show a misfit, shown unit, (p,).
 
-        Infinite where the data are blind; empty for a disturbed hold.
+        Infinite where the data are blind; empty where no sizes are told.
         """
         return np.zeros(0) if self.sized is None else self.detectability.seen(self.sized)
 

@@ -59,7 +59,7 @@ class Shares:
         """Probability that each family takes part; kinds without any under their own names."""
         found: dict[str, float] = defaultdict(float)
         for label, share in self.by_label.items():
-            for family in label.families or (label.kind,):
+            for family in set(label.families) or {label.kind}:
                 found[family] += share
         return found
 
@@ -184,6 +184,18 @@ MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be told apart from the others."""
 
 
+MIN_ACCUSED = 0.5
+"""Probability from which on a hold is among those called disturbed."""
+MIN_UNKNOWN_LEFT = 0.5
+"""Probability of unknown structure in what a name leaves, from which on the name is not given."""
+MIN_SHARE_OF_UNKNOWN = 0.01
+"""The least of that structure, as a share of the squares that the name takes away: scales and
+biases that are wrong by 5 % leave so much of an effect that is quadratic in the input."""
+MAX_SHARE_LEFT_BY_NAME = 0.03
+"""What is left, as a share of what was taken away, below which a name stands although more than
+noise is left: the two effects of the catalogue that are most alike without being aliases leave that
+much of each other (1 − 0.986²). More of it, and something else was given the name of what it
+resembles."""
 MAX_HEARD = 6
 """Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
@@ -261,31 +273,45 @@ def judge_misfit(
     shares = shares_of(hypotheses, posterior)
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     heard, alone = None, shares
+    best = ExplainedVariance(misfit, hypotheses, posterior)
     if hearing is not None and shares.present()[NOTHING] <= MAX_NOISE_PROBABILITY:
-        heard = hearing(shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD])
+        asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
+        plainest = [one[0] for one in asked[:1] if len(one) == 1]
+        alike = [(alias,) for term in plainest for alias in best.aliases(term)]
+        heard = hearing((*asked, *(one for one in alike if one not in asked)))
     if heard is not None:
         evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
         shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
-    best = ExplainedVariance(misfit, hypotheses, posterior)
     own = discriminability(misfit, hypotheses.frame)
     lack = misfit.lack_of_fit()
     evidence = evidence_of(shares, best, own, lack)
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
+    if {*families} - {DISTURBED}:
+        inside = best.span(families)
+        left = misfit.lack_beside(hypotheses.frame.across @ inside)
+        if share_left(lack, left) > MIN_SHARE_OF_UNKNOWN:
+            unknown = hypotheses.unknown_beside(best.coordinates, inside)
+            if left.between_directions or unknown > MIN_UNKNOWN_LEFT:
+                verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
-        holds = tuple(hold for hold, _ in ordered(shares.by_hold)[:1])
-    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds[0]).within_noise:
+        accused = ordered(shares.by_hold)
+        holds = tuple(hold for hold, share in accused if share > MIN_ACCUSED) or (accused[0][0],)
+    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
-    terms = tuple(_within(shares, family_of, family) for family in families)
+    terms = tuple(
+        _with_aliases(_within(shares, family_of, family), best, heard) for family in families
+    )
     if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
-    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
-        listed = tuple(tuple(sorted(one)) for one in itertools.product(*terms)) if terms else listed
+    if verdict is Verdict.AMBIGUOUS and terms:
+        every = (tuple(sorted(one)) for one in itertools.product(*terms))
+        listed = (*listed, *(one for one in every if one not in listed))
     if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
@@ -325,6 +351,15 @@ def unconfirmed(opinion: Opinion) -> Opinion:
         terms=(),
         probable=tuple(dict.fromkeys(term for members in opinion.terms for term in members)),
     )
+
+
+def share_left(before: LackOfFit, after: LackOfFit) -> float:
+    """What the names that were given leave beside noise, as a share of what they take away.
+
+    Squares in units of the noise, as in the fit: a noisy hold counts less than a quiet one.
+    """
+    taken = before.ratio**2 - after.ratio**2
+    return max(after.ratio**2 - 1.0, 0.0) / taken if taken > 0.0 else np.inf
 
 
 def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
@@ -410,3 +445,21 @@ def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     if members[0][1] > MIN_MEMBER_PROBABILITY:
         return (members[0][0],)
     return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)
+
+
+def _with_aliases(members: Terms, best: ExplainedVariance, heard: Hearing | None) -> Terms:
+    """The members, and what makes exactly the same as the first of them at these poses.
+
+    Unless another sensor decides against it.
+    """
+    spoken = {} if heard is None else heard.with_terms
+    found = list(members)
+    for alias in best.aliases(members[0]):
+        own, other = spoken.get((members[0],)), spoken.get((alias,))
+        refuted = False
+        if own is not None and other is not None:
+            against = own.log_evidence - other.log_evidence
+            refuted = against > -np.log(1.0 - MIN_MEMBER_PROBABILITY)
+        if alias not in members and not refuted:
+            found.append(alias)
+    return tuple(found)

@@ -9,7 +9,9 @@ import numpy as np
 from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.curve_shape import rms_size
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import Suspect, largest
@@ -46,6 +48,7 @@ FAMILIES = {
     "even-order": "an error that is the same to either side",
     "odd-order": "an error that grows to both sides alike",
     "slow-bias": "a bias that changes slowly",
+    "slow-scale": "a scale that changes slowly",
 }
 BEYOND = {
     "orientation": "forces well over 1 g",
@@ -77,6 +80,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
         parts += told(diagnosis, bench)
         parts += _closures(diagnosis)
     if bench is not None:
+        parts += _curves_of_model(bench)
         parts += _reservations(diagnosis, bench)
     return " ".join(parts)
 
@@ -187,6 +191,15 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
             "room's field does not."
         )
+    curves = _curves(diagnosis, bench)
+    if curves:
+        return [left, "No effect tested here explains it, but a free curve does.", *curves]
+    if any(term.effect.free for term in bench.fit.terms):
+        guess = (
+            "The free curve of the model is only a guess between the poses: hold it in poses "
+            "between those measured."
+        )
+        return [left, guess, *_not_measured(bench)]
     if opinion.probable:
         return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
     known = ", ".join(term.name for term in bench.fit.terms)
@@ -203,6 +216,40 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     report = diagnosis.report
     odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
     return [left, none, *([f"{_capital(odd)}."] * bool(odd)), advice]
+
+
+def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """What the likeliest free curve shows, and what is not known of it; empty where none fits."""
+    curves = [one for one in diagnosis.suspects if one.candidate and one.candidate.effect.free]
+    shape = shape_of(bench.fit, curves[0].term, curves) if curves else None
+    if shape is None:
+        return []
+    first, now = curves[0], bench.fit.rms_held_out
+    then = None if first.trial is None else first.trial.rms_held_out
+    others = [other for other in curves[1:] if shape_of(bench.fit, other.term, curves)]
+    only = "" if others else " only"
+    told = [f"The error of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
+    if others:
+        names = _or(tuple(one.term for one in others))
+        told.append(f"It may be {names} as well: these data cannot tell which.")
+    unit, out = bench.fit.unit, bench.left_out_unit
+    change = f"from {quantity(now, unit)} to {quantity(then, unit)}"
+    return [
+        *told,
+        f"Adding {first.term} would bring the error on {out} left out {change}.",
+        f"{_capital(shape.unknown)}.",
+    ]
+
+
+def _curves_of_model(bench: Bench) -> list[str]:
+    """What the free curves of the model show, and what is not known of them."""
+    shapes = [shape_of(bench.fit, one.name, ()) for one in bench.fit.terms if one.effect.free]
+    return [
+        f"In the model now: {one.term}, the error of {one.axis} over {one.over}: {one.words()}; "
+        f"{one.unknown}."
+        for one in shapes
+        if one is not None
+    ]
 
 
 def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -243,6 +290,7 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"noise within a hold makes {within}."
         ),
         f"{_COURSES[course]}.",
+        *_curves(diagnosis, bench),
         f"No model of the pose can be judged below that. The error is {_against_noise(bench)}.",
     ]
 
@@ -351,7 +399,7 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
 
 def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     """What the error depends on, which effect, its size, and what it costs to ignore it."""
-    effect = next(one for one in bench.catalogue if one.name == term)
+    effect = next(one for one in bench.effects if one.name == term)
     sizes, errors = _sizes(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
@@ -387,6 +435,10 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
         errors: one standard deviation each, NaN where they are not known, shape (p,).
     """
     parameters = effect.parameters(sensor)
+    if effect.free:
+        return (
+            f"{parameters[0].name[:1]} {with_unit(plus_minus(*rms_size(sizes, errors)), 'mg rms')}"
+        )
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]

@@ -16,6 +16,7 @@ from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import BenchFindings
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.estimate.experiment import Beside
@@ -23,6 +24,7 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.rows.source import RowSource
 from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.unknown_shape import UnknownShape
 
 COMPARED = tuple(f"{axis} axis" for axis in AXES)
 """Parts that set measurement beside model."""
@@ -42,6 +44,8 @@ _LOOK_FOR = {
     "rate": "An angle that grows with the rate speaks for a scale that depends on rate or sense.",
     "up": "A dependence on the direction before the rotation speaks for a g-sensitivity.",
     "model": "Where × lies apart from ∘ by more than the noise, the model lacks something.",
+    "curve": "The curve is known only up to what the base model absorbs; the bars are its standard "
+    "errors, widest where no pose was held.",
     "suspect": "Points along the line speak for the effect; a cloud about zero speaks against it.",
 }
 """What the eye should look for, by the first word of the abscissa's name."""
@@ -91,7 +95,8 @@ class ResidualView:
     @property
     def legend(self) -> str:
         """What the signs of the picture mean: noise band and suspect."""
-        band = "" if self.floor is None else f"▒ noise ±{number(self.floor, 2)} {self.unit}"
+        word = "standard error" if self.rows is None else "noise"
+        band = "" if self.floor is None else f"▒ {word} ±{number(self.floor, 2)} {self.unit}"
         return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
     @property
@@ -109,7 +114,23 @@ def pictures(said: Diagnosis) -> tuple[ResidualView, ...]:
     explained = (suspect_view(findings, one) for one in findings.suspects)
     first = next(iter(findings.suspects), None)
     left = (misfit_curve(findings, view, first) for view in views_of(bench.fit))
-    return (*left, *(view for view in explained if view is not None))
+    return (*left, *(view for view in explained if view is not None), *_free_curves(findings))
+
+
+def _free_curves(findings: BenchFindings) -> Iterator[ResidualView]:
+    """The free curves of the model, and those that may be added, each with its standard errors."""
+    free = [one.name for one in findings.fit.terms if one.effect.free]
+    free += [one.term for one in findings.suspects if one.candidate and one.candidate.effect.free]
+    for term in free:
+        shape = shape_of(findings.fit, term, findings.suspects)
+        if shape is None:
+            continue
+        title = f"error of {shape.axis} by the free curve {term}"
+        yield ResidualView(
+            f"curve-{term}", "free curve", title, f"{shape.over}, {shape.unit}", "mg", shape.x,
+            shape.y, np.arange(len(shape.x)), f"{_LOOK_FOR['curve']} Here it is {shape.words()}.",
+            error=shape.standard_error,
+        )  # fmt: skip
 
 
 def views_of(fit: SensorFit) -> tuple[ResidualView, ...]:
@@ -139,6 +160,8 @@ def misfit_curve(
     across = _across(misfit.base)
     columns, residual = across.T @ suspect.candidate.columns, across.T @ misfit.residual
     sizes = np.linalg.lstsq(columns, residual, rcond=None)[0]
+    if suspect.trial is not None and suspect.candidate.effect.free:
+        sizes = suspect.trial.size  # without its prior a free curve would follow the noise
     source, at = view.rows
     first = 0
     for one in table.sources:
@@ -268,10 +291,20 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
 
     Residual and the pattern of the suspect's largest parameter are both freed from all that the
     model and the suspect's other parameters can absorb. What remains lies on a line through the
-    origin whose slope is the parameter's size, if the suspect is right.
+    origin whose slope is the parameter's size, if the suspect is right. A free curve, which has no
+    such parameter, is drawn over what it depends on.
     """
     misfit, table = findings.misfit, findings.fit.rows
     if suspect.candidate is None or table is None:
+        return None
+    curve = suspect.candidate.effect
+    if isinstance(curve, UnknownShape):
+        over = f"force-{AXES[curve.axis]}" if curve.against == "input" else curve.against
+        for view in views_of(findings.fit):
+            if view.name == over:
+                drawn = misfit_curve(findings, view, suspect)
+                look_for = _LOOK_FOR["suspect"]
+                return replace(drawn, name=f"suspect-{suspect.term}", look_for=look_for)
         return None
     candidate, place = suspect.candidate, suspect.largest
     others = np.delete(candidate.columns, place, axis=1)

@@ -59,6 +59,11 @@ class LackOfFit:
         return self._visits_explain and differ and self.ratio > MAX_REPEATABILITY
 
     @property
+    def between_directions(self) -> bool:
+        """Whether the directions differ by more than repeated visits to each of them do."""
+        return self.p_visits is not None and self.p_visits < TEST_LEVEL
+
+    @property
     def _visits_explain(self) -> bool:
         return self.p_visits is not None and self.p_visits >= TEST_LEVEL
 

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
 from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.measurement.holds import Hold
 
-BATCH_FREEDOM = 4
-"""Usual degrees of freedom per axis of the covariance of an average: five batch means."""
+HOLD_FREEDOM = 4
+"""Usual degrees of freedom per axis of the covariance of an average."""
 TREMBLING = 2.0
 """Variance across gravity over that along it from which on they are two numbers and not one ..."""
 SURE = 3.0
@@ -20,8 +20,12 @@ OUTLYING = 4.0
 """Standard deviations by which a hold's noise exceeds that of all others if something moved it."""
 MIN_CHANCE = 1e-6
 """Least variance by chance of a logarithm, where a share is nearly the whole."""
+MIN_SPHERE = 0.1
+"""Least over largest singular value of the equations of a sphere's centre that poses tell."""
 EQUAL_P = 0.05
 """Probability of variances that differ as much by chance, above which they are taken as equal."""
+SWAYED_P = 0.01
+"""Probability by chance, in any hold, of as much noise across gravity as in one that swayed."""
 EXACT = 1e6
 """Degrees of freedom of a variance that is known."""
 SHRINKING_ROUNDS = 30
@@ -53,10 +57,11 @@ def has_rate(hold: Hold) -> bool:
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """Noise of the holds: each by its own samples, moderated by all others.
 
-    The noise per second of a hold is that of its batch means, which count correlated noise in full
-    but have few degrees of freedom, and that of its samples, of which there are many: what the
-    batch means show beyond the samples is told from all holds together. How far holds differ by
-    more than chance decides how much each one's own noise counts (``shrunk``).
+    The noise per second of a hold is that at its lowest frequencies, which counts correlated noise
+    in full but has few degrees of freedom, and that of its samples, of which there are many: the
+    ratio of the two is told from all holds together. How far holds differ by
+    more than chance decides how much each one's own noise counts (``shrunk``). Of holds in which
+    the device swayed only the noise along gravity counts for the magnitude.
     """
     times = np.array([hold.end - hold.start for hold in holds])
     along, across = _along_and_across(holds)
@@ -66,23 +71,32 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
         covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
         seconds = np.array([hold.end - hold.start for hold in with_rate])
         columns = covariances[:, range(3), range(3)] * seconds[:, None]
-        per_axis = np.array([_pooled(column, BATCH_FREEDOM) for column in columns.T])
-    freedom = np.array([hold.batch_freedom for hold in holds])
+        per_axis = np.array([_pooled(column, HOLD_FREEDOM) for column in columns.T])
+    freedom = np.array([hold.noise_freedom for hold in holds])
     if _trembling(along, across, freedom):
         along = shrunk(along * times, freedom) / times
         across = shrunk(across * times, 2 * freedom) / times
         return HoldNoise(along, across, per_axis)
-    # one number for all axes, which is better known
+    # one number for all axes, which is better known, but for holds in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
+    swayed = _swayed(along * times, across * times, freedom)
+    calm, known = ~swayed, 3 * freedom
     scatters = [hold.accelerometer_scatter for hold in holds]
     single = times * [np.nan if one is None else one.mean() for one in scatters]
     if (single > 0.0).all():
         samples = 3 * np.array([hold.samples - 1 for hold in holds])
-        growth = shrunk(both / single, 3 * freedom, samples)
-        both = growth * shrunk(single, samples / max(median(growth), 1.0)) / times
+        growth = shrunk((both / single)[calm], known[calm], samples[calm])
+        many = samples[calm] / max(median(growth), 1.0)
+        both[calm] = growth * shrunk(single[calm], many)
+        known[calm] = np.maximum(many, known[calm])
     else:
-        both = shrunk(both, 3 * freedom) / times
-    return HoldNoise(both, both, per_axis)
+        both[calm] = shrunk(both[calm], known[calm])
+    if swayed.any():
+        own = shrunk(np.where(swayed, along * times, both), np.where(swayed, freedom, known))
+        return HoldNoise(
+            np.where(swayed, own, both) / times, np.where(swayed, across, both / times), per_axis
+        )
+    return HoldNoise(both / times, both / times, per_axis)
 
 
 def shrunk(
@@ -144,6 +158,30 @@ def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool
     return bool(median(ratio) > max(np.log(TREMBLING), SURE * float(doubt)))
 
 
+def _swayed(along: FloatArray, across: FloatArray, freedom: IntArray) -> BoolArray:
+    """Holds whose noise across gravity is far above that of the others, and above that along it.
+
+    A device that sways in a hold, or turns about the vertical, turns gravity's direction and hardly
+    changes its magnitude.
+
+    Args:
+        along: variance × time along gravity, shape (n,).
+        across: the same of one component across it, shape (n,).
+        freedom: degrees of freedom of ``along``, half of those of ``across``.
+    """
+    known = (along > 0.0) & (across > 0.0) & (freedom > 0)
+    known &= np.isfinite(along) & np.isfinite(across)
+    swayed = np.zeros(len(along), np.bool_)
+    if not known.any():
+        return swayed
+    usual = _pooled(across[known], 2 * HOLD_FREEDOM)
+    for k in np.flatnonzero(known & (across > usual) & (across > along)):
+        far = exceeded(across[k] / usual, 2 * freedom[k], EXACT)
+        apart = exceeded(across[k] / along[k], 2 * freedom[k], freedom[k])
+        swayed[k] = far < SWAYED_P / len(along) and apart < EQUAL_P
+    return swayed
+
+
 def log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean and variance of the logarithm of χ²/ν, by the digamma and trigamma functions.
 
@@ -160,12 +198,12 @@ def log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]
 def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     """Variance of each average along gravity, and of one component across it, shape (n,) each.
 
-    Gravity's direction is that of the reading from the middle of all of them; where there is none,
-    both are the mean over the axes.
+    Gravity's direction is that of the reading from the centre of the sphere through all of them;
+    where there is none, both are the mean over the axes.
     """
     means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
     covariances = np.array([hold.accelerometer_covariance for hold in holds]).reshape(-1, 3, 3)
-    away = means - 0.5 * (means.min(axis=0) + means.max(axis=0))
+    away = means - _centre(means)
     length = np.linalg.norm(away, axis=1)
     told = (length > 0.0) & (length < np.inf)
     up = away / np.where(told, length, 1.0)[:, None]
@@ -173,6 +211,22 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     along = np.maximum(np.einsum("ni,nij,nj->n", up, covariances, up), 0.0)
     across = np.maximum(0.5 * (whole - along), 0.0)
     return np.where(told, along, whole / 3.0), np.where(told, across, whole / 3.0)
+
+
+def _centre(means: FloatArray) -> FloatArray:
+    """Centre of the sphere through readings, or of their range where they do not tell it, (3,)."""
+    middle = 0.5 * (means.min(axis=0) + means.max(axis=0))
+    away = means - middle
+    reach = float(np.abs(away).max())
+    if not 0.0 < reach < MAX_READING:
+        return np.asarray(middle)
+    unit = away / reach
+    columns = np.column_stack([2.0 * unit, np.ones(len(unit))])
+    left, values, right = np.linalg.svd(columns, full_matrices=False)
+    if len(unit) < 4 or values[-1] < MIN_SPHERE * values[0]:
+        return np.asarray(middle)
+    solved = right.T @ ((left.T @ (unit**2).sum(axis=1)) / values)
+    return np.asarray(middle + reach * solved[:3])
 
 
 def _pooled(values: FloatArray, freedom: int) -> float:
@@ -185,7 +239,7 @@ def _pooled(values: FloatArray, freedom: int) -> float:
     return median(known) / ratio if len(known) else 0.0
 
 
-TRUST = 3 * BATCH_FREEDOM
+TRUST = 3 * HOLD_FREEDOM
 """Degrees of freedom with which the pooled noise speaks against a hold's own: as many as it has."""
 
 
@@ -208,7 +262,7 @@ class Rest:
 
 
 def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
-    """From the scatter of the holds' batch means.
+    """From the noise of the holds' means.
 
     The noise per second is common to all holds; a hand that trembled in one of them is not. The
     scatter of a hold, moderated by the common one, counts where it is larger: a device that turned
@@ -225,7 +279,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
     ratio = np.array([_ratio(hold, density) for hold in holds])
-    own = 3 * BATCH_FREEDOM
+    own = 3 * HOLD_FREEDOM
     growth = np.maximum((TRUST + own * ratio) / (TRUST + own), 1.0)
     moved = (growth - 1.0) * common.mean(axis=1)
     return Rest(common + moved[:, None], moved, moved * (0.5 * seconds) ** 2, per_second)

@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
-    COVARIANCE_BATCHES,
     FINER_TIMES,
     GUARD_BLOCKS,
     MAX_SETTLING_SIGMA,
@@ -19,6 +18,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_SETTLING,
     MIN_SETTLING_AXIS,
     MIN_SWAY,
+    NOISE_FREQUENCIES,
     SETTLING_SECONDS,
     SETTLING_TIMES,
     TAIL_DOUBT,
@@ -39,7 +39,7 @@ class Hold:
         start: time of the first sample, s.
         end: time just after the last sample, s.
         accelerometer: mean reading, shape (3,), m/s² or counts.
-        accelerometer_covariance: covariance of that mean, shape (3, 3), from block means.
+        accelerometer_covariance: covariance of that mean, shape (3, 3).
         gyroscope: mean reading, shape (3,), rad/s or counts; None without a gyroscope.
         gyroscope_covariance: covariance of that mean.
         samples: number of accelerometer samples averaged.
@@ -48,7 +48,7 @@ class Hold:
         hand_held: recorded on the operator's command although the device was not still.
         accelerometer_scatter: variance of each axis of the accelerometer's mean if its samples were
             independent, shape (3,), or None; it has one degree of freedom per sample.
-        batch_freedom: degrees of freedom per axis of the covariances.
+        noise_freedom: degrees of freedom per axis of the covariances.
     """
 
     start: float
@@ -62,7 +62,7 @@ class Hold:
     pose: str | None = None
     hand_held: bool = False
     accelerometer_scatter: FloatArray | None = None
-    batch_freedom: int = COVARIANCE_BATCHES - 1
+    noise_freedom: int = 2 * NOISE_FREQUENCIES
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -134,11 +134,11 @@ class Collected:
 
 def hold_from(blocks: Blocks) -> Hold:
     """A hold from consecutive blocks at rest, guards already removed."""
-    mean, covariance, freedom = _average(blocks.mean)
+    mean, covariance, freedom = mean_and_covariance(blocks.mean)
     if blocks.turning:
         there = ~np.isnan(blocks.mean[:, 3])
         if not there.all() and 2 * there.sum() >= len(blocks):
-            mean[3:], covariance[3:, 3:], _ = _average(blocks.mean[there, 3:])
+            mean[3:], covariance[3:, 3:], _ = mean_and_covariance(blocks.mean[there, 3:])
     turning = blocks.turning and bool(np.isfinite(mean[3:]).all())
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     samples = len(blocks) * blocks.size
@@ -153,7 +153,7 @@ def hold_from(blocks: Blocks) -> Hold:
         samples=samples,
         temperature=float(known.mean()) if len(known) else None,
         accelerometer_scatter=squares / (samples - 1),
-        batch_freedom=freedom,
+        noise_freedom=freedom,
     )
 
 
@@ -303,22 +303,43 @@ def _quiet_from(off: BoolArray, most: int) -> int:
     return taken
 
 
-def _average(means: FloatArray) -> tuple[FloatArray, FloatArray, int]:
-    """Mean of block means, its covariance from about five batch means, degrees of freedom of that.
+def mean_and_covariance(means: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Mean of block means, its covariance, degrees of freedom per axis of that.
 
-    Unlike the scatter of single samples, batch means include correlated noise with its true weight.
+    The covariance of a mean is the power of the noise at low frequencies over the duration. It is
+    taken from the periodogram at the lowest frequencies (Percival & Walden, Spectral Analysis for
+    Physical Applications, 8.1), so that slow noise counts with its true weight. A tremor is the
+    change of a bounded velocity: it cancels in the mean but for the velocities at both ends, which
+    cosines count twice and sines not at all. Means of parts of the hold would count the velocities
+    between the parts as well, up to eight times the noise of the mean.
+
+    Args:
+        means: block means, shape (m, k).
     """
-    origin = means[0]
+    origin, count = means[0], len(means)
     centred = means - origin
-    average = np.add.reduce(centred, axis=0) / len(means)
-    length = max(len(means) // COVARIANCE_BATCHES, 1)
-    count = len(means) // length
-    if count < 2:
+    average = np.add.reduce(centred, axis=0) / count
+    waves = _lowest_waves(count)
+    if not len(waves):
         return origin + average, np.full((len(average), len(average)), np.nan), 0
-    pieces = centred[: count * length].reshape(count, length, -1)
-    batches = np.add.reduce(pieces, axis=1) / length
-    scatter = batches - np.add.reduce(batches, axis=0) / count
-    return origin + average, scatter.T @ scatter / (count * (count - 1)), count - 1
+    power = np.add.reduce(waves[:, :, None] * centred, axis=1)
+    return origin + average, power.T @ power / (len(waves) * count), len(waves)
+
+
+@lru_cache(maxsize=256)
+def _lowest_waves(count: int) -> FloatArray:
+    """Cosines and sines of the lowest frequencies that as many blocks show, unit vectors, (k, n).
+
+    Three blocks show one frequency; two show only their difference.
+    """
+    if count < 2:
+        return np.zeros((0, count))
+    if count == 2:
+        return np.array([[np.sqrt(0.5), -np.sqrt(0.5)]])
+    cycles = np.arange(1, min(NOISE_FREQUENCIES, (count - 1) // 2) + 1)
+    phase = 2.0 * np.pi * np.outer(cycles, np.arange(count) + 0.5) / count
+    waves: FloatArray = np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count)
+    return waves
 
 
 class HoldBuilder:

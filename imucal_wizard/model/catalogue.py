@@ -31,6 +31,8 @@ from imucal_wizard.model.effect import (
     Kind,
 )
 from imucal_wizard.model.lesson import session_of
+from imucal_wizard.model.unknown_shape import FREE_CURVES, UnknownShape
+from imucal_wizard.model.unknown_shape import NAME as UNKNOWN_SHAPE
 
 
 def classes_in(module: ModuleType) -> list[type[Effect]]:
@@ -64,16 +66,28 @@ def effects_for(sensor: str, extra: Iterable[Effect] = ()) -> tuple[Effect, ...]
     return tuple(effect for effect in (*builtin_effects(), *extra) if sensor in effect.sensors)
 
 
+def free_curves_for(sensor: str) -> tuple[UnknownShape, ...]:
+    """The free curves of this sensor, which are offered where no effect explains what is left."""
+    return tuple(one for one in FREE_CURVES if sensor in one.sensors)
+
+
 def effect(name: str, extra: Iterable[Effect] = ()) -> Effect:
-    """The effect of this name.
+    """The effect of this name, or the free curve.
 
     Raises:
         UsageError: there is none.
     """
     known = {effect.name: effect for effect in (*builtin_effects(), *extra)}
-    if name not in known:
+    curves = {effect.name: effect for effect in FREE_CURVES}
+    if name not in known | curves:
         raise UsageError(f"there is no effect {name!r}; choose one of {', '.join(known)}")
-    return known[name]
+    return (known | curves)[name]
+
+
+def sensor_and_term(text: str) -> tuple[str, str]:
+    """``gyroscope`` and ``warm-up`` of ``gyroscope/warm-up``; the sensor is "" without one."""
+    sensor, slash, term = text.partition("/")
+    return (sensor, term) if slash and sensor != UNKNOWN_SHAPE else ("", text)
 
 
 _T = TypeVar("_T")

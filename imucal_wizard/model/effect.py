@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS, STANDARD_GRAVITY
 
@@ -191,6 +191,12 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is told, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
+        paired: whether pairs with other effects are looked for; the moments of a second step would
+            be most of them.
+        aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
+            rest to rest, tell from it, where their sizes are chosen for that.
+        free: it is a free curve: its parameters are coefficients of one course, which is told by
+            its rms.
         stories: what to tell about it, by sensor.
     """
 
@@ -203,6 +209,9 @@ class Effect(ABC):
     order: int = 100
     against: Against = "input"
     graded: bool = False
+    paired: bool = True
+    aliases: tuple[str, ...] = ()
+    free: bool = False
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 
@@ -222,6 +231,11 @@ class Effect(ABC):
         Returns:
             m/s², rad/s or µT per shown unit, shape (n, 3, p).
         """
+
+    def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
+        """Prior standard deviation of each parameter at a setting, shown unit, shape (p,)."""
+        del variant
+        return np.array([parameter.typical for parameter in self.parameters(sensor)])
 
     def suited(self, c: Circumstances) -> "Effect":
         """The effect in the units of what these data have recorded.
@@ -274,6 +288,22 @@ def sensed(sensor: str, c: Circumstances) -> FloatArray:
 def warmth(c: Circumstances) -> FloatArray:
     """Temperature from the session's mean, °C, shape (n,); 0 where it is unknown."""
     return np.nan_to_num(c.temperature - c.reference_temperature, nan=0.0)
+
+
+SMALLEST_SIDE = 3
+"""Holds on either side of a step; with fewer, disturbed holds are the plainer explanation."""
+
+
+def step_moments(c: Circumstances) -> tuple[float | None, ...]:
+    """Moments half way between neighbouring holds, s; None alone where there are too few holds.
+
+    Args:
+        c: one row per hold.
+    """
+    times = distinct(c.time)
+    middles = 0.5 * (times[1:] + times[:-1])
+    inner = middles[SMALLEST_SIDE - 1 : len(middles) - SMALLEST_SIDE + 1]
+    return tuple(float(moment) for moment in inner) or (None,)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.poses import AXES, EDGES, FACES
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -177,12 +177,12 @@ def session_poses() -> Circumstances:
 
 @cache
 def session_rotations() -> Circumstances:
-    """The ordinary session's rotations about axes and diagonals under six gravities, and rests."""
-    faces = np.vstack([np.eye(3), -np.eye(3)])
+    """The ordinary session's rotations about axes and diagonals at faces and edges, and rests."""
+    gravities = np.array([*FACES.values(), *EDGES.values()])
     between = np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]) / np.sqrt(2.0)
     axes = np.vstack([np.eye(3), between])
     rates = np.vstack([np.zeros((1, 3)), *(speed * DEGREE * axes for speed in SESSION_RATES)])
-    return _session(np.repeat(faces, len(rates), axis=0), np.tile(rates, (len(faces), 1)))
+    return _session(np.repeat(gravities, len(rates), axis=0), np.tile(rates, (len(gravities), 1)))
 
 
 def _session(up: FloatArray, rate: FloatArray) -> Circumstances:

@@ -50,7 +50,8 @@ class Terms:
         self._each = [term.effect.parameters(sensor) for term in terms]
         self.parameters: tuple[EffectParameter, ...] = tuple(p for each in self._each for p in each)
         self.names = tuple(self._names())
-        self.precision = np.array([_precision(parameter) for parameter in self.parameters])
+        typical = [one for t in terms for one in t.effect.typical(sensor, t.variant)]
+        self.precision = np.array([_precision(one) for one in typical])
 
     def __len__(self) -> int:
         return len(self.parameters)
@@ -103,9 +104,8 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
     return np.moveaxis(found, 0, 2)
 
 
-def _precision(parameter: EffectParameter) -> float:
+def _precision(typical: float) -> float:
     """Of the Gaussian prior; 0 for a parameter of which nothing is known."""
-    typical = parameter.typical
     return typical**-2 if 0.0 < typical < np.inf else 0.0
 
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
+from imucal_wizard.diagnose.curve_shape import CurveShape, rms_size
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.diagnose.verdict_text import seen_from
@@ -36,6 +38,7 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "ladder": [_rung(one) for one in said.ladder],
         "noise": None if bench is None else _noise(bench.ladder[-1]),
         "suspects": _suspects(said.suspects, opinion),
+        "curves": _curves(said),
         "gyroscope_closure": _closures(opinion),
         "not_tested": _not_tested(said),
         "explanations": [list(terms) for terms in said.explanations],
@@ -146,10 +149,14 @@ def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
     trial, candidate = one.trial, one.candidate
     sizes = np.zeros(0) if trial is None else trial.size
     errors = np.zeros(0) if trial is None else trial.standard_error
+    names = [] if candidate is None else list(candidate.names)
+    if candidate is not None and candidate.effect.free:  # one size, that of the curve
+        sizes, errors = (np.array([one]) for one in rms_size(sizes, errors))
+        names = [names[0][:1]]
     return {
         "term": one.term,
         "p": finite_or_none(one.p),
-        "parameters": [] if candidate is None else list(candidate.names),
+        "parameters": names,
         "size": [finite_or_none(value) for value in sizes],
         "standard_error": [finite_or_none(value) for value in errors],
         "unit": "" if candidate is None else candidate.unit,
@@ -166,6 +173,44 @@ def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
         "like": list(one.like),
         "log_odds": finite_or_none(one.log_odds),
         "gyroscope_closure": None if closures is None else [*map(finite_or_none, closures)],
+    }
+
+
+def _curves(said: Diagnosis) -> list[dict[str, Any]]:
+    """The free curves of the model and those among the suspects."""
+    if said.bench is None:
+        return []
+    fit, free = said.bench.fit, [one.name for one in said.bench.fit.terms if one.effect.free]
+    free += [one.term for one in said.suspects if one.candidate and one.candidate.effect.free]
+    shapes = [shape_of(fit, term, said.suspects) for term in dict.fromkeys(free)]
+    return [_curve(one, one.term in fit.model) for one in shapes if one is not None]
+
+
+def _curve(one: CurveShape, in_model: bool) -> dict[str, Any]:
+    steep = one.steep
+    return {
+        "term": one.term,
+        "in_model": in_model,
+        "axis": one.axis,
+        "against": one.against,
+        "x_unit": one.unit,
+        "unit": "mg",
+        "span": finite_or_none(one.span),
+        "span_standard_error": finite_or_none(one.span_error),
+        "steep": None
+        if steep is None
+        else {
+            "at": finite_or_none(steep.at),
+            "width": finite_or_none(steep.width),
+            "between": list(steep.between),
+            "holds_inside": steep.inside,
+            "bump": steep.bump,
+            "sharp": steep.sharp,
+        },
+        "says": f"{one.words()}; {one.unknown}",
+        "x": one.x.tolist(),
+        "y": one.y.tolist(),
+        "standard_error": one.standard_error.tolist(),
     }
 
 

@@ -15,6 +15,7 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.verdict_text import seen_from, sizes_text
 from imucal_wizard.estimate.result import SensorFit
@@ -194,7 +195,10 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     if sizes != suspect_size(entry, fit.sensor, width - SIZE_COLUMN):
         words.append(sizes)
     suspect = entry.suspect
-    if suspect is not None and suspect.candidate is not None:
+    if entry.effect is not None and entry.effect.free:
+        shape = None if suspect is None else shape_of(fit, suspect.term, (suspect,))
+        words += [] if shape is None else [shape.words(), shape.unknown]
+    elif suspect is not None and suspect.candidate is not None:
         words.append(seen_from(suspect))
         like = ", ".join(suspect.like)
         words.append(
@@ -222,7 +226,7 @@ def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
     if suspect is None or suspect.trial is None or entry.effect is None:
         return ""
     sizes = sizes_text(entry.effect, sensor, suspect.trial.size, suspect.trial.standard_error)
-    if len(sizes) <= room or suspect.candidate is None:
+    if len(sizes) <= room or suspect.candidate is None or entry.effect.free:
         return sizes
     k, trial = suspect.largest, suspect.trial
     value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))

@@ -48,7 +48,7 @@ def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:
 def no_such_view(name: str, known: Mapping[str, Sequence[ResidualView]]) -> str:
     """The answer to a name that no picture has: the nearest ones, and what kinds there are."""
     every = [f"{sensor}/{view.name}" for sensor, views in known.items() for view in views]
-    short = list(dict.fromkeys(one.rpartition("/")[2] for one in every))
+    short = list(dict.fromkeys(one.partition("/")[2] for one in every))
     near = get_close_matches(name, every if "/" in name else short, MAX_NEAR_NAMES)
     groups = dict.fromkeys(
         f"{sensor}: {', '.join(dict.fromkeys(_group(view.name) for view in views))}"
@@ -61,8 +61,8 @@ def no_such_view(name: str, known: Mapping[str, Sequence[ResidualView]]) -> str:
 def _group(name: str) -> str:
     """A name with what varies replaced: ``force-AXIS``, ``model-AXIS-…``, ``suspect-TERM``."""
     first, _, rest = name.partition("-")
-    if first == "suspect":
-        return "suspect-TERM"
+    if first in ("suspect", "curve"):
+        return f"{first}-TERM"
     if first in ("model", "rest"):
         return f"{first}-AXIS-…"
     if first in ("heading", "dip"):

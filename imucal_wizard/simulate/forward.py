@@ -21,7 +21,7 @@ WARM_UP_TIME = 3.0
 ARM = np.array([0.05, -0.04, 0.06])
 """Position of the magnetometer relative to the centre of rotation, body frame, m."""
 STEP_TIME = 1.5
-"""Default time of the bias step, minutes."""
+"""Default time of a step of bias or scale, minutes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,10 @@ class TrueCircumstances:
         vibration: acceleration of the device in the world, g, shape (n, 3).
         attitude: body to world, shape (n, 4).
         sensed: specific force, rate, or flux density, as measured by this sensor.
-        step: time of the bias step, minutes.
+        step: time of a step of bias or scale, minutes.
         settling: time constant of the warm-up, minutes.
         current: current of the motors, A, shape (n,).
+        change: change of the rate over the sampling interval before, °/s², shape (n, 3).
     """
 
     force: FloatArray
@@ -53,6 +54,7 @@ class TrueCircumstances:
     step: float = STEP_TIME
     settling: float = WARM_UP_TIME
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
+    change: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 Forward = Callable[[TrueCircumstances, tuple[int, ...]], FloatArray]
@@ -80,6 +82,16 @@ def third_order(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     return c.sensed[:, axes[0]] ** 3
 
 
+def cubic_cross(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i a_j a_k``, two of the three alike."""
+    return np.asarray(c.sensed[:, list(axes)].prod(axis=1), np.float64)
+
+
+def dead_zone(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``−sign(a_i)``; forces within the zone are left as they are, poses hardly meet it."""
+    return -np.sign(c.sensed[:, axes[0]])
+
+
 def cross_product(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     """``K a_j a_k``."""
     return c.sensed[:, axes[1]] * c.sensed[:, axes[2]]
@@ -93,6 +105,21 @@ def bias_temperature(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
 def scale_temperature(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     """``K (T − T₀) a_i``."""
     return (c.temperature - REFERENCE_TEMPERATURE) * c.sensed[:, axes[0]]
+
+
+def scale_step(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K a_i from the step on``."""
+    return np.where(c.minutes >= c.step, c.sensed[:, axes[0]], 0.0)
+
+
+def changing_clock(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``K t w``: seconds that become longer; shape (n, 3)."""
+    return np.asarray(c.minutes[:, None] * c.sensed)
+
+
+def axis_delay(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``−K dw_i/dt``: the rate of a moment ago."""
+    return -c.change[:, axes[0]]
 
 
 def warm_up(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
@@ -128,6 +155,11 @@ def g_sensitivity(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 def g2_sensitivity(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     """``K f_j²``."""
     return c.force[:, axes[1]] ** 2
+
+
+def anisoelastic(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K f_j f_k``."""
+    return c.force[:, axes[1]] * c.force[:, axes[2]]
 
 
 def earth_rate(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:

@@ -5,8 +5,10 @@ size; the equations are in ``forward``. ``field-gradient`` of the magnetometer i
 of the sensor.
 
 ``AXIS`` is ``x``, ``y`` or ``z``. ``g-sensitivity`` and ``g2-sensitivity`` also accept two letters,
-output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-product`` three, output
-then both factors (``xyz``). For these, one letter means ``xx`` and ``xxy`` (``yyz``, ``zzx``).
+output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-product``,
+``anisoelastic`` and ``cubic-cross`` three, output then both factors (``xyz``; ``zxx``: the square
+of the force along x changes the gain of z). For these, one letter means ``xx`` and ``xxy``
+(``yyz``, ``zzx``), of ``cubic-cross`` ``xyy``. ``clock`` acts on all axes, whichever is named.
 """
 
 import math
@@ -35,6 +37,8 @@ class HiddenTerm:
     """Factor from size × equation to m/s², rad/s or µT."""
     letters: int = 1
     """Largest number of letters of the axis."""
+    usual: str = "xxy"
+    """What one letter means, of three letters and for x."""
 
 
 ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
@@ -43,8 +47,11 @@ ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
     "odd-quadratic": HiddenTerm(forward.odd_quadratic, "mg/g²", MILLI_G),
     "third-order": HiddenTerm(forward.third_order, "mg/g³", MILLI_G),
     "cross-product": HiddenTerm(forward.cross_product, "mg/g²", MILLI_G, letters=3),
+    "cubic-cross": HiddenTerm(forward.cubic_cross, "mg/g³", MILLI_G, letters=3, usual="xyy"),
+    "dead-zone": HiddenTerm(forward.dead_zone, "mg", MILLI_G),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "mg/°C", MILLI_G),
     "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", _PPM_G),
+    "scale-step": HiddenTerm(forward.scale_step, "ppm", _PPM_G),
     "warm-up": HiddenTerm(forward.warm_up, "mg", MILLI_G),
     "bias-drift": HiddenTerm(forward.bias_drift, "mg/min", MILLI_G),
     "bias-step": HiddenTerm(forward.bias_step, "mg", MILLI_G),
@@ -54,12 +61,16 @@ ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
 GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
     "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),
     "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", _DEGREE, letters=2),
+    "anisoelastic": HiddenTerm(forward.anisoelastic, "°/s/g²", _DEGREE, letters=3),
     "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * _DEGREE),
     "asymmetry": HiddenTerm(forward.asymmetry, "1e-3", 1e-3 * _DEGREE),
     "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * _DEGREE),
     "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * _DEGREE, letters=3),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", _DEGREE),
     "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
+    "scale-step": HiddenTerm(forward.scale_step, "ppm", 1e-6 * _DEGREE),
+    "clock": HiddenTerm(forward.changing_clock, "ppm/min", 1e-6 * _DEGREE),
+    "axis-delay": HiddenTerm(forward.axis_delay, "ms", 1e-3 * _DEGREE),
     "warm-up": HiddenTerm(forward.warm_up, "°/s", _DEGREE),
     "bias-drift": HiddenTerm(forward.bias_drift, "°/s/min", _DEGREE),
     "bias-step": HiddenTerm(forward.bias_step, "°/s", _DEGREE),
@@ -188,4 +199,6 @@ def _axes(text: str, word: str, term: HiddenTerm) -> tuple[int, ...]:
     if len(axes) == term.letters:
         return axes
     first = axes[0]
-    return (first, first) if term.letters == 2 else (first, first, (first + 1) % 3)
+    if term.letters == 2:
+        return first, first
+    return tuple((first + "xyz".index(letter)) % 3 for letter in term.usual)

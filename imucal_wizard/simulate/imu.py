@@ -50,7 +50,7 @@ class VirtualImu:
         magnetometer: whether it has a magnetometer, drawn from the seed.
         ammeter: whether it always measures the board's current.
         following: whether the hand follows the procedure's instructions.
-        bias_step: time of a ``bias-step``, minutes.
+        bias_step: time of a ``bias-step`` and a ``scale-step``, minutes.
         line_end: line end.
 
     Attributes:

@@ -89,7 +89,7 @@ class VirtualStream:
         hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
         rate: samples per second, as for the hand.
         seed: seed of the noise.
-        step: time of a ``bias-step``, minutes.
+        step: time of a ``bias-step`` and a ``scale-step``, minutes.
         magnetometer: the magnetometer, or None.
         load: the motors, or None.
     """
@@ -112,6 +112,7 @@ class VirtualStream:
         self._sensor = sensor
         self._hidden = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
         self._step = step
+        self._interval, self._before = 1.0 / rate, np.zeros((1, 3))
         triads = sensor.accelerometer, sensor.gyroscope
         density = np.repeat([triad.density for triad in triads], 3)
         floor = np.repeat([triad.floor for triad in triads], 3)
@@ -120,12 +121,15 @@ class VirtualStream:
     def take(self, n: int) -> VirtualSamples:
         """The next ``n`` samples."""
         motion = self._hand.advance(n)
+        earlier = np.concatenate([self._before, motion.rate])
+        change = np.diff(earlier, axis=0) / (self._interval * DEGREE)
+        self._before = earlier[-1:]
         noise = self._noise.take(n)
         temperature = self._sensor.thermal.at(motion.time)
         current = None if self._load is None else self._load.at(motion.time)
         error = {name: np.zeros((len(motion.time), 3)) for name in HIDDEN_TERMS}
         for effect in self._hidden:
-            where = self._circumstances(motion, temperature, effect.sensor, current)
+            where = self._circumstances(motion, temperature, effect.sensor, current, change)
             error[effect.sensor] += effect.error(where)
         field = self._magnetometer
         return VirtualSamples(
@@ -140,7 +144,12 @@ class VirtualStream:
         )
 
     def _circumstances(
-        self, motion: Motion, temperature: FloatArray, sensor: str, current: FloatArray | None
+        self,
+        motion: Motion,
+        temperature: FloatArray,
+        sensor: str,
+        current: FloatArray | None,
+        change: FloatArray,
     ) -> TrueCircumstances:
         force, rate = motion.specific_force / STANDARD_GRAVITY, motion.rate / DEGREE
         sensed = force if sensor == "accelerometer" else rate
@@ -157,6 +166,7 @@ class VirtualStream:
             sensed,
             self._step,
             current=np.zeros(len(motion.time)) if current is None else current,
+            change=change,
         )
 
 

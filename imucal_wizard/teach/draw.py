@@ -15,9 +15,9 @@ from imucal_wizard.simulate.sensor import SensorModel, Triad
 
 GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 """Noise, bias instability and step of a sensor of each grade, relative to a consumer part."""
-EXCLUDED_EFFECTS = frozenset({"vibration-rectification", "earth-rate", "misalignment"})
+EXCLUDED_EFFECTS = frozenset({"vibration-rectification", "earth-rate", "misalignment", "clock"})
 """Effects that are not suitable: the support does not vibrate, every gyroscope measures the Earth's
-rate, and every board has some misalignment."""
+rate, every board has some misalignment, and a clock has no axis to guess."""
 INERTIAL_SENSORS = ("accelerometer", "gyroscope")
 """Sensors in every recording of an exercise."""
 

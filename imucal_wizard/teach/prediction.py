@@ -8,6 +8,7 @@ from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.model.catalogue import sensor_and_term
 from imucal_wizard.report.bench_text import suspect_name, suspect_size
 
 ANY = "cannot say"
@@ -67,7 +68,7 @@ def parse_prediction(text: str) -> tuple[str, Prediction]:
         UsageError: the text has another form.
     """
     name, *others = text.strip().split(":")
-    sensor, _, term = name.rpartition("/")
+    sensor, term = sensor_and_term(name)
     parameter, sign = (*others, ANY, ANY)[:2]
     sign = {"+": "+", "-": "−", "−": "−", ANY: ANY}.get(sign, "")
     if not term or not sign or len(others) > 2:

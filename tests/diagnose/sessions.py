@@ -1,5 +1,6 @@
 """Simulated sessions of the study, small and with fixed seeds."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,10 +18,16 @@ EXACT_POSES = EXACT.name
 
 @cache
 def session(
-    *hidden: str, design: str = "26+12", colour: str = "consumer", seed: int = 5
+    *hidden: str,
+    design: str = "26+12",
+    colour: str = "consumer",
+    seed: int = 5,
+    louder: float = 1.0,
 ) -> tuple[WhitenedResiduals, HypothesisSet]:
     """What the base model leaves of a session, and its hypotheses."""
     rng = np.random.default_rng(seed)
     effects = tuple(parse_hidden(text) for text in hidden)
-    misfit = left_over(measured_of(record(PLANS[design], COLOURS[colour], effects, rng)))
+    noise = COLOURS[colour]
+    noise = replace(noise, density=louder * noise.density, floor=louder * noise.floor)
+    misfit = left_over(measured_of(record(PLANS[design], noise, effects, rng)))
     return misfit, hypothesis_set(misfit)

@@ -59,14 +59,14 @@ def scattered(size: float) -> Diagnosis:
 
 
 def test_poses_that_repeat_a_little_worse_than_the_noise_are_no_alarm() -> None:
-    """A twentieth milli-g from hold to hold is as large as the noise within them."""
-    said = scattered(0.05)
+    """35 µg from hold to hold are as large as the noise within them."""
+    said = scattered(0.035)
     assert said.verdict is Verdict.COMPLETE
     assert "is counted as noise here" in said.says
 
 
 def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> None:
-    """A quarter milli-g from hold to hold is five times the noise within them."""
+    """A quarter milli-g from hold to hold is seven times the noise within them."""
     said = scattered(0.25)
     assert said.verdict is Verdict.NOT_REPEATABLE
     for words in ("does not repeat", "90 % interval", "degrees of freedom", "off by chance"):

@@ -42,8 +42,11 @@ def test_a_product_that_no_pose_shows_is_visible_at_no_size() -> None:
 
 
 def test_an_undetectable_effect_is_never_named() -> None:
-    """However large x·y·z is, exact faces and edges see nothing of it and nothing is claimed."""
-    misfit, hypotheses = session("cross-product:50:xyz", design=EXACT_POSES)
+    """Exact faces and edges see nothing of x·y·z, and nothing is claimed.
+
+    Across gravity they do: 50 mg/g² would change the magnitude by the square, 0.3 mg.
+    """
+    misfit, hypotheses = session("cross-product:10:xyz", design=EXACT_POSES)
     opinion = judge_misfit(misfit, hypotheses, hypotheses.posterior(misfit.residual))
     assert opinion.verdict is Verdict.COMPLETE
     assert opinion.families == ()
@@ -60,7 +63,7 @@ def test_a_hidden_effect_is_the_first_suspect_at_its_size_and_sign() -> None:
 
 def test_louder_noise_hides_larger_effects() -> None:
     """Both sizes are in proportion to the noise; the family is named from a larger one on."""
-    quiet, loud = (session(colour=colour) for colour in ("consumer", "white"))
+    quiet, loud = (session(colour="white", louder=louder) for louder in (1.0, 4.0))
     one, other = (ranked(misfit)["second-order"] for misfit, _ in (quiet, loud))
     noise = [
         misfit.sigma.mean() * known.posterior(misfit.residual).expected_noise

@@ -51,11 +51,11 @@ def test_few_degrees_of_freedom_reach_further() -> None:
 
 
 def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
-    """200 holds of 2 s at 100 Hz: the pooled variance is σ²/n within 5 %, of both sensors."""
+    """400 holds of 2 s at 100 Hz: the pooled variance is σ²/n within 6 %, three standard errors."""
     rng = np.random.default_rng(0)
     sigma = np.array([0.02, 0.02, 0.02, 0.001, 0.002, 0.003])
     holds = []
-    for _ in range(200):
+    for _ in range(400):
         values = sigma * rng.standard_normal((200, 6))
         time = np.arange(200) / 100.0
         readings = Readings(
@@ -63,8 +63,29 @@ def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
         )
         holds.append(hold_from(BlockCutter(100.0).feed(readings)))
     noise = hold_noise(holds)
-    assert noise.accelerometer == pytest.approx(np.full(200, 0.02**2 / 200), rel=0.05)
+    assert noise.accelerometer == pytest.approx(np.full(400, 0.02**2 / 200), rel=0.06)
     assert noise.gyroscope_density == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
+
+
+@pytest.mark.parametrize("swaying", [0, 6])
+def test_holds_in_which_the_device_swayed_are_as_quiet_along_gravity(swaying: int) -> None:
+    """Their directions wander by tenths of a degree, which is 40 times the noise of the others."""
+    rng = np.random.default_rng(4)
+    sigma, count = 0.01, 400
+    holds = []
+    for number in range(40):
+        up, side = np.linalg.qr(rng.standard_normal((3, 2)))[0].T
+        steps = np.radians(0.015) * rng.standard_normal(count)
+        angle = np.cumsum(steps) if number < swaying else np.zeros(count)
+        force = 9.81 * (np.outer(np.cos(angle), up) + np.outer(np.sin(angle), side))
+        values = force + sigma * rng.standard_normal((count, 3))
+        readings = Readings(Series(np.arange(count) / 100.0, values, "m/s^2"), None)
+        holds.append(hold_from(BlockCutter(100.0).feed(readings)))
+    noise = hold_noise(holds)
+    along, across = np.sqrt(np.array([noise.accelerometer, noise.across]) * count) / sigma
+    assert along == pytest.approx(np.ones(len(holds)), rel=0.15)
+    assert across[swaying:] == pytest.approx(np.ones(len(holds) - swaying), rel=0.15)
+    assert (across[:swaying] > 3.0).all()
 
 
 def _sampled(sigma: float, seconds: float, rng: np.random.Generator, smooth: int = 1) -> Hold:

@@ -1,9 +1,11 @@
 """The simulator, written apart from the effects, agrees with them on names, units and axes."""
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.catalogue import effect
@@ -30,7 +32,11 @@ SCRIPT: list[Action] = [
 COUNT = 5000
 STEP_MINUTES = 0.34
 REFERENCE_TEMPERATURE = 25.0
-VARIANTS = {"warm-up": 180.0, "bias-step": 60.0 * STEP_MINUTES}
+VARIANTS = {
+    "warm-up": 180.0,
+    "bias-step": 60.0 * STEP_MINUTES,
+    "scale-step": 60.0 * STEP_MINUTES,
+}
 
 
 def _take(*hidden: str) -> VirtualSamples:
@@ -80,7 +86,8 @@ def _rows(parts: list[slice]) -> Circumstances:
 def _size_on(known: Effect, sensor: str, axes: tuple[int, ...], size: float) -> FloatArray:
     """Sizes (p,) with ``size`` on the parameter that ``--hidden`` names by these axes."""
     letters = ["xyz"[axis] for axis in axes]
-    name = "up" if known.name == "earth-rate" else letters[0] + "".join(sorted(letters[1:]))
+    alone = {"earth-rate": "up", "clock": "all"}
+    name = alone.get(known.name, letters[0] + "".join(sorted(letters[1:])))
     names = [parameter.name for parameter in known.parameters(sensor)]
     return np.asarray(size * (np.array(names) == name), np.float64)
 
@@ -98,6 +105,8 @@ def test_readings_at_rest_move_by_columns_times_size(term: str, axis: str) -> No
     holds = _holds()
     assert len(holds) >= 7
     every = np.concatenate([np.arange(hold.start, hold.stop, 7) for hold in holds])
+    if term == "dead-zone":  # within the zone it is not linear in its size
+        every = every[np.abs(_motion().specific_force[every, hidden.axes[0]]) > 0.05]
     moved = _take(f"{term}:{size}:{axis}").accelerometer - _without().accelerometer
     rows = _rows([slice(k, k + 1) for k in every.tolist()])
     sizes = _size_on(known, "accelerometer", hidden.axes, size)
@@ -112,12 +121,17 @@ GYROSCOPE_AXES = {
     "g-sensitivity": ("x", "xy", "zx"),
     "g2-sensitivity": ("y", "yz"),
     "cross-product": ("x", "z", "zyx"),
+    "anisoelastic": ("y", "zyx"),
     "earth-rate": ("z",),
 }
 
 
+SAMPLE_BY_SAMPLE = [term for term in GYROSCOPE_TERMS if term != "axis-delay"]
+
+
 @pytest.mark.parametrize(
-    ("term", "axis"), [(t, axis) for t in GYROSCOPE_TERMS for axis in GYROSCOPE_AXES.get(t, ("y",))]
+    ("term", "axis"),
+    [(t, axis) for t in SAMPLE_BY_SAMPLE for axis in GYROSCOPE_AXES.get(t, ("y",))],
 )
 def test_rates_move_by_columns_times_size_at_rest_and_in_motion(term: str, axis: str) -> None:
     """With the hidden effect minus without, sample by sample."""
@@ -134,6 +148,24 @@ def test_rates_move_by_columns_times_size_at_rest_and_in_motion(term: str, axis:
     assert np.abs(expected).max() > 0.0
     np.testing.assert_allclose(moved[every], expected, atol=1e-9 * np.abs(expected).max())
     assert hidden.unit == known.parameters("gyroscope")[0].unit
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_a_late_axis_turns_the_attitude_as_its_products_of_rates_do(axis: str) -> None:
+    """Over each motion from rest to rest, in the world, to the error of one sampling interval."""
+    text = f"gyroscope/axis-delay:1.5:{axis}"
+    moved, m = _take(text).gyroscope - _without().gyroscope, _motion()
+    every = _rows([slice(k, k + 1) for k in range(COUNT)])
+    sizes = _size_on(effect("axis-delay"), "gyroscope", parse_hidden(text).axes, 1.5)
+    expected = effect("axis-delay").error("gyroscope", every, sizes)
+    to_world = Attitude.from_quat(np.roll(m.attitude, -1, axis=1))
+    ends = [0, *(hold.start for hold in _holds()), COUNT]
+    turned = [
+        np.array([to_world[a:b].apply(error[a:b]).sum(axis=0) for a, b in pairwise(ends)])
+        for error in (moved, expected)
+    ]
+    assert np.abs(turned[1]).max() > 1e-4 * 100.0  # rad, in samples of 10 ms
+    np.testing.assert_allclose(turned[0], turned[1], atol=0.04 * np.abs(turned[1]).max())
 
 
 def test_both_sides_know_the_same_terms() -> None:

@@ -42,6 +42,8 @@ ACCELEROMETER: dict[str, tuple[float, float, float]] = {
     "asymmetry": (0.6, 0.8, 0.0),
     "odd-quadratic": (0.36, -0.64, 0.0),
     "third-order": (0.216, -0.512, 0.0),
+    "dead-zone": (-1.0, 1.0, 0.0),
+    "scale-step": (0.6e-3, -0.8e-3, 0.0),
     "bias-temperature": (5.0, 5.0, 5.0),
     "scale-temperature": (5e-3 * 0.6, 5e-3 * -0.8, 0.0),
     "warm-up": (math.exp(-240.0 / 180.0),) * 3,
@@ -55,6 +57,7 @@ GYROSCOPE: dict[str, tuple[float, float, float]] = {
     "second-order": (0.1, 0.0, 0.004),
     "asymmetry": (0.1, 0.0, 0.02),
     "third-order": (0.1, 0.0, -0.0008),
+    "scale-step": (1e-4, 0.0, -2e-5),
     "bias-temperature": (5.0, 5.0, 5.0),
     "scale-temperature": (5e-4, 0.0, -1e-4),
     "warm-up": (math.exp(-240.0 / 180.0),) * 3,
@@ -96,6 +99,28 @@ def test_a_product_acts_on_the_axis_named_first() -> None:
     np.testing.assert_allclose(rates["xxz"], [-0.02, 0.0, 0.0])
 
 
+def test_a_cubic_cross_term_is_a_gain_by_the_square_of_another_axis() -> None:
+    """``yxx`` is what y reads of a_y·a_x²; no term has a level axis in it."""
+    cubic = named("cubic-cross", "accelerometer", moment())
+    assert list(cubic) == ["xyy", "xzz", "yxx", "yzz", "zxx", "zyy"]
+    np.testing.assert_allclose(cubic["yxx"], [0.0, -0.8 * 0.36, 0.0])
+    np.testing.assert_allclose(cubic["xyy"], [0.6 * 0.64, 0.0, 0.0])
+    np.testing.assert_array_equal(cubic["zyy"], np.zeros(3))
+
+
+def test_a_changing_clock_moves_all_axes_by_one_share() -> None:
+    """Two minutes after the middle, 1 ppm/min makes 2 ppm of every rate."""
+    (share,) = named("clock", "gyroscope", moment()).values()
+    np.testing.assert_allclose(share, [2e-4, 0.0, -4e-5])
+
+
+def test_a_late_axis_makes_products_of_rates_on_the_other_two() -> None:
+    """At 100 °/s about x and −20 about z, 1 ms of x makes 1e-3 · 100 · −20 · π/180 °/s on y."""
+    late = named("axis-delay", "gyroscope", moment())
+    np.testing.assert_allclose(late["x"], [0.0, -2.0 * DEGREE, 0.0])
+    np.testing.assert_allclose(late["z"], [0.0, 2.0 * DEGREE, 0.0])
+
+
 def test_g_sensitivity_is_output_then_input() -> None:
     """``zx`` is what the z gyroscope feels of gravity along x; squares have no sign."""
     linear = named("g-sensitivity", "gyroscope", moment())
@@ -104,6 +129,8 @@ def test_g_sensitivity_is_output_then_input() -> None:
     np.testing.assert_allclose(linear["zx"], [0.0, 0.0, 0.6])
     np.testing.assert_allclose(linear["xy"], [-0.8, 0.0, 0.0])
     np.testing.assert_allclose(square["xy"], [0.64, 0.0, 0.0])
+    product = named("anisoelastic", "gyroscope", moment())
+    np.testing.assert_allclose(product["zxy"], [0.0, 0.0, -0.48])
 
 
 def test_the_earth_turns_about_up() -> None:

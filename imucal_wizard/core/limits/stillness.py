@@ -14,8 +14,9 @@ MIN_HOLD_SECONDS = 1.0
 """Shorter rests in a recording are as often a slow moment of a rotation as a hold."""
 GUARD_BLOCKS = 1
 """Blocks dropped at each end of a hold, where the device may already move."""
-COVARIANCE_BATCHES = 5
-"""Batch means that give the covariance of an average: few enough to show slow noise."""
+NOISE_FREQUENCIES = 2
+"""Whole cycles in a hold, from one up, at which the noise of its mean is measured: few, because
+slow noise is larger at lower frequencies."""
 MAX_SETTLING_SIGMA = 4.0
 """Distance of a block's mean from the middle of its hold, in standard deviations; beyond it the
 device still moves."""

@@ -4,21 +4,20 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
     DEGREE,
     GYROSCOPE,
     MILLI_G,
+    SMALLEST_SIDE,
     BiasEffect,
     Circumstances,
     Size,
     Story,
+    step_moments,
 )
-
-SMALLEST_SIDE = 3
-"""With fewer holds on one side, disturbed holds are the plainer explanation."""
 
 
 class BiasStep(BiasEffect):
@@ -82,10 +81,7 @@ class BiasStep(BiasEffect):
 
     def variants(self, c: Circumstances) -> tuple[float | None, ...]:
         """Moments half way between neighbouring holds, s; None alone where there are too few."""
-        times = distinct(c.time)
-        middles = 0.5 * (times[1:] + times[:-1])
-        inner = middles[SMALLEST_SIDE - 1 : len(middles) - SMALLEST_SIDE + 1]
-        return tuple(float(moment) for moment in inner) or (None,)
+        return step_moments(c)
 
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
         """0 before the moment, 1 from it on; the middle of the session when none is given."""

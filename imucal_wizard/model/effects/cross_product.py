@@ -54,6 +54,7 @@ class CrossProduct(Effect):
     title = "cross-axis product"
     equation = "ε_i = Σ Kᵢⱼₖ x_j x_k"
     order = 12
+    aliases = ("axis-delay",)
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A proof mass pushed aside along one direction answers to another with a changed "

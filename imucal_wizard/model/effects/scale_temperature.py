@@ -27,6 +27,7 @@ class ScaleTemperature(AxisEffect):
 
     name = "scale-temperature"
     sensors = (ACCELEROMETER, GYROSCOPE)
+    family = "slow-scale"
     against = "temperature"
     kind = "time"
     title = "scale follows the temperature"

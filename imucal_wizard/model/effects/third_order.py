@@ -27,6 +27,7 @@ class ThirdOrder(AxisEffect):
     title = "third-order non-linearity"
     equation = "ε_i = K₃ᵢ x_i³"
     order = 20
+    aliases = ("cubic-cross",)
     # a best-fit-line specification e of full scale F bounds a pure cubic: K₃ ≤ 4e/F²
     sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(

@@ -7,6 +7,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
 from imucal_wizard.diagnose.suspects import largest
+from imucal_wizard.diagnose.verdict_text import sizes_text
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.model.effect import Effect
@@ -191,6 +192,8 @@ def stack_rows(snapshot: BenchSnapshot, width: int, chosen: int | None) -> list[
 
 def effect_sizes(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
     """Sizes with standard errors and unit, those that stand out first: ``x −5.03 ± 0.11 …``."""
+    if effect.free:
+        return sizes_text(effect, sensor, sizes, errors)
     parameters = effect.parameters(sensor)
     safe = np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.nan_to_num(np.abs(sizes) / safe), kind="stable")

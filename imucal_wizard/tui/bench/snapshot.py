@@ -26,7 +26,7 @@ class BenchSnapshot:
         ladder: all models so far.
         entries: what may be missing, the likeliest first.
         views: plots of the residuals.
-        catalogue: all effects of this sensor.
+        catalogue: all effects of this sensor, and its free curves.
         readings: of the whole session, if available.
     """
 
@@ -72,6 +72,6 @@ def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
         ladder=tuple(bench.ladder),
         entries=entries_of(bench, findings),
         views=views_of(bench.fit),
-        catalogue=tuple(bench.catalogue),
+        catalogue=bench.effects,
         readings=benches.readings,
     )

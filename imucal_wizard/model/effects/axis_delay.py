@@ -1,0 +1,80 @@
+"""Gyroscope axis whose samples are late."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    GYROSCOPE,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Size,
+    Story,
+)
+
+_SIZE = Size(
+    "ms",
+    1e-3,
+    1.0,
+    {"consumer": (0.2, 3.0), "industrial": (0.05, 0.2), "tactical": (0.005, 0.05)},
+    chosen=("consumer", "industrial", "tactical"),
+)
+
+
+class AxisDelay(Effect):
+    """``y_i(t) = w_i(t − τ_i)``, written as ``ε = Σ τ_i w_i (w × e_i)``.
+
+    A late axis reads ``w_i − τ_i dw_i/dt``. From rest to rest the attitude C turns by
+    ``−τ_i ∫ C e_i (dw_i/dt) dt = τ_i ∫ C (w × e_i) w_i dt`` (by parts, w vanishes at both ends),
+    so that these products of rates have the same effect without the derivative of a noisy reading.
+    They are cross products with two equal coefficients: exact aliases in rotations from rest to
+    rest. A delay common to all axes adds up to nothing.
+    """
+
+    name = "axis-delay"
+    sensors = (GYROSCOPE,)
+    family = "even-order"
+    kind = "orientation"
+    title = "one axis is late"
+    equation = "y_i(t) = w_i(t − τ_i)"
+    order = 13
+    aliases = ("cross-product",)
+    stories: Mapping[str, Story] = {
+        GYROSCOPE: Story(
+            what="The three axes are read one after the other, or one has a filter of its own: "
+            "the samples that are stored as one moment belong to different moments.",
+            equation="reading of an axis now = rate about that axis some milliseconds ago",
+            signature="Turns about one sensor axis alone close; turns about a tilted axis and "
+            "turns that wobble end in the wrong direction, the more the faster they are.",
+            needs="Fast rotations about tilted axes, from rest to rest. There a late axis is "
+            "exactly a cross-axis product with two equal coefficients, and a delay that all axes "
+            "share cannot be seen.",
+            remedy="Read all axes in one burst and give them the same filter, or shift the samples "
+            "of the late axis by the delay before use. The term mends the attitude after each "
+            "motion.",
+            confirm="Shake the device about a tilted axis and correlate the axes: the late one "
+            "follows the others by the delay at every frequency, a cross product does not.",
+            source="Savage, Strapdown inertial navigation integration algorithm design (1998), "
+            "pseudo-coning by unequal delays of the axes.",
+        ),
+    }
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """The axis that is late: ``x``, ``y``, ``z``."""
+        del sensor
+        return tuple(_SIZE.parameter(axis) for axis in "xyz")
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """``w_i (w × e_i)``, rad/s per ms, shape (n, 3, 3)."""
+        del sensor, variant
+        w = c.rate
+        return np.asarray(
+            np.stack([_SIZE.si * w[:, [i]] * np.cross(w, np.eye(3)[i]) for i in range(3)], axis=2)
+        )
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """The device must have been turned."""
+        return requirements.rotations(sensor, c)

@@ -1,0 +1,80 @@
+"""Clock whose rate changes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model import requirements
+from imucal_wizard.model.effect import (
+    DEGREE,
+    GYROSCOPE,
+    PPM,
+    Circumstances,
+    Effect,
+    EffectParameter,
+    Size,
+    Story,
+    sensed,
+)
+
+_SIZE = Size(
+    "ppm/min",
+    PPM * DEGREE,
+    100.0,
+    {"consumer": (20.0, 300.0), "industrial": (2.0, 20.0), "tactical": (0.1, 2.0)},
+    chosen=("consumer", "industrial", "tactical"),
+)
+
+
+class Clock(Effect):
+    """``ε_i = c (t − t₀) w_i``: one share of every rate on all axes, which changes with time.
+
+    ``t₀`` is the middle of the session. A constant error of the clock is exactly one scale error
+    of all three axes, and no data of the sensor tell these apart.
+    """
+
+    name = "clock"
+    sensors = (GYROSCOPE,)
+    family = "slow-scale"
+    against = "time"
+    kind = "time"
+    title = "clock that speeds up or slows down"
+    equation = "ε_i = c (t − t₀) w_i"
+    order = 39
+    stories: Mapping[str, Story] = {
+        GYROSCOPE: Story(
+            what="The oscillator that times the samples warms up or ages. If seconds become "
+            "longer, every angle, which is rate times seconds, comes out too small, about all axes "
+            "by the same share.",
+            equation="error on an axis = coefficient × (time − middle of the session) × rate about "
+            "that axis, the same coefficient for all axes",
+            signature="Early rotations end too far and late ones too short, or the other way "
+            "round, by the same share about every axis and in both senses.",
+            needs="Rotations about all axes early and late. A clock that is wrong by a constant "
+            "share is exactly a scale error and cannot be seen; scale factors of three axes that "
+            "follow the temperature by the same coefficient look the same while the temperature "
+            "only rises.",
+            remedy="Use the sensor's own sample counter or time stamps with a better clock, let "
+            "the device warm up first, or add the term.",
+            confirm="Count the samples of a quarter of an hour against a clock that is known to "
+            "be right, once cold and once warm: the sampling rate differs by that share.",
+            source="IEEE Std 1139, frequency stability; data sheets of sensors with an RC or PLL "
+            "oscillator state its drift with temperature.",
+        ),
+    }
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """``all``: one coefficient for the three axes."""
+        del sensor
+        return (_SIZE.parameter("all"),)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Shape (n, 3, 1)."""
+        del variant
+        minutes = (c.time - c.reference_time) / 60.0
+        return np.asarray(_SIZE.si * (sensed(sensor, c) * minutes[:, None])[:, :, None])
+
+    def lacking(self, sensor: str, c: Circumstances) -> str | None:
+        """Rotations in a session of more than a minute."""
+        return requirements.rotations(sensor, c) or requirements.duration(c)

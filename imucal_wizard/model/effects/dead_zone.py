@@ -1,0 +1,67 @@
+"""Axis that does not answer to small inputs."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    MILLI_G,
+    AxisEffect,
+    Circumstances,
+    Size,
+    Story,
+    sensed,
+)
+
+USUAL_WIDTH = 2e-3
+"""Half width of the zone inside which the error grows with the force, g: that of the usual size.
+Poses are placed ten times less exactly, so that another width makes no difference to a fit."""
+
+
+class DeadZone(AxisEffect):
+    """``ε_i = −D sign(x_i)`` beyond ``±D``, ``−x_i`` within: nothing answers to less than ``D``.
+
+    The dead band of IEEE 528. Linear in its size except within the zone itself.
+    """
+
+    name = "dead-zone"
+    sensors = (ACCELEROMETER,)
+    family = "odd-order"
+    kind = "orientation"
+    title = "dead zone around zero"
+    equation = "ε_i = −Dᵢ sign(x_i)"
+    order = 24
+    sizes: Mapping[str, Size] = {
+        ACCELEROMETER: Size(
+            "mg",
+            MILLI_G,
+            1000.0 * USUAL_WIDTH,
+            {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
+            chosen=("consumer", "industrial", "tactical"),
+        ),
+    }
+    stories: Mapping[str, Story] = {
+        ACCELEROMETER: Story(
+            what="Friction or stiction at the stops holds the proof mass, or a converter with "
+            "crossover distortion swallows what is small: a force must exceed a threshold before "
+            "anything moves, and falls short by that threshold from there on.",
+            equation="error on an axis = threshold against the force, whatever the force is",
+            signature="A jump where the axis is level. Most of it passes for a scale error: at "
+            "both faces the same sign is left, and where the axis is level or at 45° the other "
+            "one, much as an odd-order term leaves it.",
+            needs="Poses with the axis level, tilted by a few degrees to either side, and at 45°. "
+            "Without them the odd quadratic and the third-order term explain it as well.",
+            remedy="Add the term for use beyond the zone; inside it nothing can be corrected. "
+            "Dither (a little vibration) frees a mass that sticks.",
+            confirm="Tilt the axis slowly through level, by a tenth of a degree at a time: the "
+            "reading stands still over the zone and then goes on.",
+            source="IEEE Std 528, inertial sensor terminology (dead band, threshold).",
+        ),
+    }
+
+    def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
+        """``−sign(x_i)``, softened within the usual zone."""
+        del variant
+        return -np.clip(sensed(sensor, c) / USUAL_WIDTH, -1.0, 1.0)

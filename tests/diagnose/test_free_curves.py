@@ -1,0 +1,190 @@
+"""Free curves: offered where no effect fits, with what they show, and held back elsewhere."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.curve_shape import CurveShape
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.diagnose.views import pictures
+from imucal_wizard.estimate.accelerometer import accelerometer_experiment
+from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.report.bench_document import bench_document
+from imucal_wizard.report.calibration_file import sensor_record
+from tests.diagnose.recordings import MG
+
+SIGMA = 0.05
+"""Noise of a hold's mean, mg."""
+Error = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+def minutes_of(up: FloatArray) -> FloatArray:
+    """When the holds were, six in a minute."""
+    return np.arange(len(up)) / 6.0
+
+
+def readings_of(error: Error, up: FloatArray) -> FloatArray:
+    """What the sensor reads without noise, m/s², shape (n, 3)."""
+    read = STANDARD_GRAVITY * up @ np.diag([1.01, 0.98, 1.005]) + MG * np.array([20.0, -10.0, 5.0])
+    read[:, 0] += MG * error(up[:, 0], minutes_of(up))
+    return np.asarray(read)
+
+
+def bench(error: Error, up: FloatArray, seed: int = 1) -> Bench:
+    """Of holds whose reading of x is wrong by an error (of its force, g, and the minute), mg."""
+    rng = np.random.default_rng(seed)
+    read = readings_of(error, up)
+    read += MG * SIGMA * rng.standard_normal(read.shape)
+    own = (MG * SIGMA) ** 2 * np.eye(3)
+    holds = tuple(
+        Hold(
+            start=60.0 * minute,
+            end=60.0 * minute + 5.0,
+            accelerometer=mean,
+            accelerometer_covariance=own,
+            gyroscope=None,
+            gyroscope_covariance=None,
+            samples=500,
+            temperature=25.0,
+        )
+        for minute, mean in zip(minutes_of(up), read, strict=True)
+    )
+    return Bench("accelerometer", accelerometer_experiment(holds, STANDARD_GRAVITY, "m/s^2"))
+
+
+def everywhere(count: int = 70) -> FloatArray:
+    """Directions evenly over the sphere, in an order by chance, shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    x = 1.0 - 2.0 * k / count
+    ring, turn = np.sqrt(1.0 - x**2), np.pi * (3.0 - 5.0**0.5) * k
+    up = np.column_stack([x, ring * np.cos(turn), ring * np.sin(turn)])
+    return up[np.random.default_rng(5).permutation(count)]
+
+
+def step(force: FloatArray, minutes: FloatArray) -> FloatArray:
+    """1 mg, from 10 to 90 % between 0.25 and 0.35 g."""
+    del minutes
+    return 0.5 + 0.5 * np.tanh((force - 0.3) / 0.05 * 1.0986)
+
+
+def nothing(force: FloatArray, minutes: FloatArray) -> FloatArray:
+    """No error."""
+    del minutes
+    return 0.0 * force
+
+
+def offered(found: Bench) -> list[str]:
+    """Names of the free curves among the suspects."""
+    return [one.term for one in found.look().suspects if one.term.startswith("unknown-shape")]
+
+
+def shape(found: Bench, term: str) -> CurveShape:
+    """Of a curve that is offered or in the model."""
+    made = shape_of(found.fit, term, found.look().suspects)
+    assert made is not None
+    return made
+
+
+def said(found: Bench) -> Diagnosis:
+    """The verdict of a bench."""
+    findings = found.look()
+    return Diagnosis("accelerometer", findings.opinion.verdict, bench=found, findings=findings)
+
+
+def test_a_step_of_one_axis_is_told_with_place_width_and_size() -> None:
+    found = bench(lambda f, m: 3.0 * step(f, m), everywhere())
+    assert found.look().opinion.verdict is Verdict.UNEXPLAINED
+    assert offered(found) == ["unknown-shape/x"]
+    steep = shape(found, "unknown-shape/x").steep
+    assert steep is not None
+    assert steep.sharp
+    assert steep.width is not None
+    assert steep.at == pytest.approx(0.3, abs=0.02)
+    assert steep.width == pytest.approx(0.1, abs=0.06)
+    assert steep.inside >= 3
+    text = verdict_text(said(found))
+    assert "The error of x depends on the force along x only: sharp at 0.3" in text
+    for words in ("g wide", "mg", "up to bias and scale", "Adding unknown-shape/x would bring"):
+        assert words in text
+
+
+def test_a_width_is_not_told_where_no_hold_lies_inside() -> None:
+    """The same step between poses that leave 0.15 to 0.45 g out."""
+    up = everywhere(120)
+    found = bench(lambda f, m: 3.0 * step(f, m), up[np.abs(up[:, 0] - 0.3) > 0.15])
+    assert offered(found) == ["unknown-shape/x"]
+    steep = shape(found, "unknown-shape/x").steep
+    assert steep is not None
+    assert steep.width is None
+    assert not steep.sharp
+    assert steep.between[0] < 0.3 < steep.between[1]
+    assert "too few" in shape(found, "unknown-shape/x").words()
+
+
+def test_a_curve_can_be_added_held_out_shown_and_applied() -> None:
+    found = bench(lambda f, m: 3.0 * step(f, m), everywhere())
+    before = found.fit.rms_held_out
+    promised = found.look().suspects[0].trial
+    added = found.add("unknown-shape/x")
+    assert promised is not None
+    assert before is not None
+    assert added.rms_held_out is not None
+    assert added.rms_held_out == pytest.approx(promised.rms_held_out, rel=0.15)
+    assert added.rms_held_out < 0.3 * before
+    assert added.confirmed
+    assert "In the model now: unknown-shape/x" in verdict_text(said(found))
+    document = bench_document([said(found)])["sensors"]["accelerometer"]["curves"]
+    assert [(one["term"], one["in_model"]) for one in document] == [("unknown-shape/x", True)]
+    assert "curve-unknown-shape/x" in {view.name for view in pictures(said(found))}
+    # a calibration as it is saved, applied to readings of fresh directions without noise
+    up = everywhere(33)
+    fresh = readings_of(lambda f, m: 3.0 * step(f, m), up)
+    corrected = sensor_record(found.fit).apply(fresh)
+    error = np.linalg.norm(corrected, axis=1) / STANDARD_GRAVITY - 1.0
+    near = np.abs(up[:, 0] - 0.3) < 0.1
+    assert np.sqrt(np.mean(error[~near] ** 2)) < 3.0 * SIGMA * 1e-3
+
+
+def test_a_bias_that_swings_is_told_over_the_time() -> None:
+    found = bench(lambda f, m: 1.0 * np.sin(m) + 0.0 * f, everywhere())
+    assert offered(found)[0] == "unknown-shape/x-time"
+    assert "depends on the time only" in verdict_text(said(found))
+
+
+@pytest.mark.parametrize("error", [nothing, lambda f, m: 3.0 * f**2 + 0.0 * m])
+def test_no_curve_is_offered_for_noise_or_an_effect_of_the_catalogue(error: Error) -> None:
+    assert offered(bench(error, everywhere())) == []
+
+
+def test_a_curve_that_was_not_offered_can_be_added_by_hand() -> None:
+    """Its length and size are settled by the data; data held out do not confirm it."""
+    found = bench(nothing, everywhere())
+    assert found.add("unknown-shape/y-time").confirmed is False
+
+
+@pytest.mark.study
+def test_curves_are_offered_for_foreign_shapes_alone() -> None:
+    """A small version of ``benchmarks.unknown_shape``."""
+    from benchmarks.hidden.noise import CONSUMER
+    from benchmarks.unknown_shape import judged
+
+    plain = [
+        judged("26+12", CONSUMER, what, 7, k) for what in ("", "second-order") for k in range(6)
+    ]
+    assert not any(one.offered for one in plain)
+    foreign = [
+        judged("26+12", CONSUMER, what, 7, k)
+        for what in ("ripple", "bias that swings in time")
+        for k in range(6)
+    ]
+    found = [one for one in foreign if one.offered]
+    assert len(found) >= 6
+    assert all(one.offered[0] == one.right for one in found)
+    assert all(one.after is not None and one.after < one.before for one in found)

@@ -1,0 +1,66 @@
+"""The free curve: its prior in closed form, and what of it bias and scale leave."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.unknown_shape import NODES, SETTINGS, UnknownShape
+
+LENGTHS_AND_SIZES = [(0.1, 0.3), (0.4, 3.0)]
+
+
+def curve(name: str) -> UnknownShape:
+    """The curve of this name."""
+    found = effect(name)
+    assert isinstance(found, UnknownShape)
+    return found
+
+
+def held(up_x: FloatArray, minutes: FloatArray | None = None) -> Circumstances:
+    """Holds with these forces along x, g, at these times of a session of ten minutes."""
+    n = len(up_x)
+    force = STANDARD_GRAVITY * np.column_stack([up_x, np.sqrt(1.0 - up_x**2), np.zeros(n)])
+    none = np.zeros((n, 3))
+    time = np.zeros(n) if minutes is None else 60.0 * minutes
+    return Circumstances(
+        force, none, np.full(n, 25.0), time, none, np.zeros(n), reference_time=300.0
+    )
+
+
+@pytest.mark.parametrize(("length", "size"), LENGTHS_AND_SIZES)
+def test_the_prior_is_matern_without_its_straight_part(length: float, size: float) -> None:
+    """Covariance at the nodes: Matérn 3/2, freed of constant and line on both sides."""
+    variant = float(SETTINGS.index((length, size)))
+    found = curve("unknown-shape/x")
+    shape = found.shape(NODES, variant) * found.typical("accelerometer", variant)
+    apart = 3.0**0.5 * np.abs(np.subtract.outer(NODES, NODES)) / length
+    matern = size**2 * (1.0 + apart) * np.exp(-apart)
+    left = np.eye(len(NODES)) - np.array(
+        [np.polyval(np.polyfit(NODES, one, 1), NODES) for one in np.eye(len(NODES))]
+    )
+    assert shape @ shape.T == pytest.approx(left.T @ matern @ left, abs=1e-9 * size**2)
+
+
+def test_the_sum_of_squares_of_the_coefficients_is_the_mean_square() -> None:
+    found, sizes = curve("unknown-shape/x"), np.random.default_rng(1).standard_normal(19)
+    values = found.error("accelerometer", held(NODES), sizes, 8.0) / (1e-3 * STANDARD_GRAVITY)
+    assert np.mean(values[:, 0] ** 2) == pytest.approx(sizes @ sizes)
+    assert not values[:, 1:].any()
+
+
+def test_beyond_the_range_the_curve_keeps_its_last_value() -> None:
+    found = curve("unknown-shape/x-time")
+    inside = found.columns("accelerometer", held(np.zeros(1), np.array([10.0])), 3.0)
+    late = found.columns("accelerometer", held(np.zeros(1), np.array([30.0])), 3.0)
+    assert late == pytest.approx(inside)
+
+
+def test_a_curve_has_a_name_per_axis_and_influence_and_is_no_effect_of_the_catalogue() -> None:
+    names = {
+        f"unknown-shape/{axis}{over}" for axis in "xyz" for over in ("", "-time", "-temperature")
+    }
+    assert {curve(name).name for name in names} == names
+    assert not names & {one.name for one in effects_for("accelerometer")}
