@@ -11,7 +11,7 @@ finds, and judges. Two shares are printed with their 95 % intervals (Clopper and
   rms over the holds of more than three times the noise of a hold's mean, those called complete.
 
     --recordings   of each row
-    --seed         looked at while the test was made: seed 1; the stored table is of seed 3
+    --seed         looked at while the test was made: 1, 3, 40 and 41; the stored table is of 43
 """
 
 import argparse
@@ -82,8 +82,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--recordings", type=int, default=25)
-    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("--recordings", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=43)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--plan", action="append", choices=sorted(PLANS))
     asked = parser.parse_args()

@@ -33,7 +33,11 @@ import imucal_wizard.diagnose as _diagnose_package
 from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.core.units import (
+    GRAVITY_ON_EARTH,
+    GRAVITY_ON_EARTH_TEXT,
+    STANDARD_GRAVITY,
+)
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 
@@ -337,9 +341,11 @@ def calibrate(
 
     Raises:
         DataError: the data do not determine a calibration, or cannot show a term.
-        UsageError: a term or sensor is not known.
+        UsageError: a term or sensor is not known, or the gravity is not one of the Earth.
     """
     chosen = _by_sensor(methods)
+    if gravity is not None and not GRAVITY_ON_EARTH[0] <= gravity <= GRAVITY_ON_EARTH[1]:
+        raise UsageError(f"{gravity:g} is not {GRAVITY_ON_EARTH_TEXT}", settings=("gravity",))
     options = FitOptions(
         recording.gravity if gravity is None else gravity,
         chosen.get("accelerometer", FitOptions.method),

@@ -79,3 +79,9 @@ def test_the_package_alone_imports_neither_numpy_nor_textual() -> None:
         "sys.exit('numpy' in sys.modules or 'textual' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("gravity", [-1.0, 0.0, 981.0])
+def test_a_gravity_that_is_none_of_the_earth_is_refused(folder: Path, gravity: float) -> None:
+    with pytest.raises(UsageError, match="not a gravity on Earth"):
+        iw.calibrate(iw.read(folder / "imu.csv"), gravity=gravity)

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, NoReturn
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.output import encode_json, note
-from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY, UNIT_FACTORS
+from imucal_wizard.core.units import (
+    COUNT,
+    GRAVITY_ON_EARTH,
+    GRAVITY_ON_EARTH_TEXT,
+    STANDARD_GRAVITY,
+    UNIT_FACTORS,
+)
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames
 
 _UNITS = (
@@ -117,7 +123,7 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
     """The option for local gravity, which sets the accelerometer's scale."""
     parser.add_argument(
         "--gravity",
-        type=_between(9.7, 9.9, "a gravity on Earth; it lies between 9.76 and 9.84 m/s²"),
+        type=_between(*GRAVITY_ON_EARTH, GRAVITY_ON_EARTH_TEXT),
         metavar="M/S2",
         help=f"local gravity, m/s² (default {STANDARD_GRAVITY}, or that of the session; "
         "9.780 at the equator, 9.832 at the poles)",

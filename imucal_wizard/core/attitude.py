@@ -11,6 +11,7 @@ each component is contiguous.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -161,41 +162,47 @@ def strictly_later(time: FloatArray) -> BoolArray:
     return np.diff(np.maximum.accumulate(time), prepend=-np.inf) > 0.0
 
 
-def attitudes(steps: FloatArray, offsets: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Attitude at the beginning and at the end of each step, relative to its rotation's beginning.
+class Attitudes:
+    """Attitudes in m rotations, each relative to its rotation's beginning.
 
-    The tree is built by products of pairs, then traversed down with the product of everything
-    before each pair.
+    A tree is built by products of pairs of steps; it gives the whole rotations. Only where the
+    attitude at every step is asked for, it is traversed down with the product of everything before
+    each pair.
 
     Args:
         steps: step quaternions, shape (4, n); each rotation has a multiple of ``STEPS_PER_PIECE``.
         offsets: first step of each rotation, and finally n, shape (m + 1,).
-
-    Returns:
-        Two arrays of quaternions, shape (4, n).
     """
-    levels = _tree(steps)
-    running = _scan(levels[-1], offsets // STEPS_PER_PIECE)
-    before = np.empty_like(running)
-    before[:, 1:] = running[:, :-1]
-    before[:, offsets[:-1] // STEPS_PER_PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
-    for level in levels[-2::-1]:
-        finer = np.empty_like(level)
-        finer[:, 0::2] = before
-        finer[:, 1::2] = multiply(before, level[:, 0::2])
-        before = finer
-    after, last = np.empty_like(before), offsets[1:] - 1
-    after[:, :-1] = before[:, 1:]
-    after[:, last] = multiply(before[:, last], steps[:, last])
-    return before, after
 
+    def __init__(self, steps: FloatArray, offsets: IntArray) -> None:
+        self._offsets = offsets
+        self._levels = [steps]
+        for _ in range(STEPS_PER_PIECE.bit_length() - 1):
+            finest = self._levels[-1]
+            self._levels.append(multiply(finest[:, 0::2], finest[:, 1::2]))
+        self._running = _scan(self._levels[-1], offsets // STEPS_PER_PIECE)
 
-def _tree(steps: FloatArray) -> list[FloatArray]:
-    """Products of 1, 2, 4 … ``STEPS_PER_PIECE`` neighbouring steps."""
-    levels = [steps]
-    for _ in range(STEPS_PER_PIECE.bit_length() - 1):
-        levels.append(multiply(levels[-1][:, 0::2], levels[-1][:, 1::2]))
-    return levels
+    @property
+    def whole(self) -> FloatArray:
+        """Quaternion of each rotation, shape (4, m)."""
+        return self._running[:, self._offsets[1:] // STEPS_PER_PIECE - 1]
+
+    @cached_property
+    def each(self) -> tuple[FloatArray, FloatArray]:
+        """Quaternions at the beginning and at the end of each step, shape (4, n) each."""
+        offsets, steps = self._offsets, self._levels[0]
+        before = np.empty_like(self._running)
+        before[:, 1:] = self._running[:, :-1]
+        before[:, offsets[:-1] // STEPS_PER_PIECE] = np.array([[1.0], [0.0], [0.0], [0.0]])
+        for level in self._levels[-2::-1]:
+            finer = np.empty_like(level)
+            finer[:, 0::2] = before
+            finer[:, 1::2] = multiply(before, level[:, 0::2])
+            before = finer
+        after, last = np.empty_like(before), offsets[1:] - 1
+        after[:, :-1] = before[:, 1:]
+        after[:, last] = multiply(before[:, last], steps[:, last])
+        return before, after
 
 
 def _scan(pieces: FloatArray, offsets: IntArray) -> FloatArray:

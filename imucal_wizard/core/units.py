@@ -6,6 +6,9 @@ from imucal_wizard.core.errors import UsageError
 
 STANDARD_GRAVITY = 9.80665
 """Conventional gravity, m/s² (CGPM 1901)."""
+GRAVITY_ON_EARTH = (9.7, 9.9)
+"""Limits of what is taken for a local gravity, m/s²."""
+GRAVITY_ON_EARTH_TEXT = "a gravity on Earth; it lies between 9.76 and 9.84 m/s²"
 
 COUNT = "count"
 """Unit of a reading whose scale is unknown before the fit."""

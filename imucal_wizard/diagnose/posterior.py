@@ -11,6 +11,7 @@ averaged over; the repeats in r itself determine how large the noise is.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,7 @@ class HypothesisSet:
         self.pairs = pairs
         self.log_prior = np.array([one.log_prior for one in hypotheses])
         others = self.single[1:]
-        self.spectra = [spectrum(others, weights) for weights in frame.each_weights if others]
+        self.spectra = spectra(others, frame.each_weights) if others else []
 
     def posterior(self, residual: FloatArray) -> Posterior:
         """Weigh all explanations.
@@ -194,17 +195,43 @@ def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisS
 class Spectrum:
     """Explanations under one wander of the noise, each as a sum over rows.
 
+    Explanations with the same number of patterns follow one another.
+
     Attributes:
-        basis: a residual's coordinates times this are independent numbers, shape (m, rows).
-        gain: what the square of each of them adds to the log likelihood, (rows, spreads, sigmas).
+        weights: of each coordinate, shape (m,).
+        patterns: of the explanations, by their number q of patterns, shape (m, g q) each.
+        turned: what turns them into independent ones of length one, shape (g, q, q) each.
+        gain: what the square of each row adds to the log likelihood, (rows, spreads, sigmas).
         log_det: per explanation, shape (h, spreads, sigmas).
         starts: first row of each explanation, shape (h,).
+        order: place of each of the hypotheses among these explanations, shape (h,).
     """
 
-    basis: FloatArray
+    weights: FloatArray
+    patterns: tuple[FloatArray, ...]
+    turned: tuple[FloatArray, ...]
     gain: FloatArray
     log_det: FloatArray
     starts: NDArray[np.intp]
+    order: NDArray[np.intp]
+
+    def along(self, coordinates: FloatArray) -> FloatArray:
+        """Residuals along the rows, which are independent numbers, shape (k, rows).
+
+        Args:
+            coordinates: of the residuals, shape (k, m).
+        """
+        weighted, found = coordinates * self.weights, []
+        for patterns, turned in zip(self.patterns, self.turned, strict=True):
+            own = (weighted @ patterns).reshape(len(weighted), *turned.shape[:2])
+            rows = np.swapaxes(np.swapaxes(own, 0, 1) @ turned, 0, 1)
+            found.append(rows.reshape(len(weighted), patterns.shape[1]))
+        return np.concatenate(found, axis=1)
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """A residual's coordinates times this are what ``along`` gives, shape (m, rows)."""
+        return self.along(np.eye(len(self.weights)))
 
     def gains(self, coordinates: FloatArray) -> FloatArray:
         """What each explanation adds to the log likelihood of noise alone, (h, spreads, sigmas).
@@ -212,43 +239,46 @@ class Spectrum:
         Args:
             coordinates: of a residual, shape (m,).
         """
-        return self.gains_of((coordinates @ self.basis) ** 2)
+        return self.gains_of(self.along(coordinates[None])[0] ** 2)
 
     def gains_of(self, squares: FloatArray, prior: bool = True) -> FloatArray:
         """The same from the squares of the rows; without ``prior`` only what these bring."""
         rows = squares[:, None, None] * self.gain
         found = np.add.reduceat(rows, self.starts, axis=0)
-        return np.asarray(0.5 * (found - self.log_det if prior else found))
+        return np.asarray(0.5 * (found - self.log_det if prior else found)[self.order])
 
 
-def spectrum(hypotheses: Sequence[Hypothesis], weights: FloatArray) -> Spectrum:
-    """The spectrum of explanations, each with at least one pattern.
+def spectra(hypotheses: Sequence[Hypothesis], each_weights: Sequence[FloatArray]) -> list[Spectrum]:
+    """The spectrum of explanations, each with at least one pattern, under each wander.
 
     Args:
         hypotheses: the explanations.
-        weights: of each coordinate, shape (m,).
+        each_weights: of each coordinate, shape (m,), under each wander.
     """
-    bases: list[FloatArray] = [np.zeros((0, 0))] * len(hypotheses)
-    values: list[FloatArray] = [np.zeros(0)] * len(hypotheses)
-    places: dict[int, list[int]] = {}
-    for place, hypothesis in enumerate(hypotheses):
-        places.setdefault(hypothesis.patterns.shape[1], []).append(place)
-    for own in places.values():
-        stack = np.stack([hypotheses[place].patterns for place in own]) * weights[:, None] ** 0.5
-        strength, vectors = np.linalg.eigh(np.swapaxes(stack, 1, 2) @ stack)
-        strength = np.maximum(strength, 0.0)
-        length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
-        basis = weights[:, None] ** 0.5 * (stack @ vectors) / length[:, None, :]
-        for place, one, own_values in zip(own, basis, strength, strict=True):
-            bases[place], values[place] = one, own_values
-    counts = np.array([len(one) for one in values])
-    spreads = np.array([hypothesis.spreads for hypothesis in hypotheses])
-    strengths = np.concatenate(values)[:, None] * np.repeat(spreads, counts, axis=0) ** 2
-    ratio = strengths[:, :, None] / SQUARES
+    counts = np.array([one.patterns.shape[1] for one in hypotheses])
+    by_count = np.argsort(counts, kind="stable")
+    ordered, counts = [hypotheses[place] for place in by_count.tolist()], counts[by_count]
+    sizes = sorted(set(counts.tolist()))
+    stacks = [
+        np.concatenate([one.patterns for one in ordered if one.patterns.shape[1] == q], axis=1)
+        for q in sizes
+    ]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    return Spectrum(
-        np.concatenate(bases, axis=1),
-        ratio / (1.0 + ratio) / SQUARES,
-        np.add.reduceat(np.log1p(ratio), starts, axis=0),
-        starts,
-    )
+    spreads = np.repeat([one.spreads for one in ordered], counts, axis=0) ** 2
+    spreads = spreads[:, :, None] / SQUARES
+    found = []
+    for weights in each_weights:
+        values, turned = [], []
+        for q, stack in zip(sizes, stacks, strict=True):
+            each = np.moveaxis(stack.reshape(len(stack), stack.shape[1] // q, q), 0, 2)
+            strength, vectors = np.linalg.eigh((each * weights) @ np.swapaxes(each, 1, 2))
+            strength = np.maximum(strength, 0.0)
+            length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
+            values.append(strength.ravel())
+            turned.append(vectors / length[:, None, :])
+        ratio = np.concatenate(values)[:, None, None] * spreads
+        gain = ratio / (1.0 + ratio) / SQUARES
+        log_det = np.add.reduceat(np.log1p(ratio), starts, axis=0)
+        own = weights, tuple(stacks), tuple(turned)
+        found.append(Spectrum(*own, gain, log_det, starts, np.argsort(by_count)))
+    return found

@@ -149,7 +149,7 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
     total = np.full((len(coordinates), len(hypotheses.single)), -np.inf)
     total[:, 0] = np.logaddexp.reduce(alone, axis=(1, 2))
     for wander, one in enumerate(hypotheses.spectra):
-        squares = (coordinates @ one.basis) ** 2
+        squares = one.along(coordinates) ** 2
         likely = (alone - highest)[:, wander].max(axis=0) > -MAX_LOG_FACTOR
         for sigma in np.flatnonzero(likely):
             gain = np.zeros((len(coordinates), len(one.starts)))
@@ -158,5 +158,5 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
                 sums = np.add.reduceat(rows, one.starts, axis=1) - one.log_det[:, spread, sigma]
                 gain += np.exp(np.minimum(0.5 * sums, 600.0)) / one.gain.shape[1]
             base = alone[:, wander, sigma][:, None]
-            total[:, 1:] = np.logaddexp(total[:, 1:], base + np.log(gain))
+            total[:, 1:] = np.logaddexp(total[:, 1:], base + np.log(gain[:, one.order]))
     return total

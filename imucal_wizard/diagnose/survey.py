@@ -23,6 +23,9 @@ from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
+MAX_SHARE_LEFT_BY_PROBABLE = 0.1
+"""Share left of what is taken away, below which a name that does not stand is called probable: the
+rest may be another, smaller error of the sensor."""
 
 
 def add_by_itself(bench: Bench) -> BenchFindings:
@@ -55,12 +58,10 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         return said
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
-    if (
-        without_name
-        and len(bench.ladder) > below
-        and share_left(was, left) > MAX_SHARE_LEFT_BY_NAME
-    ):
-        return _withdrawn(bench, below)
+    if without_name and len(bench.ladder) > below:
+        share = share_left(was, left)
+        if share > MAX_SHARE_LEFT_BY_NAME:
+            return _withdrawn(bench, below, probable=share < MAX_SHARE_LEFT_BY_PROBABLE)
     return last
 
 
@@ -111,8 +112,9 @@ def _proven(opinion: Opinion, added: Terms) -> Opinion:
     )
 
 
-def _withdrawn(bench: Bench, below: int) -> BenchFindings:
-    """Take back all that was added; what it was taken for is not said of the model without it."""
+def _withdrawn(bench: Bench, below: int, *, probable: bool) -> BenchFindings:
+    """Take back all that was added, and do not name it; one name alone may be probable."""
+    added = tuple(rung.added for rung in bench.ladder[below:] if rung.added is not None)
     while len(bench.ladder) > below:
         bench.undo()
     found = bench.look()
@@ -122,7 +124,7 @@ def _withdrawn(bench: Bench, below: int) -> BenchFindings:
         families=(),
         terms=(),
         explanations=(),
-        probable=(),
+        probable=added if probable and len(added) == 1 else (),
     )
     return bench.with_curves(replace(found, opinion=opinion))
 

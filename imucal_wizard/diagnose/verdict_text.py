@@ -55,7 +55,7 @@ BEYOND = {
     "time": "a session in which the temperature rises and falls",
     "hold": "holds taken in another order and on another support",
 }
-"""What decides where still poses do not."""
+"""What may decide where still poses do not."""
 FASTER = "faster rotations, as a rate table makes them,"
 
 
@@ -540,7 +540,7 @@ def _would_decide(one: Apart, beyond: str) -> str:
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"
-        return f"No {what} tells {pair}, whatever their size; {beyond} can."
+        return f"No {what} tried here tells {pair}; {beyond} may."
     before = (
         "at no size"
         if not np.isfinite(one.before)
@@ -556,7 +556,7 @@ def _would_decide(one: Apart, beyond: str) -> str:
     what = "Rotations" if one.turning else "Still poses at 1 g"
     return (
         f"{what} hardly tell {pair}: these data do {before} on, {listed} from {after} on, and "
-        f"{here}. {_capital(beyond)} can."
+        f"{here}. {_capital(beyond)} may."
     )
 
 

@@ -177,6 +177,20 @@ def misfit_curve(
     return replace(view, predicted=drawn, suspect=suspect.term)
 
 
+def clearest(
+    findings: BenchFindings, views: Sequence[ResidualView], suspect: Suspect
+) -> ResidualView | None:
+    """The picture of what is left over whose abscissa a suspect's prediction follows best."""
+    best, most = None, -np.inf
+    for view in views:
+        drawn = misfit_curve(findings, view, suspect)
+        if drawn.predicted is not None:
+            share = _explained(replace(drawn, y=drawn.predicted))
+            if share > most:
+                best, most = drawn, share
+    return best
+
+
 def most_telling(views: Sequence[ResidualView]) -> int:
     """Place of the picture whose abscissa explains most of the misfit.
 

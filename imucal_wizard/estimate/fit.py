@@ -385,9 +385,9 @@ class _Problem:
         shared = np.zeros((len(rows.residual), len(self.shared)))
         places = [self.shared.index(name) for name in source.shared]
         shared[:, places] = rows.shared_columns()
-        effects = rows.term_columns(self.terms.terms)
+        effects = [rows.term_columns(self.terms.terms)] if len(self.terms) else []
         base = rows.base_columns() @ self.directions.columns
-        return np.concatenate([base, effects, shared], axis=1)
+        return np.concatenate([base, *effects, shared], axis=1)
 
     def downhill(
         self, calibration: Parameters, rows: tuple[Rows, ...], system: System, balance: Balance

@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from imucal_wizard.core.attitude import attitudes, rotation_samples, strictly_later
+from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
@@ -171,7 +171,7 @@ def passages(
         samples = rotation_samples([turn.time], [turn.rate])
         rate = (samples.reading - gyroscope.bias) @ gyroscope.matrix.T
         phi = samples.rotation_vectors(rate)
-        whole = samples.at_samples(*attitudes(quaternions(phi), samples.step_offsets))
+        whole = samples.at_samples(*Attitudes(quaternions(phi), samples.step_offsets).each)
         if np.abs(phi).sum() < SMALLEST_ROTATION:
             continue
         # with some of the holds on either side, so that no offset of the clocks runs out of it

@@ -22,7 +22,7 @@ from imucal_wizard.estimate.methods.single_axis import (
     static_approach,
     turn_angle,
 )
-from imucal_wizard.estimate.noise import hold_noise
+from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
@@ -157,7 +157,7 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
         rotations: those with a problem are left out.
     """
     usable = [rotation for rotation in rotations if rotation.problem is None]
-    density = hold_noise(holds).gyroscope_density
+    density = rate_noise(holds)
     if not usable or density is None:
         return ()
     steps = np.concatenate([np.diff(one.time[strictly_later(one.time)]) for one in usable])

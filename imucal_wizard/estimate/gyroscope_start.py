@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from imucal_wizard.core.attitude import RotationSamples, attitudes
+from imucal_wizard.core.attitude import Attitudes, RotationSamples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import carried_back, quaternions
 from imucal_wizard.core.readings import FloatArray, IntArray, distinct
@@ -152,6 +152,6 @@ def misfit(
 ) -> float:
     """Mean square distance of carried up from the accelerometer's, all along the rotations."""
     turned = samples.rotation_vectors((samples.reading - bias) @ matrix.T)
-    first, last = attitudes(quaternions(turned), samples.step_offsets)
-    carried = carried_back(samples.at_samples(first, last), before[samples.rotation].T)
+    attitudes = Attitudes(quaternions(turned), samples.step_offsets)
+    carried = carried_back(samples.at_samples(*attitudes.each), before[samples.rotation].T)
     return float(((carried - up.T) ** 2).sum(axis=0).mean())

@@ -35,18 +35,16 @@ SHRUNK_TO = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class HoldNoise:
-    """Noise of averages.
+    """Noise of the accelerometer's averages.
 
     Attributes:
         accelerometer: variance of each hold's average along gravity, reading units², shape (n,).
         across: the same of each of the two components across gravity, which a hand that trembles
             turns far more than it changes the magnitude, shape (n,).
-        gyroscope_density: variance × time of the gyroscope per axis, reading units² s, or None.
     """
 
     accelerometer: FloatArray
     across: FloatArray
-    gyroscope_density: FloatArray | None
 
 
 def has_rate(hold: Hold) -> bool:
@@ -55,7 +53,7 @@ def has_rate(hold: Hold) -> bool:
 
 
 def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
-    """Noise of the holds: each by its own samples, moderated by all others.
+    """The accelerometer's noise in the holds: each by its own samples, moderated by all others.
 
     The noise per second of a hold is that at its lowest frequencies, which counts correlated noise
     in full but has few degrees of freedom, and that of its samples, of which there are many: the
@@ -65,18 +63,11 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     """
     times = np.array([hold.end - hold.start for hold in holds])
     along, across = _along_and_across(holds)
-    with_rate = [hold for hold in holds if hold.gyroscope_covariance is not None]
-    per_axis = None
-    if with_rate:
-        covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
-        seconds = np.array([hold.end - hold.start for hold in with_rate])
-        columns = covariances[:, range(3), range(3)] * seconds[:, None]
-        per_axis = np.array([_pooled(column, HOLD_FREEDOM) for column in columns.T])
     freedom = np.array([hold.noise_freedom for hold in holds])
     if _trembling(along, across, freedom):
         along = shrunk(along * times, freedom) / times
         across = shrunk(across * times, 2 * freedom) / times
-        return HoldNoise(along, across, per_axis)
+        return HoldNoise(along, across)
     # one number for all axes, which is better known, but for holds in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
     swayed = _swayed(along * times, across * times, freedom)
@@ -94,9 +85,20 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     if swayed.any():
         own = shrunk(np.where(swayed, along * times, both), np.where(swayed, freedom, known))
         return HoldNoise(
-            np.where(swayed, own, both) / times, np.where(swayed, across, both / times), per_axis
+            np.where(swayed, own, both) / times, np.where(swayed, across, both / times)
         )
-    return HoldNoise(both / times, both / times, per_axis)
+    return HoldNoise(both / times, both / times)
+
+
+def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
+    """Variance × time of the gyroscope per axis, reading units² s, shape (3,); None without one."""
+    with_rate = [hold for hold in holds if hold.gyroscope_covariance is not None]
+    if not with_rate:
+        return None
+    covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
+    seconds = np.array([hold.end - hold.start for hold in with_rate])
+    columns = covariances[:, range(3), range(3)] * seconds[:, None]
+    return np.array([_pooled(column, HOLD_FREEDOM) for column in columns.T])
 
 
 def shrunk(
@@ -272,7 +274,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
         holds: all of them; without a gyroscope in them they count as noisy as the others.
         matrix: M, rad/s per reading.
     """
-    density = hold_noise(holds).gyroscope_density
+    density = rate_noise(holds)
     density = np.zeros(3) if density is None else density
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density

@@ -20,7 +20,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
-from imucal_wizard.estimate.noise import hold_noise
+from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.measurement.holds import Hold
 
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
@@ -278,7 +278,7 @@ def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatA
         holds: still periods with a gyroscope.
         shares: with which share each hold is in that mean, shape (n,); all alike by default.
     """
-    density = hold_noise(holds).gyroscope_density
+    density = rate_noise(holds)
     if density is None:
         return np.zeros(3)
     spans = spans_of(holds)

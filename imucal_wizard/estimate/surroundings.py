@@ -41,7 +41,7 @@ def circumstances_of(
         temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
         time=middle - first_time(holds, readings),
         previous=_previous(force, labels),
-        vibration=gain**2 * np.array([_vibration(hold, readings) for hold in holds]),
+        vibration=gain**2 * _vibration(holds, readings),
         gravity=gravity,
     )
 
@@ -88,9 +88,11 @@ def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def _vibration(hold: Hold, readings: Readings | None) -> float:
-    """Mean square of the accelerometer about its mean, sum over the axes, reading units²."""
+def _vibration(holds: Sequence[Hold], readings: Readings | None) -> FloatArray:
+    """Mean square of the accelerometer about its mean, sum over the axes, reading units², (n,)."""
     if readings is None:
-        return float(np.trace(hold.accelerometer_covariance)) * hold.samples
-    values = hold.readings(readings.accelerometer).values
-    return float(values.var(axis=0).sum()) if len(values) else np.nan
+        covariances = np.array([hold.accelerometer_covariance for hold in holds])
+        samples = np.array([hold.samples for hold in holds])
+        return np.asarray(np.trace(covariances.reshape(-1, 3, 3), axis1=1, axis2=2) * samples)
+    each = [hold.readings(readings.accelerometer).values for hold in holds]
+    return np.array([one.var(axis=0).sum() if len(one) else np.nan for one in each])

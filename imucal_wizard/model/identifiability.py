@@ -15,6 +15,7 @@ be less than what the sensor errs without any calibration.
 
 import itertools
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
@@ -123,6 +124,14 @@ def basis_of(places: tuple[int, ...], common_scale: bool = False) -> FloatArray:
     return columns
 
 
+@cache
+def _least_error(places: tuple[int, ...], common_scale: bool) -> float:
+    """E of a model whose free parameters make up for the others as well as any directions let."""
+    free, _ = np.linalg.qr(_SPHERE_ROOT @ basis_of(places, common_scale))
+    left = _SPHERE_ROOT * TYPICAL_SIZE
+    return float(np.linalg.norm(left - free @ (free.T @ left)))
+
+
 def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:
     """The best model that these distinct directions, shape (n, 3), carry.
 
@@ -134,12 +143,12 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
         DataError: none is better than no calibration.
     """
     level, columns = max(noise, TYPICAL_NOISE), design(directions)
-    errors = {
-        model: _expected_error(columns, basis_of(*model), level)
-        for model in _models(len(directions))
-    }
-    best = min(errors, key=lambda model: errors[model])
-    if errors[best] < UNCALIBRATED:
+    best, least = None, UNCALIBRATED
+    for model in _models(len(directions)):
+        if _least_error(*model) < least:
+            error = _expected_error(columns, basis_of(*model), level)
+            best, least = (model, error) if error < least else (best, least)
+    if best is not None:
         return _carried(len(directions), *best)
     raise DataError(
         f"{len(directions)} distinct still position{'s' * (len(directions) != 1)} found; they do "

@@ -200,13 +200,8 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         words += [] if shape is None else [shape.words(), shape.unknown]
     elif suspect is not None and suspect.candidate is not None:
         words.append(seen_from(suspect))
-        like = ", ".join(suspect.like)
-        words.append(
-            f"looks the same here as {like}" if like else "nothing else looks like it here"
-        )
-    if entry.closures is not None:
-        now, then = (quantity(one, "rad") for one in entry.closures)
-        words.append(f"gyroscope's closure with this: {now} → {then}")
+        if suspect.like:
+            words.append(f"looks the same here as {', '.join(suspect.like)}")
     if entry.rises:
         words.append("▲ the held-out error would not fall")
     return "; ".join(words)

@@ -4,7 +4,7 @@ from enum import StrEnum
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.catalogue import effect, sensor_and_term
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 
 
@@ -31,22 +31,41 @@ class Guess:
     axes: str
 
 
+def split_guess(text: str) -> tuple[str, str, str, str]:
+    """Split ``[SENSOR/]TERM[:PARAMETER[:SIGN]]``; what is not given is "".
+
+    Returns:
+        Sensor (``accelerometer`` by default), term, parameter, and ``+``, ``−`` or "".
+
+    Raises:
+        UsageError: the text has another form.
+    """
+    name, *others = text.strip().split(":")
+    sensor, term = sensor_and_term(name)
+    parameter, sign = (*others, "", "")[:2]
+    known = {"+": "+", "-": "−", "−": "−", "": ""}
+    if not term or sign not in known or len(others) > 2:
+        raise UsageError(
+            f"the guess {text!r} is not TERM:AXIS, like second-order:x or second-order:x:+"
+        )
+    return sensor or "accelerometer", term, parameter, known[sign]
+
+
 def parse_guess(text: str) -> Guess:
-    """Parse a guess.
+    """Parse the guess of an exercise: effect and axis.
 
     Raises:
         UsageError: another form, or an unknown term or axis.
     """
-    name, _, axes = text.strip().rpartition(":")
-    sensor, _, term = name.rpartition("/")
-    sensor = sensor or "accelerometer"
-    if not name:
-        raise UsageError(f"the guess {text!r} is not like second-order:x: write TERM:AXIS")
+    sensor, term, axes, _ = split_guess(text)
+    name = text.strip().partition(":")[0]
     if sensor not in HIDDEN_TERMS or term not in HIDDEN_TERMS[sensor]:
         there = ", ".join(HIDDEN_TERMS.get(sensor, HIDDEN_TERMS))
         raise UsageError(f"the guess {text!r}: there is no {name}; there is {there}")
     if not axes or not set(axes) <= set("xyz"):
-        raise UsageError(f"the guess {text!r}: the axis is x, y or z, or xy if y acts on x")
+        raise UsageError(
+            f"the guess {text!r} is not TERM:AXIS: the axis is x, y or z, or xy if y acts on x"
+        )
     return Guess(sensor, term, axes)
 
 

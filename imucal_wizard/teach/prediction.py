@@ -8,8 +8,8 @@ from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.model.catalogue import sensor_and_term
 from imucal_wizard.report.bench_text import suspect_name, suspect_size
+from imucal_wizard.teach.guess import split_guess
 
 ANY = "cannot say"
 FALLS, STAYS = "falls", "does not fall"
@@ -67,13 +67,8 @@ def parse_prediction(text: str) -> tuple[str, Prediction]:
     Raises:
         UsageError: the text has another form.
     """
-    name, *others = text.strip().split(":")
-    sensor, term = sensor_and_term(name)
-    parameter, sign = (*others, ANY, ANY)[:2]
-    sign = {"+": "+", "-": "−", "−": "−", ANY: ANY}.get(sign, "")
-    if not term or not sign or len(others) > 2:
-        raise UsageError(f"the guess {text!r} is not like second-order:x:+ or second-order:x")
-    return sensor or "accelerometer", Prediction(term, parameter, sign, "")
+    sensor, term, parameter, sign = split_guess(text)
+    return sensor, Prediction(term, parameter or ANY, sign or ANY, "")
 
 
 def likeliest(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Entry:

@@ -25,7 +25,7 @@ def printed() -> bytes:
     """What the device printed: a rest, 18 poses, a turn about each axis."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.csv"
-        simulate_recording(path, rate=50.0, rotations=1, hold=3.0)
+        simulate_recording(path, rate=25.0, rotations=1, hold=3.0)
         return path.read_bytes()
 
 

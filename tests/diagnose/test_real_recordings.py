@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks.injected import injected
 from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
@@ -60,3 +61,16 @@ def test_no_g_sensitivity_is_added_to_the_mikoff_logs(log: str) -> None:
     """It lowers the fitted error and raises the one held out."""
     for said in surveyed(f"mikoff_mpu9150/{log}.log"):
         assert "g-sensitivity" not in said.added
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("recording", ["Xsens MTi", "MPU-9150, first", "MPU-9150, second"])
+def test_an_effect_added_to_real_samples_is_never_called_another(recording: str) -> None:
+    """At three times the nameable size it is named or probable, and fresh holds agree."""
+    shared_data("README.md")
+    for number, term in enumerate(("second-order", "gyroscope/bias-drift")):
+        key = term if "/" in term else f"accelerometer/{term}"
+        found = injected(recording, key, 3.0, 31, number)
+        assert found is not None
+        assert found.outcome in {"right", "listed"}
+        assert found.after < 0.6 * found.before

@@ -39,10 +39,16 @@ def row(name: str) -> Scenario:
     return next(one for one in usual() if one.name == name)
 
 
-@pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
-def test_nothing_is_claimed_of_a_sensor_that_lacks_nothing(plan: Plan) -> None:
-    """Coloured noise, rounding, tremor and warming are not called an effect."""
-    assert counted(plan, row("no effect"), 8) == {"complete": 8}
+@pytest.mark.parametrize(("plan", "least"), [(REPEATED, 8), (STANDARD, 6)])
+def test_nothing_is_claimed_of_a_sensor_that_lacks_nothing(plan: Plan, least: int) -> None:
+    """Coloured noise, rounding, tremor and warming are not called an effect.
+
+    Without repeats, noise slower than a hold is more than the noise within the holds in one of
+    twenty recordings: of 8, more than two are rarer than 1 in 150.
+    """
+    found = counted(plan, row("no effect"), 8)
+    assert found["complete"] >= least
+    assert found["complete"] + found["unexpl"] == 8
 
 
 @pytest.mark.parametrize("term", TERMS)

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.attitude import (
     STEPS_PER_PIECE,
+    Attitudes,
     RotationSamples,
-    attitudes,
     rotation_samples,
     strictly_later,
 )
@@ -21,8 +21,8 @@ from imucal_wizard.core.readings import FloatArray
 
 def _integrated(samples: RotationSamples) -> Attitude:
     """Attitude at the end of the first rotation, readings being rates."""
-    _, q = attitudes(quaternions(samples.rotation_vectors(samples.reading)), samples.step_offsets)
-    return Attitude.from_quat(q[[1, 2, 3, 0], samples.step_offsets[1] - 1])
+    steps = quaternions(samples.rotation_vectors(samples.reading))
+    return Attitude.from_quat(Attitudes(steps, samples.step_offsets).whole[[1, 2, 3, 0], 0])
 
 
 def _coning(time: FloatArray) -> tuple[FloatArray, Attitude]:
@@ -107,13 +107,15 @@ def test_joining_by_pairs_is_joining_one_by_one(pieces: list[int], seed: int) ->
     """Attitude before and after every step, equal a plain loop over the steps."""
     offsets = np.concatenate([[0], np.cumsum(pieces)]).astype(np.int64) * STEPS_PER_PIECE
     steps = _quaternions(int(offsets[-1]), seed)
-    before, after = attitudes(steps, offsets)
-    for first, past in itertools.pairwise(offsets):
+    found = Attitudes(steps, offsets)
+    before, after = found.each
+    for number, (first, past) in enumerate(itertools.pairwise(offsets)):
         joined = np.array([1.0, 0.0, 0.0, 0.0])
         for step in range(first, past):
             assert np.abs(before[:, step] - joined).max() < 1e-12
             joined = multiply(joined, steps[:, step])
             assert np.abs(after[:, step] - joined).max() < 1e-12
+        assert np.abs(found.whole[:, number] - joined).max() < 1e-12
 
 
 @pytest.mark.parametrize(

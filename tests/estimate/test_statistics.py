@@ -9,7 +9,7 @@ from scipy import special, stats
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
-from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments
+from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, hold_from
@@ -64,7 +64,7 @@ def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
         holds.append(hold_from(BlockCutter(100.0).feed(readings)))
     noise = hold_noise(holds)
     assert noise.accelerometer == pytest.approx(np.full(400, 0.02**2 / 200), rel=0.06)
-    assert noise.gyroscope_density == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
+    assert rate_noise(holds) == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
 
 
 @pytest.mark.parametrize("swaying", [0, 6])
@@ -266,7 +266,7 @@ def test_the_noise_is_the_mean_and_not_the_median_of_what_single_holds_show() ->
         for one in batches
     ]
     noise = hold_noise(holds)
-    assert noise.gyroscope_density == pytest.approx(np.full(3, 2.0 / 5.0), rel=0.05)
+    assert rate_noise(holds) == pytest.approx(np.full(3, 2.0 / 5.0), rel=0.05)
     assert noise.accelerometer[0] == pytest.approx(1.0 / 5.0, rel=0.03)
 
 

@@ -29,7 +29,7 @@ def _settings() -> ProcedureSettings:
 
 
 def _reader(path: Path, speed: float = FAST, *, magnetometer: bool = True) -> Reader:
-    imu = VirtualImu(50.0, SEED, speed, magnetometer=magnetometer, following=True)
+    imu = VirtualImu(25.0, SEED, speed, magnetometer=magnetometer, following=True)
     reader = Reader(imu, begin_session(path, None, _settings()))
     reader.start()
     wait_for(lambda: reader.snapshot().stream.samples > 0)
@@ -105,7 +105,7 @@ def test_a_resumed_field_step_is_completed(tmp_path: Path) -> None:
     wait_for(lambda: reader.finished)
     ((start, left), *_) = reader.collected().field_spans
     taken_up = resume_session(path)
-    imu = VirtualImu(50.0, SEED, FAST, magnetometer=True, following=True)
+    imu = VirtualImu(25.0, SEED, FAST, magnetometer=True, following=True)
     again = Reader(imu, taken_up.engine, prepare=taken_up.prepare)
     again.start()
     try:

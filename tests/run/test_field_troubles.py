@@ -31,7 +31,7 @@ def printed() -> tuple[str, ...]:
     """A rest, six faces, six circles."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.csv"
-        simulate_recording(path, rate=50.0, poses="6", rotations=0, hold=3.0, magnetometer=True)
+        simulate_recording(path, rate=25.0, poses="6", rotations=0, hold=3.0, magnetometer=True)
         return tuple(path.read_text().splitlines())
 
 

@@ -23,7 +23,7 @@ from imucal_wizard.report.bench_text import blocks, ladder_rows
 from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.teach.prediction import STAYS, Prediction
-from imucal_wizard.tui.bench.pages import next_rows, rows_for
+from imucal_wizard.tui.bench.pages import LESSON_PLOT_ROWS, next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
     model_rows,
@@ -248,6 +248,20 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     rows = " ".join(lines(next_rows(bench_snapshot(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
     assert "Here it is about 5." in rows
+
+
+def test_a_lesson_shows_the_users_own_points_over_its_prediction(snapshot: BenchSnapshot) -> None:
+    """Over the force along the axis that it bends; without the prediction before the guess."""
+    rows = lines(rows_for(snapshot, "second-order", 76))
+    own = rows[rows.index("your data") :]
+    assert "━ second-order" in own[2]
+    plot = own[3 : 3 + LESSON_PLOT_ROWS]
+    assert "━" in "".join(plot)
+    assert set("∘●") & set("".join(plot))
+    assert "force along x, g" in "".join(plot)
+    hidden = lines(rows_for(snapshot, "second-order", 76, hidden=True))
+    assert "your data" in hidden
+    assert "━" not in "".join(hidden)
 
 
 @pytest.mark.parametrize("width", [60, 76, 104])

@@ -91,7 +91,7 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
         return None
     try:
         values = np.loadtxt(
-            io.BytesIO(block),
+            io.StringIO(block.decode("ascii")),
             delimiter=None if separator == b" " else separator.decode("ascii"),
             comments=None,
             ndmin=2,

@@ -55,9 +55,9 @@ class Asymmetry(AxisEffect):
             signature="Much like the second-order term: opposite signs at opposite faces. The "
             "difference is a kink where the axis is level, instead of a smooth bend.",
             needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
-            "Even so, 1 g hardly tells it from the second-order term; for use below 1 g it does "
-            "not matter which of the two is taken.",
-            remedy="Add the term and apply it. Below 1 g the second-order term serves as well.",
+            "Even so, 1 g hardly tells it from the second-order term. The bench says whether it "
+            "matters for the up direction which of the two is taken.",
+            remedy="Add the term and apply it. The second-order term takes most of the same error.",
             confirm="Tilt the axis through level in steps of a few degrees on a dividing head: the "
             "slope of the reading changes at zero.",
             source="IEEE Std 1293, model equation of linear accelerometers (scale factor "

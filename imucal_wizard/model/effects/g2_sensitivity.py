@@ -45,8 +45,8 @@ class G2Sensitivity(ForceEffect):
             "device, damp the mounting as well: a square does not average out.",
             confirm="Shake the resting device along one axis: the mean rate moves with the mean "
             "square of the shaking.",
-            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes "
-            "(acceleration-squared-sensitive drift).",
+            source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes; IEEE Std 528, "
+            "acceleration-squared-sensitive drift rate (which counts products of components, too).",
         ),
     }
 

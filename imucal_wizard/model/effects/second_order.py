@@ -56,7 +56,7 @@ class SecondOrder(AxisEffect):
             "face, falls at the opposite one, and crosses zero about 40° away from each face. Most "
             "of the bend looks like a bias and has been swallowed by the fit already.",
             needs="Both faces of the axis and poses half way between (edges, corners). At 1 g the "
-            "asymmetry looks almost the same; only forces well over 1 g tell them apart.",
+            "asymmetry looks almost the same; forces well over 1 g tell them apart.",
             remedy="Add the term and apply it with the calibration; the fit without it puts 60 % "
             "of it into the bias. Above 1 g apply it only if a test there has confirmed it.",
             confirm="Measure at several g in both directions, on a centrifuge: half the sum of "

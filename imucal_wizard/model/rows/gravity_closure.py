@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.attitude import RotationSamples, attitudes
+from imucal_wizard.core.attitude import Attitudes, RotationSamples
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import (
@@ -82,10 +82,10 @@ class ClosureRows(Rows):
         if len(terms):
             motion = source.motion if near is None else near.motion
             rate = rate - terms.columns(motion) @ calibration.sizes
-        self._steps = attitudes(quaternions(samples.rotation_vectors(rate)), samples.step_offsets)
-        last = self._steps[1][:, samples.step_offsets[1:] - 1]
+        turned = quaternions(samples.rotation_vectors(rate))
+        self._attitudes = Attitudes(turned, samples.step_offsets)
         self.rate = rate
-        self.ends = np.moveaxis(matrices(last), -1, 0)
+        self.ends = np.moveaxis(matrices(self._attitudes.whole), -1, 0)
         self.closure = between(carry(self.ends, source.before), source.after)
         self.residual = source.rows_of(self.closure[:, :, None])[:, 0]
         self.own = np.repeat(source.noise, len(self.residual) // len(source.noise))
@@ -96,14 +96,14 @@ class ClosureRows(Rows):
     def force(self) -> FloatArray:
         """Specific force at each sample, m/s², shape (n, 3)."""
         samples = self._source.samples
-        attitude = samples.at_samples(*self._steps)
+        attitude = samples.at_samples(*self._attitudes.each)
         up = carried_back(attitude, self._source.before[samples.rotation].T).T
         return np.asarray(self._source.gravity * up)
 
     @cached_property
     def weights(self) -> FloatArray:
         """``Σ L ∫ … dt`` as weights of the samples, s, shape (3, n, 3)."""
-        weights = self._source.samples.sample_weights(self._attitudes).reshape(3, 3, -1)
+        weights = self._source.samples.sample_weights(self._means).reshape(3, 3, -1)
         return np.ascontiguousarray(np.moveaxis(weights, 1, 2))
 
     @property
@@ -112,15 +112,15 @@ class ClosureRows(Rows):
         return replace(self._source.motion, rate=self.rate, force=self.force)
 
     @cached_property
-    def _attitudes(self) -> FloatArray:
+    def _means(self) -> FloatArray:
         """``L dt`` of each step, s, shape (9, s)."""
-        return attitude_means(*self._steps) * self._source.samples.dt
+        return attitude_means(*self._attitudes.each) * self._source.samples.dt
 
     @property
     def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
         """See ``Rows``: the seconds that a rate error on each axis acts."""
         first = self._source.samples.step_offsets[:-1]
-        return self._closed(np.add.reduceat(self._attitudes, first, axis=1).T.reshape(-1, 3, 3))
+        return self._closed(np.add.reduceat(self._means, first, axis=1).T.reshape(-1, 3, 3))
 
     def base_columns(self) -> FloatArray:
         """See ``Rows``: ``∂w/∂M_ij = e_i (y − b)_j`` and ``∂w/∂b = −M``."""
@@ -129,7 +129,7 @@ class ClosureRows(Rows):
         middle[:, :3] = samples.at_middles(samples.reading - self._calibration.bias)
         turned = np.empty((len(self.closure), 3, ENTRIES))
         for index, (first, past) in enumerate(itertools.pairwise(samples.step_offsets.tolist())):
-            product = (self._attitudes[:, first:past] @ middle[first:past]).reshape(3, 3, 4)
+            product = (self._means[:, first:past] @ middle[first:past]).reshape(3, 3, 4)
             turned[index, :, :9] = product[:, :, :3].reshape(3, 9)
             turned[index, :, 9:] = -product[:, :, 3] @ self._calibration.matrix
         return self._closed(turned)
@@ -227,7 +227,7 @@ class ClosureRows(Rows):
     def _uneven(self) -> FloatArray:
         """A root of the covariance of each rotation's rows by what axes have over the quietest."""
         source, samples = self._source, self._source.samples
-        steps = self._attitudes.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
+        steps = self._means.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
         steps = steps * np.sqrt(source.walk - source.walk.min())[:, None]
         products = np.einsum("ias,jas->ijs", steps, steps).reshape(9, -1)
         whole = np.add.reduceat(products, samples.step_offsets[:-1], axis=1).T.reshape(-1, 3, 3)
@@ -416,8 +416,8 @@ class GravityClosure(RowSource):
             rate = np.einsum("nij,nj->ni", matrix[one.rotation], offset)
         else:
             rate = (one.reading - bias) @ matrix.T
-        _, after = attitudes(quaternions(one.rotation_vectors(rate)), one.step_offsets)
-        ends = np.moveaxis(matrices(after[:, one.step_offsets[1:] - 1]), -1, 0)
+        turned = Attitudes(quaternions(one.rotation_vectors(rate)), one.step_offsets)
+        ends = np.moveaxis(matrices(turned.whole), -1, 0)
         return between(carry(ends, self.before), self.after)
 
     def rows_of(self, closures: FloatArray) -> FloatArray:

@@ -1,5 +1,7 @@
 """The pages of the bench as rows: lesson, next poses, raw trace."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from imucal_wizard.core.poses import direction_in_words, pose_in_words
@@ -11,7 +13,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
-from imucal_wizard.diagnose.views import Point, ResidualView, point_of
+from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
 from imucal_wizard.model.lesson import lesson, picture
@@ -22,6 +24,13 @@ from imucal_wizard.tui.text import Line, Span, clock, line, wrapped
 
 LESSON_PLOT_ROWS = 11
 """Rows of the plot in a lesson."""
+_FAMILY = {
+    "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
+    "forces or speeds tell them apart, and sometimes more data.",
+    "time": "in one slow change the members of this family are nearly the same. A session in which "
+    "the temperature rises and falls, with repeated poses, tells them apart.",
+}
+"""What tells the members of a family apart, by the kind of its effects."""
 _BASE = {
     "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
     "the device over: half of the sum of both readings is the bias.",
@@ -33,27 +42,49 @@ _BASE = {
     "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
     "the same effect and are included. A circle on each of the six faces shows it.",
     "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
-    "effect of the sensor explains this hold and all the others. Do not delete it; measure the "
+    "effect tested here explains this hold and all the others. Do not delete it; measure the "
     "pose again.",
 }
 
 
-def rows_for(snapshot: BenchSnapshot, term: str, width: int) -> list[Line]:
-    """The lesson about an effect, a term of the base, or a disturbed hold."""
+def rows_for(snapshot: BenchSnapshot, term: str, width: int, *, hidden: bool = False) -> list[Line]:
+    """The lesson about an effect, a term of the base, or a disturbed hold.
+
+    Args:
+        snapshot: of the bench.
+        term: what it is about.
+        width: columns available.
+        hidden: the answer is hidden: show the data without what the effect would make of them.
+    """
     known = {effect.name: effect for effect in snapshot.catalogue}
-    if term in known:
-        return lesson_rows(known[term], snapshot.sensor, width)
-    return plain_rows(term, width)
+    if term not in known:
+        return plain_rows(term, width)
+    suspect = next((one for one in snapshot.findings.suspects if one.term == term), None)
+    over = picture(known[term], snapshot.sensor).x_label.split()[0]  # as the lesson's picture
+    views = [view for view in snapshot.views if view.x_label.split()[0] == over] or snapshot.views
+    own = None if suspect is None else clearest(snapshot.findings, views, suspect)
+    if own is not None and hidden:
+        own = replace(own, predicted=None, suspect="")
+    return lesson_rows(known[term], snapshot.sensor, width, own)
 
 
-def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
-    """The lesson about an effect."""
+def lesson_rows(
+    effect: Effect, sensor: str, width: int, own: ResidualView | None = None
+) -> list[Line]:
+    """The lesson about an effect, with the user's own points (``own``) over its prediction."""
     told = lesson(effect, sensor)
     rows = [*_heading(effect.title), *wrapped(told.what, width), line("")]
     rows += _part("equation", told.equation, width)
     rows += [line(f"    {effect.equation}", "key"), line("")]
     rows += _part("what it looks like", told.signature, width)
     rows += [*signature_rows(effect, sensor, width), line("")]
+    if own is not None:
+        rows += [
+            line("your data", "strong"),
+            line(f"  {own.part}: {own.title}, {own.unit}", "quiet"),
+        ]
+        rows += [line(f"  {own.legend}", "quiet")]
+        rows += [*picture_rows(own, min(width, 90), LESSON_PLOT_ROWS), line("")]
     rows += _part("usual sizes", told.sizes, width)
     rows += [line(""), *_part("what it takes to see it", told.needs, width)]
     rows += [line(""), *_part("what it costs to ignore it", told.cost, width)]
@@ -66,9 +97,7 @@ def lesson_rows(effect: Effect, sensor: str, width: int) -> list[Line]:
         if text:
             rows += [line(""), *_part(name, text, width)]
     if effect.family:
-        rows += [line(""), *_part("family", f"{effect.family}: at 1 g the members of this family "
-                                  "are nearly the same; only more force, or much more data, tells "
-                                  "them apart.", width)]  # fmt: skip
+        rows += [line(""), *_part("family", f"{effect.family}: {_FAMILY[effect.kind]}", width)]
     return rows
 
 
@@ -104,9 +133,10 @@ _NOTHING = (
     "drift)."
 )
 _NEVER = (
-    "A few poses at 1 g cannot tell them apart: that takes stronger forces, or many more holds."
+    "None of the poses tried here tells them apart. Many more holds, stronger forces or another "
+    "course of the temperature may."
 )
-_NEVER_TURNING = "Rotations by hand cannot tell them apart: that takes a rate table."
+_NEVER_TURNING = "None of the rotations tried here tells them apart; those of a rate table may."
 
 
 def next_rows(

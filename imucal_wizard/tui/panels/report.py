@@ -20,6 +20,7 @@ from imucal_wizard.core.quantities import (
     value_and_error,
 )
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.views import ResidualView, views_of
 from imucal_wizard.estimate.result import (
     AxisComparison,
     FitReport,
@@ -141,31 +142,37 @@ def _validation(fit: SensorFit) -> Text:
 class _Plot:
     """A plot of residuals as wide as the page."""
 
-    def __init__(self, fit: SensorFit) -> None:
-        self._fit = fit
+    def __init__(self, view: ResidualView) -> None:
+        self._view = view
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
-        """Draw the residuals by number, with the band of the noise."""
-        fit = self._fit
-        factor, _ = readable(fit.unit)
-        values = np.asarray(fit.residuals, np.float64).ravel() * factor
-        places = np.flatnonzero(np.isfinite(values))
-        x = np.asarray(places + 1, np.float64)
-        floor = fit.floor_fitted
-        error = None if floor is None else np.full(len(places), floor * factor)
-        label = f"number of the {_EACH.get(fit.sensor, 'hold')}"
-        rows = scatter(x, values[places], options.max_width, _PLOT_ROWS, x_label=label, error=error)
+        """Draw the residuals by number, with error bars and the band of the noise."""
+        view = self._view
+        rows = scatter(
+            view.x, view.y, options.max_width, _PLOT_ROWS, x_label=view.x_label, error=view.error
+        )
         yield rich_text([by_sign(row) for row in rows])
 
 
 def residual_plot(fit: SensorFit) -> Iterator[RenderableType]:
-    """The fitted residual of each hold or rotation, beside the noise of fitted residuals."""
-    _, unit = readable(fit.unit)
-    floor = fit.floor_fitted
-    noise = "" if floor is None else f", ▒ = noise ±{quantity(floor, fit.unit)}"
-    head = f"residual of each {_EACH.get(fit.sensor, 'hold')}, {unit}{noise}"
+    """The bench's picture of what is left of each hold or rotation, in the order of measuring."""
+    views = () if fit.rows is None or fit.experiment is None else views_of(fit)
+    view = next((one for one in views if one.name.endswith("number") and one.model is None), None)
+    view = view or _without_rows(fit)
+    each = _EACH.get(fit.sensor, "hold")
+    head = f"residual of each {each}, {view.unit}  {view.legend}"
     yield Text.assemble((f"{fit.sensor}: ", "bold"), (head, "dim"))
-    yield _Plot(fit)
+    yield _Plot(view)
+
+
+def _without_rows(fit: SensorFit) -> ResidualView:
+    """The residuals of a method that has no rows, by number."""
+    factor, unit = readable(fit.unit)
+    values = np.asarray(fit.residuals, np.float64).ravel() * factor
+    places = np.flatnonzero(np.isfinite(values))
+    label = f"number of the {_EACH.get(fit.sensor, 'hold')}"
+    x = np.asarray(places + 1, np.float64)
+    return ResidualView("", "", "", label, unit, x, values[places], places, "")
 
 
 def comparison_table(comparison: Sequence[AxisComparison], fit: SensorFit | None) -> Group:

@@ -419,8 +419,11 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         snapshot, chosen = self.selection.snapshot, self.selection.part or self.selection.entry
         if snapshot is not None and chosen is not None:
             term = chosen.term
+            hidden = self.selection.hidden
             page = PageScreen(
-                f"lesson: {term}", lambda width, _: rows_for(snapshot, term, width), "l"
+                f"lesson: {term}",
+                lambda width, _: rows_for(snapshot, term, width, hidden=hidden),
+                "l",
             )
             self.app.push_screen(page)
 
