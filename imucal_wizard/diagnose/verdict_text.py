@@ -16,7 +16,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import Suspect, largest
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
-from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL
+from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
 
@@ -30,6 +30,8 @@ equations as unknowns the ratio is about two."""
 CHANGED_RATIO = 3.0
 """New poses with so many times the error held out were not measured under the same conditions: in
 four poses chance makes twice."""
+MAX_LEFT_BY_ONE_CURVE = 0.2
+"""Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
 LISTED_EXPLANATIONS = 4
 DEPENDS_ON = {
     "force": "gravity",
@@ -193,7 +195,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
     curves = _curves(diagnosis, bench)
     if curves:
-        return [left, "No effect tested here explains it, but a free curve does.", *curves]
+        return [left, "No effect tested here explains it; a free curve shows it.", *curves]
     if any(term.effect.free for term in bench.fit.terms):
         guess = (
             "The free curve of the model is only a guess between the poses: hold it in poses "
@@ -227,8 +229,13 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first, now = curves[0], bench.fit.rms_held_out
     then = None if first.trial is None else first.trial.rms_held_out
     others = [other for other in curves[1:] if shape_of(bench.fit, other.term, curves)]
-    only = "" if others else " only"
-    told = [f"The error of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
+    left = 0.0 if first.trial is None else first.trial.rms_fitted
+    noise = MAX_REPEATABILITY * (bench.fit.floor_fitted or 0.0)
+    alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
+    how = f"depends on {shape.over}{'' if others else ' only'}"
+    if not alone:
+        how = f"depends on {shape.over}, and more than that is wrong"
+    told = [f"The error of {shape.axis} {how}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
         told.append(f"It may be {names} as well: these data cannot tell which.")

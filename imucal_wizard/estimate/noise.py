@@ -193,9 +193,9 @@ def _swayed(along: FloatArray, across: FloatArray, freedom: IntArray) -> BoolArr
         return swayed
     usual = _pooled(across[known], 2 * HOLD_FREEDOM)
     for k in np.flatnonzero(known & (across > usual) & (across > along)):
-        far = exceeded(across[k] / usual, 2 * freedom[k], EXACT)
-        apart = exceeded(across[k] / along[k], 2 * freedom[k], freedom[k])
-        swayed[k] = far < SWAYED_P / len(along) and apart < EQUAL_P
+        far = exceeded(across[k] / usual, 2 * freedom[k], EXACT) < SWAYED_P / len(along)
+        ratio = across[k] / along[k]
+        swayed[k] = far and exceeded(ratio, 2 * freedom[k], freedom[k]) < EQUAL_P
     return swayed
 
 

@@ -152,6 +152,14 @@ def test_a_curve_can_be_added_held_out_shown_and_applied() -> None:
     assert np.sqrt(np.mean(error[~near] ** 2)) < 3.0 * SIGMA * 1e-3
 
 
+def test_only_is_said_where_nothing_else_is_left() -> None:
+    """A step over the force and a swing in time, both on x: neither is all there is."""
+    found = bench(lambda f, m: 3.0 * step(f, m) + 2.0 * np.sin(2.0 * m), everywhere())
+    text = verdict_text(said(found))
+    assert not offered(found) or "more than that is wrong" in text
+    assert " only:" not in text
+
+
 def test_a_bias_that_swings_is_told_over_the_time() -> None:
     found = bench(lambda f, m: 1.0 * np.sin(m) + 0.0 * f, everywhere())
     assert offered(found)[0] == "unknown-shape/x-time"
