@@ -492,7 +492,7 @@ def main(sessions: int, seed: int, only: str = "") -> None:
         if only not in device.name:
             continue
         outcome = studied(device, sessions, seed)
-        closed = f"{100 * outcome.closed:.1f} %"
+        closed = "–" if device.flicker else f"{100 * outcome.closed:.1f} %"
         for group in GROUPS:
             mean, worst, least, most = outcome.group(group)
             inside = f"{100 * least:.1f}–{100 * most:.1f} %"
