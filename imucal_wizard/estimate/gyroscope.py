@@ -20,7 +20,7 @@ from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import Minimum, minimum
+from imucal_wizard.estimate.fit import Minimum, minimum, with_effects
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
@@ -31,6 +31,7 @@ from imucal_wizard.estimate.slow_noise import Fitted, in_session, slow_rate, spa
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import resolution_of
+from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -49,6 +50,7 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     RowSource,
 )
+from imucal_wizard.model.terms import Term
 
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
@@ -62,6 +64,8 @@ BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 MIN_SPARE = 0.05
 """Share of the closures' noise that is left after the fit, at least."""
+SHOWN_BY_RESTS = "bias-drift", "warm-up", "g-sensitivity"
+"""Effects that are the same in rests and rotations."""
 UNSTEADY = 9.0
 """Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
@@ -544,17 +548,20 @@ def share_lost(found: Minimum[GyroscopeExperiment]) -> float:
     """Which share of what sampling may lose the closures show, 0 to 1.
 
     A sensor that averages from sample to sample loses less than its spectrum allows, and nothing in
-    its samples tells that it does.
+    its samples tells that it does. A bias that follows time or gravity must not pass for it: the
+    closures are those of a model with these effects, of which the rests tell the most.
     """
-    experiment = found.experiment
+    experiment, terms = found.experiment, [Term(effect(name)) for name in SHOWN_BY_RESTS]
     if not experiment.lost:
         return 1.0
+    columns = np.concatenate([rows.term_columns(terms) for rows in found.rows])
+    without = with_effects(found, terms, found.independent.rows(columns))
     span = np.diff(experiment.rotations.spans, axis=1)[:, 0]
     rows = slice(experiment.rest.reading.size, experiment.rest.reading.size + 2 * len(span))
     lost = np.repeat(experiment.lost * span, 2)
     own = found.independent.diagonal(found.system.own)[rows] - lost
-    spare = max(float(found.balance.spare[rows].mean()), MIN_SPARE)
-    beyond = float((found.errors[rows] ** 2 / spare - own).sum())
+    spare = max(float(without.balance.spare[rows].mean()), MIN_SPARE)
+    beyond = float((without.errors[rows] ** 2 / spare - own).sum())
     return min(max(beyond / float(lost.sum()), 0.0), 1.0)
 
 

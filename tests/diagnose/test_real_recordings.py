@@ -66,11 +66,22 @@ def test_no_g_sensitivity_is_added_to_the_mikoff_logs(log: str) -> None:
 @pytest.mark.study
 @pytest.mark.parametrize("recording", ["Xsens MTi", "MPU-9150, first", "MPU-9150, second"])
 def test_an_effect_added_to_real_samples_is_never_called_another(recording: str) -> None:
-    """At three times the nameable size it is named or probable, and fresh holds agree."""
+    """At three times the nameable size it is named, listed or probable; none of these is another.
+
+    Where something was added, fresh holds and rotations agree. A bias that drifts is not always
+    told from one that warms up, and two explanations are listed instead of one being added. The
+    Xsens gyroscope feels gravity by itself: beside a drift that alone may be called probable.
+    """
     shared_data("README.md")
     for number, term in enumerate(("second-order", "gyroscope/bias-drift")):
         key = term if "/" in term else f"accelerometer/{term}"
         found = injected(recording, key, 3.0, 31, number)
         assert found is not None
-        assert found.outcome in {"right", "listed"}
-        assert found.after < 0.6 * found.before
+        if recording == "Xsens MTi" and found.outcome == "none":
+            assert found.said == "unexplained (probably g-sensitivity)"
+        else:
+            assert found.outcome in {"right", "listed"}
+        if found.outcome == "right":
+            assert found.after < 0.6 * found.before
+        else:
+            assert found.after == found.before
