@@ -174,7 +174,8 @@ class Session:
             true = self.accelerometer.sensitivity @ (GRAVITY * up) + self.accelerometer.bias
             true = true + 1e-3 * device.scatter * GRAVITY * rng.standard_normal(3)
             mean, covariance, within = _averaged(true, level * force, samples, rng)
-            during = added(start + np.arange(samples) / RATE).reshape(BATCHES, -1, 3).mean(axis=1)
+            batched = samples // BATCHES * BATCHES
+            during = added(start + np.arange(batched) / RATE).reshape(BATCHES, -1, 3).mean(axis=1)
             during = during + np.radians(device.jitter) * rng.standard_normal(3)
             still = self.gyroscope.bias + during
             middle = np.array([start + 0.5 * seconds])

@@ -70,10 +70,10 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
         return HoldNoise(along, across)
     # one number for all axes, which is better known, but for holds in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
-    swayed = _swayed(along * times, across * times, freedom)
-    calm, known = ~swayed, 3 * freedom
     scatters = [hold.accelerometer_scatter for hold in holds]
     single = times * [np.nan if one is None else one.mean() for one in scatters]
+    swayed = _swayed(along * times, across * times, single, freedom)
+    calm, known = ~swayed, 3 * freedom
     samples = 3 * np.array([hold.samples - 1 for hold in holds])
     both[calm], known[calm] = _moderated(both[calm], single[calm], known[calm], samples[calm])
     if swayed.any():
@@ -175,15 +175,19 @@ def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool
     return bool(median(ratio) > max(np.log(TREMBLING), SURE * float(doubt)))
 
 
-def _swayed(along: FloatArray, across: FloatArray, freedom: IntArray) -> BoolArray:
+def _swayed(
+    along: FloatArray, across: FloatArray, single: FloatArray, freedom: IntArray
+) -> BoolArray:
     """Holds whose noise across gravity is far above that of the others, and above that along it.
 
     A device that sways in a hold, or turns about the vertical, turns gravity's direction and hardly
-    changes its magnitude.
+    changes its magnitude. A sway is slow: it changes the mean far more than independent samples of
+    the same scatter would, which noise that differs from hold to hold does not.
 
     Args:
         along: variance × time along gravity, shape (n,).
         across: the same of one component across it, shape (n,).
+        single: the same if samples are independent, NaN where not known, shape (n,).
         freedom: degrees of freedom of ``along``, half of those of ``across``.
     """
     known = (along > 0.0) & (across > 0.0) & (freedom > 0)
@@ -191,9 +195,10 @@ def _swayed(along: FloatArray, across: FloatArray, freedom: IntArray) -> BoolArr
     swayed = np.zeros(len(along), np.bool_)
     if not known.any():
         return swayed
-    usual = _pooled(across[known], 2 * HOLD_FREEDOM)
-    for k in np.flatnonzero(known & (across > usual) & (across > along)):
-        far = exceeded(across[k] / usual, 2 * freedom[k], EXACT) < SWAYED_P / len(along)
+    slow = across / single if (single > 0.0).all() else across
+    usual = _pooled(slow[known], 2 * HOLD_FREEDOM)
+    for k in np.flatnonzero(known & (slow > usual) & (across > along)):
+        far = exceeded(slow[k] / usual, 2 * freedom[k], EXACT) < SWAYED_P / len(along)
         ratio = across[k] / along[k]
         swayed[k] = far and exceeded(ratio, 2 * freedom[k], freedom[k]) < EQUAL_P
     return swayed

@@ -46,7 +46,7 @@ from imucal_wizard.measurement.stillness import Noise, Windows
 CLIPPING_ADVICE = {
     "accelerometer": "set a wider range in the device, and do not shake it",
     "gyroscope": "turn more slowly, or set a wider range in the device",
-    "magnetometer": "set a wider range in the device, or take away the magnet near it",
+    "magnetometer": "set a wider range, or take away the magnet near it",
 }
 """What to do about an axis at the end of its range."""
 

@@ -202,6 +202,9 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         words.append(seen_from(suspect))
         if suspect.like:
             words.append(f"looks the same here as {', '.join(suspect.like)}")
+    if entry.closures is not None:
+        now, then = (quantity(one, "rad") for one in entry.closures)
+        words.append(f"gyroscope's closure with this: {now} → {then}")
     if entry.rises:
         words.append("▲ the held-out error would not fall")
     return "; ".join(words)

@@ -81,6 +81,6 @@ def test_an_exercise_that_chance_made_is_solved(tmp_path: Path) -> None:
     assert last.rms_held_out is not None
     assert last.rms_held_out < 0.5 * first.rms_held_out
     (term,) = bench.fit.terms
-    axis = "xyz"[int(abs(bench.fit.sizes[0]).argmax())]
-    outcome, _ = judge_guess(Guess("accelerometer", term.name, axis), reveal(made.answer, made.key))
+    axes = term.effect.parameters("accelerometer")[int(abs(bench.fit.sizes[0]).argmax())].name
+    outcome, _ = judge_guess(Guess("accelerometer", term.name, axes), reveal(made.answer, made.key))
     assert outcome in (Outcome.RIGHT, Outcome.FAMILY)

@@ -76,19 +76,18 @@ async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the
         await pilot.press("right")
         await shows(pilot, "◆ field along", "read", "µT")
         await pilot.press("t")
-        await shows(pilot, "magnetometer x", "the samples in this direction were averaged")
+        await shows(pilot, "magnetometer x")
+        await pilot.press("end")
+        await shows(pilot, "the samples in this direction were averaged")
 
 
 async def test_model_and_lesson_speak_of_the_field(drawing: Benches) -> None:
     async with app_with(drawing).run_test(size=LARGE) as pilot:
         await to_the_field(pilot)
         await pilot.press("l")
-        await shows(
-            pilot,
-            "FIELD OF THE BOARD'S OWN CURRENT",
-            "the heading wrong by",
-            "coefficient × current",
-        )
+        await shows(pilot, "FIELD OF THE BOARD'S OWN CURRENT", "coefficient × current", "your data")
+        await pilot.press("end")
+        await shows(pilot, "the heading wrong by")
         await pilot.press("escape", "2")
         await shows(pilot, "m = W·(y − b)", "soft-iron", "6 numbers, the largest")
 
