@@ -154,13 +154,17 @@ class SourceScreen(LiveScreen):
     def action_open(self) -> None:
         """Open the selected source, or the typed one."""
         if self.query_one(Input).has_focus:
-            typed = self.query_one(Input).value.strip()
-            kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
-            if typed:
-                self._open(SourceChoice(kind, typed, typed))
+            # in the field's own queue, behind the keys that it has not read yet
+            self.query_one(Input).call_later(self._open_typed)
         elif self._chosen is None or self._chosen is not self.state.choice:
             # an early enter must not replace the source of the command line while it opens
             self._open(self._choices[self.query_one(OptionList).highlighted or 0])
+
+    def _open_typed(self) -> None:
+        typed = self.query_one(Input).value.strip()
+        kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
+        if typed:
+            self._open(SourceChoice(kind, typed, typed))
 
     def action_type(self) -> None:
         """Move to the field for a file or URL, and back."""
