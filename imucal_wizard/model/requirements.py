@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION
-from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances
+from imucal_wizard.model.effect import DEGREE, GYROSCOPE, MAGNETOMETER, Circumstances
 
 FELT_IN_MOTION = (GYROSCOPE,)
 """Sensors whose input is there only while the device rotates."""
@@ -86,6 +86,13 @@ def directions(c: Circumstances) -> str | None:
     if len(up) == 0 or float((up @ up[0]).min()) > np.cos(SAME_DIRECTION):
         return "gravity comes from one side only; hold the device still in several poses"
     return None
+
+
+def inputs(sensor: str, c: Circumstances) -> str | None:
+    """Whether what the sensor measures took many values."""
+    if sensor == MAGNETOMETER:
+        return fields(c)
+    return rotations(sensor, c) if sensor in FELT_IN_MOTION else directions(c)
 
 
 def previous_poses(c: Circumstances) -> str | None:

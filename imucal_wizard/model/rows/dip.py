@@ -6,7 +6,7 @@ the field and its dip across it, so that both kinds of row are independent thoug
 samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -125,6 +125,10 @@ class Dip(RowSource):
             Influence("temperature", "temperature, °C", c.temperature),
             Influence("current", f"current, {c.current_unit}", c.current),
         )  # fmt: skip
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return of(self.circumstances)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

@@ -1,6 +1,6 @@
 """The mean magnitude of the field in a group of samples, ``|x| − B``, ``x = M (y − b) − ε(x)``."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,6 +101,10 @@ class FieldMagnitude(RowSource):
             Influence("temperature", "temperature, °C", self.mean(c.temperature)),
             Influence("current", f"current, {c.current_unit}", self.mean(c.current)),
         )  # fmt: skip
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return self.mean(of(self.circumstances))
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

@@ -4,7 +4,7 @@
 adds two to three digits.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -139,6 +139,10 @@ class GravityMagnitude(RowSource):
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""
         return hold_influences(self.circumstances, self.labels.index)
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return of(self.circumstances)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

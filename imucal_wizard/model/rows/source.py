@@ -7,7 +7,7 @@ parameters that are neither: the dip of the place, errors of the reference.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -200,6 +200,13 @@ class RowSource(ABC):
     @abstractmethod
     def influences(self) -> tuple[Influence, ...]:
         """What the residuals may depend on, one value for each row."""
+
+    @abstractmethod
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """A function of the circumstances in each hold or group of samples, shape (k,).
+
+        Of a rotation, where it is furthest from 0.
+        """
 
     @abstractmethod
     def measured(self, row: int) -> tuple[FloatArray, str]:
