@@ -180,15 +180,17 @@ def test_a_curve_that_was_not_offered_can_be_added_by_hand() -> None:
 @pytest.mark.study
 def test_curves_are_offered_for_foreign_shapes_alone() -> None:
     """A small version of ``benchmarks.unknown_shape``."""
-    from benchmarks.hidden.noise import CONSUMER
     from benchmarks.unknown_shape import judged
 
+    noise = "usual flicker noise"
     plain = [
-        judged("26+12", CONSUMER, what, 7, k) for what in ("", "second-order") for k in range(6)
+        judged("accelerometer", "26+12", noise, what, 7, k)
+        for what in ("", "second-order")
+        for k in range(6)
     ]
     assert not any(one.offered for one in plain)
     foreign = [
-        judged("26+12", CONSUMER, what, 7, k)
+        judged("accelerometer", "26+12", noise, what, 7, k)
         for what in ("ripple", "bias that swings in time")
         for k in range(6)
     ]
