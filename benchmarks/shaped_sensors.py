@@ -134,7 +134,10 @@ class Fresh:
         )
         sizes = np.concatenate([np.zeros(0), *fit.sizes])
         terms = Terms(fit.sensor, fit.terms)
-        found = corrected((fit.matrix, fit.bias), terms, sizes, self.reading, where)
+        return self.rms(corrected((fit.matrix, fit.bias), terms, sizes, self.reading, where))
+
+    def rms(self, found: FloatArray) -> float:
+        """Rms error of corrected readings, SI."""
         if self.length:
             error = np.linalg.norm(found, axis=1) - np.linalg.norm(self.true, axis=1)
         else:

@@ -29,8 +29,9 @@ import numpy as np
 
 from benchmarks.complete import interval
 from benchmarks.measure import machine
-from benchmarks.shaped_sensors import SUBJECTS
+from benchmarks.shaped_sensors import SUBJECTS, Fresh
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.model.unknown_shape import NAME
@@ -111,16 +112,24 @@ def table(
     yield f"not reached: {'; '.join(missed) or 'nothing'}"
 
 
+def hidden_in(
+    sensor: str, plan: str, what: str, seed: int, number: int, noise: str = ""
+) -> tuple[Bench, Fresh, str]:
+    """One recording, new readings of its sensor, and the right curve; see ``judged``."""
+    subject = SUBJECTS[sensor]
+    noise = noise or subject.honest[0]
+    rng = np.random.default_rng([seed, number, sum(map(ord, f"{sensor} {plan} {noise} {what}"))])
+    hiding = subject.hiding(what, rng)
+    bench, fresh = subject.recorded(plan, noise, hiding, rng)
+    return bench, fresh, subject.right(hiding)
+
+
 def judged(sensor: str, plan: str, noise: str, what: str, seed: int, number: int) -> Judged:
     """One recording; ``what`` is an effect, a shape, or "" for nothing."""
-    rng = np.random.default_rng([seed, number, sum(map(ord, f"{sensor} {plan} {noise} {what}"))])
-    subject = SUBJECTS[sensor]
-    hiding = subject.hiding(what, rng)
-    right = subject.right(hiding)
     try:
-        bench, fresh = subject.recorded(plan, noise, hiding, rng)
+        bench, fresh, right = hidden_in(sensor, plan, what, seed, number, noise)
     except DataError:
-        return Judged(None, (), right, np.nan, None)
+        return Judged(None, (), "", np.nan, None)
     add_by_itself(bench)
     found = bench.look()
     offered = tuple(one.term for one in found.suspects if one.term.startswith(NAME))

@@ -25,8 +25,8 @@ MIN_HOLDS_INSIDE = 3
 MAX_GAP = 0.5
 """Largest gap without a hold, as a share of a width that is told: three holds in the
 same pose show no more than one."""
-MAX_SHARP_WIDTH = 0.4
-"""Width of a steep part that is called sharp, in halves of the curve's range."""
+MAX_SHARP_WIDTH = 0.2
+"""Width of a steep part that is called sharp, as a share of what was measured."""
 MIN_STEEP_SHARE = 0.5
 """Share of the largest slope from which on a part is as steep."""
 MIN_SLOPE_OF_PART = 0.1
@@ -37,6 +37,21 @@ STEP_SHARES = (0.1, 0.9)
 """Of its height, between which the width of a step is told."""
 PLACES = 201
 """At which the curve is drawn."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Where a curve was measured.
+
+    Attributes:
+        places: in its range from −1 to 1, in order, one of each hold, rotation or direction.
+        span: what these are in the shown unit.
+        word: what each of them is called.
+    """
+
+    places: FloatArray
+    span: Range
+    word: str
 
 
 @dataclass(frozen=True)
@@ -53,6 +68,7 @@ class SteepPart:
         inside: how many holds lie inside the width.
         bump: it goes up and down again, or down and up.
         sharp: it is narrow, and the holds show that it is.
+        word: what is measured in place of holds: rotations, directions of a field.
     """
 
     at: float
@@ -63,6 +79,7 @@ class SteepPart:
     inside: int
     bump: bool
     sharp: bool
+    word: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +138,14 @@ class CurveShape:
         kind = "a bump" if steep.bump else "changing"
         if steep.width is None:
             return (
-                f"{kind} between {low} and {high} {unit}, where the holds are too few or too far "
-                "apart to show its width"
+                f"{kind} between {low} and {high} {unit}, where the {steep.word}s are too few or "
+                "too far apart to show its width"
             )
         sharp = "a sharp bump" if steep.bump else "sharp"
         what = sharp if steep.sharp else "a bump" if steep.bump else "steepest"
-        wide = f"about {number(steep.width, 1)} {unit} wide ({steep.inside} holds lie inside)"
+        wide = (
+            f"about {number(steep.width, 1)} {unit} wide ({steep.inside} {steep.word}s lie inside)"
+        )
         return f"{what} at {at} {unit}, {wide}"
 
 
@@ -140,7 +159,7 @@ def curve_shape(
     variant: float | None,
     sizes: FloatArray,
     covariance: FloatArray,
-    measured: tuple[FloatArray, Range],
+    measured: Measured,
 ) -> CurveShape:
     """The shape of a curve with its coefficients.
 
@@ -150,14 +169,12 @@ def curve_shape(
         variant: its setting.
         sizes: shown unit, shape (p,).
         covariance: of the sizes, shape (p, p).
-        measured: places of the range −1 to 1 that were measured, one of each hold, rotation or
-            group of samples, and what they are in the shown unit.
+        measured: where.
     """
-    places, span = measured
-    held = np.sort(np.clip(places, -1.0, 1.0))
+    span, held = measured.span, np.clip(measured.places, -1.0, 1.0)
     place = np.linspace(held[0], held[-1], PLACES)
     columns = curve.shape(place, variant)
-    steep = _steepest(place, columns, sizes, covariance, held, straight=curve.lines > 1)
+    steep = _steepest(place, columns, sizes, covariance, measured, straight=curve.lines > 1)
     straight = place[:, None] ** np.arange(curve.lines)
     columns -= straight @ np.linalg.lstsq(straight, columns, rcond=None)[0]
     y, spread = columns @ sizes, columns @ covariance @ columns.T
@@ -203,7 +220,7 @@ def _steepest(
     columns: FloatArray,
     sizes: FloatArray,
     covariance: FloatArray,
-    held: FloatArray,
+    measured: Measured,
     *,
     straight: bool,
 ) -> SteepPart | None:
@@ -214,10 +231,10 @@ def _steepest(
         columns: the curve there per coefficient, shape (n, p).
         sizes: of the coefficients, shape (p,).
         covariance: of the sizes, shape (p, p).
-        held: places of the holds, in order.
+        measured: where.
         straight: the base model takes any straight line.
     """
-    step = place[1] - place[0]
+    step, held = place[1] - place[0], np.clip(measured.places, -1.0, 1.0)
     slopes = np.diff(columns, axis=0) / step
     if straight:
         own = slopes @ sizes
@@ -258,7 +275,8 @@ def _steepest(
         ),
         inside=len(inside),
         bump=bump,
-        sharp=known and width <= MAX_SHARP_WIDTH,
+        sharp=known and bool(width <= MAX_SHARP_WIDTH * (held[-1] - held[0])),
+        word=measured.word,
     )
 
 

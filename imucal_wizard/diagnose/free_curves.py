@@ -21,7 +21,7 @@ import numpy as np
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.curve_shape import CurveShape, curve_shape
+from imucal_wizard.diagnose.curve_shape import CurveShape, Measured, curve_shape
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.hypotheses import EFFECT, PRIOR, UNKNOWN, Hypothesis, noise_alone
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
@@ -80,10 +80,13 @@ def _shape(
     """The shape of a curve where it was measured; None without rows."""
     if fit.rows is None or fit.experiment is None:
         return None
-    each = [one.per_item(partial(curve.place, fit.sensor)) for one in fit.rows.sources]
+    # a zero is read where each axis rests; what is measured, in the rows that are judged
+    sources = [one for one in fit.rows.sources if one.by_axis and curve.lines == 1]
+    sources = sources or [one for one in fit.rows.sources if one.judged]
+    places = [one.per_item(partial(curve.place, fit.sensor)) for one in sources]
     span = curve.range(fit.sensor, fit.experiment.circumstances)
-    places = np.concatenate(each)
-    return curve_shape(curve, fit.sensor, variant, sizes, covariance, (places, span))
+    measured = Measured(np.sort(np.concatenate(places)), span, sources[0].item_word)
+    return curve_shape(curve, fit.sensor, variant, sizes, covariance, measured)
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,6 +122,8 @@ class UnknownShape(Effect):
 
     def suited(self, c: Circumstances) -> "UnknownShape":
         """On a magnetometer in the unit of its field."""
+        if MAGNETOMETER not in self.sensors or c.field_unit.name == "uT":
+            return self
         made = copy(self)
         made.units = {**UNIT, MAGNETOMETER: UNIT[MAGNETOMETER].of_field(c.field_unit)}
         return made

@@ -252,6 +252,11 @@ class RowSource(ABC):
         del directions, calibration, terms
         return self
 
+    @property
+    def item_word(self) -> str:
+        """What a hold, a rotation or a group of samples is called."""
+        return "rotation" if self.moving else "hold" if self.at_rest else self.group_word
+
     def item(self, row: int) -> int:
         """Number of the hold, rotation or group of samples that a row is of, from 0."""
         return int(self.labels.index[row])
