@@ -1,9 +1,11 @@
 """What effects need of the data: each check returns what is lacking, or None."""
 
+from functools import partial
+
 import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION
-from imucal_wizard.model.effect import DEGREE, GYROSCOPE, MAGNETOMETER, Circumstances
+from imucal_wizard.model.effect import DEGREE, GYROSCOPE, INPUT_OF, Circumstances
 
 FELT_IN_MOTION = (GYROSCOPE,)
 """Sensors whose input is there only while the device rotates."""
@@ -90,9 +92,8 @@ def directions(c: Circumstances) -> str | None:
 
 def inputs(sensor: str, c: Circumstances) -> str | None:
     """Whether what the sensor measures took many values."""
-    if sensor == MAGNETOMETER:
-        return fields(c)
-    return rotations(sensor, c) if sensor in FELT_IN_MOTION else directions(c)
+    checks = {"force": directions, "rate": partial(rotations, sensor), "magnetic": fields}
+    return checks[INPUT_OF[sensor]](c)
 
 
 def previous_poses(c: Circumstances) -> str | None:
