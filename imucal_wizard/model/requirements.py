@@ -1,5 +1,6 @@
 """What effects need of the data: each check returns what is lacking, or None."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -92,7 +93,11 @@ def directions(c: Circumstances) -> str | None:
 
 def inputs(sensor: str, c: Circumstances) -> str | None:
     """Whether what the sensor measures took many values."""
-    checks = {"force": directions, "rate": partial(rotations, sensor), "magnetic": fields}
+    checks: dict[str, Callable[[Circumstances], str | None]] = {
+        "force": directions,
+        "rate": partial(rotations, sensor),
+        "magnetic": fields,
+    }
     return checks[INPUT_OF[sensor]](c)
 
 
