@@ -12,7 +12,7 @@ of the variance ``h ln 2``. Averages over holds of T₁ and T₂ s, d s apart, t
 holds tells (restricted likelihood).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -34,6 +34,8 @@ where repeats or a long rest do: slow errors move the parameters less than white
 size, and without a measurement what a fit leaves hardly tells the two apart ..."""
 FLICKER = 0.75
 """... and the probability that slow errors are flicker noise and not a random walk."""
+WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
+"""Correlation times of what a place does to a sensor that is carried through it."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -109,6 +111,8 @@ class Fitted:
         variance: by whose inverse each hold was weighed, shape (n,).
         alike: which share of the same slow error two holds show, shape (n, n).
         pull: by how much an error of each hold moves each parameter, shape (k, n).
+        strength: by how much each hold moves with the strength of a field that is not the same
+            everywhere and always, shape (n,); None where the input is gravity or rest.
     """
 
     errors: FloatArray
@@ -116,6 +120,7 @@ class Fitted:
     variance: FloatArray
     alike: FloatArray
     pull: FloatArray
+    strength: FloatArray | None = None
 
 
 def in_session(
@@ -124,7 +129,9 @@ def in_session(
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
-    them is slow: flicker noise or a random walk, less its mean over the session. Their size, and
+    them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
+    also be the strength that drifts, or what differs from place to place, which is no part of the
+    bias and counts in full. Their size, and
     which part is slow, are told from what the fits leave, by restricted likelihood. No prior knows
     the size, so that white errors have the intervals of least squares with Student's t.
 
@@ -140,17 +147,14 @@ def in_session(
     """
     parts, all_white = np.append(0.0, PARTS), ALL_WHITE[measured]
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
+    bases = [complement(one.columns / np.sqrt(one.variance)[:, None]) for one in fitted]
+    if not all(across.shape[1] for across in bases):
+        return None
     logs, covariances = [], []
-    for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
+    for slow_errors, share, kernel in _slow_errors(spans, fitted):
         log, covariance = np.log(share * of_parts), np.zeros((len(parts), 1, 1))
-        whole = about_the_mean(spans, kernel)
-        for one in fitted:
-            sigma = np.sqrt(one.variance)
-            across = complement(one.columns / sigma[:, None])
-            freedom = across.shape[1]
-            if not freedom:
-                return None
-            slow = whole * one.alike
+        for one, across, slow in zip(fitted, bases, slow_errors, strict=True):
+            sigma, freedom = np.sqrt(one.variance), across.shape[1]
             values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
             values = np.maximum(values, 0.0)
             shown = bool(values.any())  # spans without an order in time show nothing
@@ -160,7 +164,7 @@ def in_session(
             scale = (square / variance).sum(axis=1) / freedom
             log -= 0.5 * np.log(variance).sum(axis=1)
             log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
-            if rest is not None:
+            if rest is not None and kernel is not None:
                 log += rest.evidence(kernel, scale * parts / size)
             added = np.multiply.outer(shown * parts / size, one.pull @ slow @ one.pull.T)
             white = (one.pull * one.variance) @ one.pull.T
@@ -174,10 +178,34 @@ def in_session(
     )
 
 
+def _slow_errors(
+    spans: FloatArray, fitted: Sequence[Fitted]
+) -> Iterator[tuple[list[FloatArray], float, Callable[[FloatArray], FloatArray] | None]]:
+    """Covariances of each fit's errors by each kind of slow error, its probability, its kernel."""
+    of_field = any(one.strength is not None for one in fitted)
+    of_bias = 1.0 / 3.0 if of_field else 1.0
+    for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
+        whole = about_the_mean(spans, kernel)
+        yield [whole * one.alike for one in fitted], of_bias * share, kernel
+    if not of_field:
+        return
+    whole = about_the_mean(spans, walked)
+    yield [_of_strength(whole, one) for one in fitted], 1.0 / 3.0, None
+    for tau in WANDER_SECONDS:
+        whole = relaxing(spans, tau)
+        yield [whole * one.alike for one in fitted], 1.0 / 3.0 / len(WANDER_SECONDS), None
+
+
+def _of_strength(whole: FloatArray, one: Fitted) -> FloatArray:
+    strength = np.zeros(len(whole)) if one.strength is None else one.strength
+    return np.asarray(whole * strength[:, None] * strength)
+
+
 def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
     """Covariance of averages over spans of time about the mean from the first to the last one."""
     gaps = np.column_stack([spans[:-1, 1], spans[1:, 0]])
-    pieces = np.concatenate([spans, gaps[gaps[:, 1] > gaps[:, 0]]]) - spans[0, 0]
+    shortest = 1e-9 * float(spans[-1, 1] - spans[0, 0])
+    pieces = np.concatenate([spans, gaps[np.diff(gaps)[:, 0] > shortest]]) - spans[0, 0]
     covariance, length = kernel(pieces), pieces[:, 1] - pieces[:, 0]
     share, count = length / length.sum(), len(spans)
     with_mean = covariance[:count] @ share
@@ -225,17 +253,21 @@ def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatA
 
 def averaged(spans: FloatArray) -> FloatArray:
     """Covariance of averages over these spans of time, (n, 2), where B is one, shape (n, n)."""
-    start, end = spans.T
-    length = end - start
-    gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
     out = np.zeros((len(spans), len(spans)))
     for tau in OCTAVES:
-        share = length / tau
-        mean = -np.expm1(-share) / share
-        apart = np.outer(mean, mean) * np.exp(-gap / tau)
-        np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
-        out += 0.5 * apart  # h ln 2 = B²/2
+        out += 0.5 * relaxing(spans, tau)  # h ln 2 = B²/2
     return out
+
+
+def relaxing(spans: FloatArray, tau: float) -> FloatArray:
+    """The same of a Gauss–Markov process of variance one and correlation time tau, s."""
+    start, end = spans.T
+    gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+    share = (end - start) / tau
+    mean = -np.expm1(-share) / share
+    apart = np.outer(mean, mean) * np.exp(-gap / tau)
+    np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
+    return np.asarray(apart)
 
 
 def complement(columns: FloatArray) -> FloatArray:
