@@ -31,9 +31,12 @@ MOMENTS = 6
 ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
-size, and without a measurement what a fit leaves hardly tells the two apart ..."""
+size, and without a measurement what a fit leaves hardly tells the two apart."""
+ALL_WHITE_OF_FIELD = 0.75
+"""The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
+everywhere."""
 FLICKER = 0.75
-"""... and the probability that slow errors are flicker noise and not a random walk."""
+"""And the probability that slow errors are flicker noise and not a random walk."""
 WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
 """Correlation times of what a place does to a sensor that is carried through it."""
 PARTS = np.geomspace(0.1, 100.0, 13)
@@ -145,7 +148,9 @@ def in_session(
     Returns:
         The covariance; None where a fit leaves nothing to judge by.
     """
-    parts, all_white = np.append(0.0, PARTS), ALL_WHITE[measured]
+    of_field = any(one.strength is not None for one in fitted)
+    all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
+    parts = np.append(0.0, PARTS)
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
     bases = [complement(one.columns / np.sqrt(one.variance)[:, None]) for one in fitted]
     if not all(across.shape[1] for across in bases):

@@ -298,9 +298,7 @@ class MagnetometerExperiment(Experiment):
             pull=basis @ found.pull()[free][:, order],
             strength=(order < len(self.magnitude.labels)).astype(float),
         )
-        # a field is hardly ever the same everywhere: white errors alone are no better known than
-        # where slow noise is measured
-        by_errors = in_session(spans[order], [fitted], measured=True)
+        by_errors = in_session(spans[order], [fitted], measured=False)
         if by_errors is None:
             return None
         balance = found.balance
