@@ -126,17 +126,41 @@ class Fitted:
     strength: FloatArray | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Rows between the holds, which the same slow errors move; the holds tell how large these are.
+
+    Attributes:
+        spans: beginning and end of what was measured, s, shape (m, 2).
+        slow: derivative of the n rows by the mean error of each of the f fitted axes in each span,
+            shape (f, n, m).
+        pull: by how much an error of each row moves each parameter, shape (k, n).
+        own: variance of each row by measured noise, shape (n,).
+        variance: the same as the fit leaves it, slow errors included, shape (n,).
+    """
+
+    spans: FloatArray
+    slow: FloatArray
+    pull: FloatArray
+    own: FloatArray
+    variance: FloatArray
+
+
 def in_session(
-    spans: FloatArray, fitted: Sequence[Fitted], measured: bool, rest: LongRest | None = None
+    spans: FloatArray,
+    fitted: Sequence[Fitted],
+    measured: bool,
+    rest: LongRest | None = None,
+    between: Between | None = None,
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
     them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
     also be the strength that drifts, or what differs from place to place, which is no part of the
-    bias and counts in full. Their size, and
-    which part is slow, are told from what the fits leave, by restricted likelihood. No prior knows
-    the size, so that white errors have the intervals of least squares with Student's t.
+    bias and counts in full. Their size, and which part is slow, are told from what the fits leave,
+    by restricted likelihood. No prior knows the size, so that white errors have the intervals of
+    least squares with Student's t.
 
     Args:
         spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
@@ -144,22 +168,32 @@ def in_session(
             and the errors of one are independent of those of another.
         measured: whether repeats or a rest show slow noise apart from the model.
         rest: a rest so long that it shows slow noise by itself.
+        between: rows of what was measured between the holds.
 
     Returns:
         The covariance; None where a fit leaves nothing to judge by.
     """
+    count, every = len(spans), spans if between is None else np.concatenate([spans, between.spans])
+    order = np.argsort(every[:, 0], kind="stable")
+    place = np.argsort(order)
     of_field = any(one.strength is not None for one in fitted)
     all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
     parts = np.append(0.0, PARTS)
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
-    bases = [complement(one.columns / np.sqrt(one.variance)[:, None]) for one in fitted]
-    if not all(across.shape[1] for across in bases):
+    sigmas = [np.sqrt(one.variance) for one in fitted]
+    left = [
+        complement(one.columns / sigma[:, None]) for one, sigma in zip(fitted, sigmas, strict=True)
+    ]
+    if not all(across.shape[1] for across in left):
         return None
     logs, covariances = [], []
-    for slow_errors, share, kernel in _slow_errors(spans, fitted):
-        log, covariance = np.log(share * of_parts), np.zeros((len(parts), 1, 1))
-        for one, across, slow in zip(fitted, bases, slow_errors, strict=True):
-            sigma, freedom = np.sqrt(one.variance), across.shape[1]
+    for ordered, chance, kernel, of_strength in _slow_errors(every[order], of_field):
+        log, covariance = np.log(chance * of_parts), np.zeros((len(parts), 1, 1))
+        whole = ordered[np.ix_(place, place)]
+        moved = np.zeros(len(parts))
+        for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
+            freedom = across.shape[1]
+            slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
             values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
             values = np.maximum(values, 0.0)
             shown = bool(values.any())  # spans without an order in time show nothing
@@ -171,9 +205,22 @@ def in_session(
             log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
             if rest is not None and kernel is not None:
                 log += rest.evidence(kernel, scale * parts / size)
-            added = np.multiply.outer(shown * parts / size, one.pull @ slow @ one.pull.T)
+            pull = one.pull
+            if between is not None:
+                pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
+                among = whole[count:, count:]
+                size_here = ((between.slow[k] @ among) * between.slow[k]).sum()
+                moved += scale * shown * parts / size * size_here
+                slow = whole
+            added = np.multiply.outer(shown * parts / size, pull @ slow @ pull.T)
             white = (one.pull * one.variance) @ one.pull.T
             covariance = covariance + scale[:, None, None] * (white + added)
+        if between is not None:
+            # what is left of these rows is their measured noise at least
+            total = between.variance.sum()
+            share = np.maximum(total - moved, min(between.own.sum(), total)) / total
+            white = (between.pull * between.variance) @ between.pull.T
+            covariance = covariance + np.multiply.outer(share, white)
         logs.append(log)
         covariances.append(covariance)
     log = np.concatenate(logs)
@@ -184,26 +231,29 @@ def in_session(
 
 
 def _slow_errors(
-    spans: FloatArray, fitted: Sequence[Fitted]
-) -> Iterator[tuple[list[FloatArray], float, Callable[[FloatArray], FloatArray] | None]]:
-    """Covariances of each fit's errors by each kind of slow error, its probability, its kernel."""
-    of_field = any(one.strength is not None for one in fitted)
+    spans: FloatArray, of_field: bool
+) -> Iterator[tuple[FloatArray, float, Callable[[FloatArray], FloatArray] | None, bool]]:
+    """Covariance of the averages by each kind of slow error, its probability, and its kernel.
+
+    Last, whether it is one of the field's strength; else it is one of the bias.
+    """
     of_bias = 1.0 / 3.0 if of_field else 1.0
-    for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
-        whole = about_the_mean(spans, kernel)
-        yield [whole * one.alike for one in fitted], of_bias * share, kernel
-    if not of_field:
-        return
-    whole = about_the_mean(spans, walked)
-    yield [_of_strength(whole, one) for one in fitted], 1.0 / 3.0, None
-    for tau in WANDER_SECONDS:
-        whole = relaxing(spans, tau)
-        yield [whole * one.alike for one in fitted], 1.0 / 3.0 / len(WANDER_SECONDS), None
+    yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
+    by_walk = about_the_mean(spans, walked)
+    yield by_walk, of_bias * (1.0 - FLICKER), walked, False
+    if of_field:
+        yield by_walk, 1.0 / 3.0, None, True
+        start, end = spans.T
+        gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+        for tau in WANDER_SECONDS:
+            of_places = relaxed(end - start, np.exp(-gap / tau), tau)
+            yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
 
 
-def _of_strength(whole: FloatArray, one: Fitted) -> FloatArray:
-    strength = np.zeros(len(whole)) if one.strength is None else one.strength
-    return np.asarray(whole * strength[:, None] * strength)
+def _strengths(one: Fitted) -> FloatArray:
+    """By how much the same strength of the field moves two rows, shape (n, n)."""
+    strength = np.zeros(len(one.errors)) if one.strength is None else one.strength
+    return np.multiply.outer(strength, strength)
 
 
 def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -258,19 +308,27 @@ def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatA
 
 def averaged(spans: FloatArray) -> FloatArray:
     """Covariance of averages over these spans of time, (n, 2), where B is one, shape (n, n)."""
-    out = np.zeros((len(spans), len(spans)))
-    for tau in OCTAVES:
-        out += 0.5 * relaxing(spans, tau)  # h ln 2 = B²/2
+    start, end = spans.T
+    gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+    out, fallen = np.zeros((len(spans), len(spans))), np.exp(-gap / OCTAVES[-1])
+    for tau in OCTAVES[::-1]:
+        out += 0.5 * relaxed(end - start, fallen, tau)  # h ln 2 = B²/2
+        fallen *= fallen  # half the correlation time
     return out
 
 
-def relaxing(spans: FloatArray, tau: float) -> FloatArray:
-    """The same of a Gauss–Markov process of variance one and correlation time tau, s."""
-    start, end = spans.T
-    gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-    share = (end - start) / tau
+def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
+    """Covariance of averages of a Gauss–Markov process of variance one, shape (n, n).
+
+    Args:
+        length: of the spans of time, s, shape (n,).
+        fallen: by how much the correlation falls off in the gap between two of them, shape (n, n).
+        tau: correlation time, s.
+    """
+    share = length / tau
     mean = -np.expm1(-share) / share
-    apart = np.outer(mean, mean) * np.exp(-gap / tau)
+    apart = fallen * mean
+    apart *= mean[:, None]
     np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
     return np.asarray(apart)
 
