@@ -156,6 +156,8 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
     likelihood[0] = np.exp(alone).sum(axis=(1, 2))
     for wander, one in enumerate(hypotheses.spectra):
         sigmas = np.flatnonzero(alone[:, wander].max(axis=0) > -MAX_LOG_FACTOR)
+        if not len(sigmas):
+            continue
         noise = alone[:, wander, sigmas].T.astype(np.float32)
         gain = 0.5 * one.gain[:, :, sigmas].astype(np.float32)
         log_det = 0.5 * one.log_det[:, :, sigmas].astype(np.float32)
@@ -173,4 +175,4 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
             found.append(each.sum(axis=2).mean(axis=1))
             first, start = end, stop
         likelihood[1:] += np.concatenate(found)[one.order]
-    return np.log(likelihood.T) + highest[:, :, 0]
+    return np.asarray(np.log(likelihood.T) + highest[:, :, 0])
