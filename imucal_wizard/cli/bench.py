@@ -115,7 +115,7 @@ def run(argv: Sequence[str]) -> int:
     status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if arguments.save:
         calibration = fit.judged({one.sensor: one for one in statements})
-        for text in save_usable(calibration, arguments.save, force=arguments.force):
+        for text in save_usable(calibration, arguments.save, arguments, force=arguments.force):
             (note if arguments.json == STANDARD_OUT else say)(text)
         if calibration.unusable and not arguments.force:
             return 1

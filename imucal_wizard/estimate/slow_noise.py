@@ -118,8 +118,32 @@ class Fitted:
     pull: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Rows between the holds, which the same slow errors move; the holds tell how large these are.
+
+    Attributes:
+        spans: beginning and end of what was measured, s, shape (m, 2).
+        slow: derivative of the n rows by the mean error of each of the f fitted axes in each span,
+            shape (f, n, m).
+        pull: by how much an error of each row moves each parameter, shape (k, n).
+        own: variance of each row by measured noise, shape (n,).
+        variance: the same as the fit leaves it, slow errors included, shape (n,).
+    """
+
+    spans: FloatArray
+    slow: FloatArray
+    pull: FloatArray
+    own: FloatArray
+    variance: FloatArray
+
+
 def in_session(
-    spans: FloatArray, fitted: Sequence[Fitted], measured: bool, rest: LongRest | None = None
+    spans: FloatArray,
+    fitted: Sequence[Fitted],
+    measured: bool,
+    rest: LongRest | None = None,
+    between: Between | None = None,
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
@@ -134,23 +158,30 @@ def in_session(
             and the errors of one are independent of those of another.
         measured: whether repeats or a rest show slow noise apart from the model.
         rest: a rest so long that it shows slow noise by itself.
+        between: rows of what was measured between the holds.
 
     Returns:
         The covariance; None where a fit leaves nothing to judge by.
     """
+    count, every = len(spans), spans if between is None else np.concatenate([spans, between.spans])
+    order = np.argsort(every[:, 0], kind="stable")
+    place = np.argsort(order)
     parts, all_white = np.append(0.0, PARTS), ALL_WHITE[measured]
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
+    sigmas = [np.sqrt(one.variance) for one in fitted]
+    left = [
+        complement(one.columns / sigma[:, None]) for one, sigma in zip(fitted, sigmas, strict=True)
+    ]
+    if not all(across.shape[1] for across in left):
+        return None
     logs, covariances = [], []
     for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
         log, covariance = np.log(share * of_parts), np.zeros((len(parts), 1, 1))
-        whole = about_the_mean(spans, kernel)
-        for one in fitted:
-            sigma = np.sqrt(one.variance)
-            across = complement(one.columns / sigma[:, None])
+        whole = about_the_mean(every[order], kernel)[np.ix_(place, place)]
+        moved = np.zeros(len(parts))
+        for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
             freedom = across.shape[1]
-            if not freedom:
-                return None
-            slow = whole * one.alike
+            slow = whole[:count, :count] * one.alike
             values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
             values = np.maximum(values, 0.0)
             shown = bool(values.any())  # spans without an order in time show nothing
@@ -162,9 +193,22 @@ def in_session(
             log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
             if rest is not None:
                 log += rest.evidence(kernel, scale * parts / size)
-            added = np.multiply.outer(shown * parts / size, one.pull @ slow @ one.pull.T)
+            pull = one.pull
+            if between is not None:
+                pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
+                among = whole[count:, count:]
+                size_here = ((between.slow[k] @ among) * between.slow[k]).sum()
+                moved += scale * shown * parts / size * size_here
+                slow = whole
+            added = np.multiply.outer(shown * parts / size, pull @ slow @ pull.T)
             white = (one.pull * one.variance) @ one.pull.T
             covariance = covariance + scale[:, None, None] * (white + added)
+        if between is not None:
+            # what is left of these rows is their measured noise at least
+            total = between.variance.sum()
+            share = np.maximum(total - moved, min(between.own.sum(), total)) / total
+            white = (between.pull * between.variance) @ between.pull.T
+            covariance = covariance + np.multiply.outer(share, white)
         logs.append(log)
         covariances.append(covariance)
     log = np.concatenate(logs)
@@ -228,13 +272,15 @@ def averaged(spans: FloatArray) -> FloatArray:
     start, end = spans.T
     length = end - start
     gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-    out = np.zeros((len(spans), len(spans)))
-    for tau in OCTAVES:
+    out, fallen = np.zeros((len(spans), len(spans))), np.exp(-gap / OCTAVES[-1])
+    for tau in OCTAVES[::-1]:
         share = length / tau
         mean = -np.expm1(-share) / share
-        apart = np.outer(mean, mean) * np.exp(-gap / tau)
+        apart = fallen * mean
+        apart *= mean[:, None]
         np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
         out += 0.5 * apart  # h ln 2 = B²/2
+        fallen *= fallen  # half the correlation time
     return out
 
 

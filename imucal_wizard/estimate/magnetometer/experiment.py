@@ -184,6 +184,11 @@ class MagnetometerExperiment(Experiment):
             return self
         return MagnetometerExperiment(data, self._alignment, poses)
 
+    def still_means(self) -> dict[int, FloatArray]:
+        """See ``Experiment``."""
+        poses = self._poses
+        return {} if poses is None else dict(zip(poses.hold.tolist(), poses.reading, strict=True))
+
     def refined(self, found: "Minimum[Experiment]") -> "MagnetometerExperiment":
         """See ``Experiment``: the second stage took for rotation what the effects do to the dip."""
         if not len(found.terms) or self._poses is None or self._alignment is None:
