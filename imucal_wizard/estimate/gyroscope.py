@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -228,7 +229,7 @@ class GyroscopeExperiment(Experiment):
             per_sample = rest_of(holds, start.matrix).per_sample
             series, resting = None if readings is None else readings.gyroscope, None
             if series is not None:
-                resting = spectrum_at_rest(series, holds, start.matrix)
+                resting = partial(spectrum_at_rest, series, holds, start.matrix)
             lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample, resting)
         self.lost = lost
         rows, noise = self._resting, self._noise()

@@ -19,7 +19,7 @@ the estimate is too large. It never depends on how well the rotations close.
 """
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -50,7 +50,10 @@ Bands = tuple[float, float, int]
 
 
 def sampling_loss(
-    samples: RotationSamples, rate: FloatArray, noise: FloatArray, resting: Bands | None = None
+    samples: RotationSamples,
+    rate: FloatArray,
+    noise: FloatArray,
+    resting: Callable[[], Bands] | None = None,
 ) -> float:
     """Variance per second of the integral of a rate about one axis, rad²/s.
 
@@ -58,7 +61,7 @@ def sampling_loss(
         samples: of the rotations.
         rate: corrected rate of each sample, rad/s, shape (n, 3).
         noise: variance × time of the samples' own noise on each axis, rad²/s, shape (3,).
-        resting: spectrum at rest; without it the sensor is taken to have no filter.
+        resting: gives ``spectrum_at_rest``; without it the sensor is taken to have no filter.
     """
     turned = []
     for first, past in itertools.pairwise(samples.offsets.tolist()):
@@ -72,7 +75,7 @@ def sampling_loss(
     if half - own <= CLEAR * own / np.sqrt(max(count, 1)):
         return 0.0
     half, lower = half - own, lower - own
-    corner = np.inf if resting is None else _corner(resting)
+    corner = np.inf if resting is None else _corner(resting())
 
     def image(at: float) -> FloatArray:
         """What is folded back to ``at`` for each power law with P(f/2) = 1."""
