@@ -14,7 +14,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.model.effect import DEGREE, GYROSCOPE, MILLI_G
+from imucal_wizard.model.effects.bias_temperature import BiasTemperature
 from imucal_wizard.report.calibration_file import SavedEffect, Sensor
 from imucal_wizard.report.proof import SI_UNITS
 
@@ -69,7 +69,7 @@ def warming(name: str, sensor: Sensor) -> tuple[FloatArray, float] | None:
     """
     for one in sensor.effects:
         if follows_temperature(one) and one.reference_temperature is not None:
-            si = DEGREE if name == GYROSCOPE else MILLI_G
+            si = BiasTemperature.sizes[name].si
             return si * np.array(one.sizes), one.reference_temperature
     return None
 
@@ -117,7 +117,7 @@ def three(values: dict[str, float], names: str, default: float) -> FloatArray:
     return np.array([values.get(names.format(axis=axis), default) for axis in "XYZ"])
 
 
-def within(name: str, values: FloatArray, low: float, high: float) -> None:
+def check_range(name: str, values: FloatArray, low: float, high: float) -> None:
     """Refuse values that the controller does not take.
 
     Raises:

@@ -17,7 +17,6 @@ from imucal_wizard.model.effect import DATA_SHEET_UNIT, Circumstances
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.measured import RotationIncrements
 
-ERROR_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad", "magnetometer": "uT"}
 SI_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"}
 """Of the readings of a sensor that does not send counts."""
 
@@ -85,7 +84,7 @@ class Proof:
         return self._samples.get(sensor)
 
     def errors(self, corrections: Mapping[str, Correction], *, frame: bool) -> dict[str, float]:
-        """Rms error of each sensor that the file can judge, in ``ERROR_UNITS``.
+        """Rms error of each sensor that the file can judge, in the sensor's ``unit``.
 
         Args:
             corrections: by sensor.

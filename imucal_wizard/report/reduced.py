@@ -37,17 +37,15 @@ class Kept:
     """What a program knows of a sensor.
 
     Attributes:
-        base: terms of the base model; of a magnetometer always all.
+        base: terms of the base model that accelerometer and gyroscope share.
         takes: which effects it corrects.
     """
 
     base: tuple[str, ...] = BASE
     takes: Callable[[SavedEffect], bool] = no_effect
 
-    def lost_base(self, name: str, sensor: Sensor) -> list[str]:
+    def lost_base(self, sensor: Sensor) -> list[str]:
         """Terms of the base model that the program does not have."""
-        if name == "magnetometer":
-            return []
         return [term for term in sensor.model if term in BASE and term not in self.base]
 
     def lost_effects(self, sensor: Sensor) -> list[str]:
@@ -76,7 +74,7 @@ def reduced(
             continue
         sensors[name] = sensor
         effects = kept.lost_effects(sensor)
-        without = kept.lost_base(name, sensor) + effects
+        without = kept.lost_base(sensor) + effects
         lost += [f"{term} of the {name}" for term in effects]
         if without:
             sensors[name] = sensor_record(_fitted_again(calibration, name, kept))
@@ -93,29 +91,38 @@ def reduced(
 def _fitted_again(calibration: Calibration, name: str, kept: Kept) -> SensorFit:
     """The fit of a sensor's smaller model."""
     sensor = calibration[name]
-    terms = [Term(effect(one.term), one.variant) for one in sensor.effects if kept.takes(one)]
-    if name == "magnetometer":
-        return _magnetometer(calibration)
     base = [term for term in kept.base if term in sensor.model]
+    return _AGAIN[name](calibration, base, _terms(sensor, kept))
+
+
+def _terms(sensor: Sensor, kept: Kept) -> list[Term]:
+    return [Term(effect(one.term), one.variant) for one in sensor.effects if kept.takes(one)]
+
+
+def _accelerometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
     _check(bool(calibration.hold_means))
     holds = [one.hold() for one in calibration.hold_means]
-    gravity = calibration.gravity.value
-    whole = calibration["accelerometer"]
-    experiment = accelerometer_experiment(holds, gravity, whole.bias_unit)
-    if name == "accelerometer":
-        return fit(experiment, terms, base)
+    unit = calibration["accelerometer"].bias_unit
+    return fit(accelerometer_experiment(holds, calibration.gravity.value, unit), terms, base)
+
+
+def _gyroscope(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    """Under gravity as the whole model of the accelerometer sees it."""
     _check(bool(calibration.rotation_increments))
-    every = [Term(effect(one.term), one.variant) for one in whole.effects]
-    accelerometer = fit(experiment, every)
+    every = _terms(calibration["accelerometer"], Kept(takes=lambda _one: True))
+    accelerometer = _accelerometer(calibration, list(BASE), every)
+    holds = [one.hold() for one in calibration.hold_means]
     rotations = [rotation_of(one, holds) for one in calibration.rotation_increments]
-    found = gyroscope_minimum(holds, rotations, accelerometer, sensor.bias_unit)
+    unit = calibration["gyroscope"].bias_unit
+    found = gyroscope_minimum(holds, rotations, accelerometer, unit)
     return fit(found.experiment, terms, base)
 
 
-def _magnetometer(calibration: Calibration) -> SensorFit:
-    """The fit of the magnetometer without effects, in its own frame."""
+def _magnetometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    """In its own frame; no program corrects some of its effects and others not."""
     from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 
+    del base, terms
     _check(bool(calibration.field_means))
     sensor, means = calibration["magnetometer"], calibration.field_means
     series = Series(
@@ -125,6 +132,13 @@ def _magnetometer(calibration: Calibration) -> SensorFit:
     )
     known = None if "field" in sensor.parameters else _field(calibration)
     return fit_magnetometer(series, known).fit
+
+
+_AGAIN = {
+    "accelerometer": _accelerometer,
+    "gyroscope": _gyroscope,
+    "magnetometer": _magnetometer,
+}
 
 
 def _field(calibration: Calibration) -> float:

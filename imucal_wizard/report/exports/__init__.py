@@ -16,7 +16,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.report.calibration_file import Calibration
-from imucal_wizard.report.proof import ERROR_UNITS, SI_UNITS, Correction, Proof, nominal, own
+from imucal_wizard.report.proof import SI_UNITS, Correction, Proof, nominal, own
 from imucal_wizard.report.reduced import Kept, reduced
 
 FORWARD = "from the reading to the corrected value"
@@ -183,7 +183,7 @@ def write_export(
     corrections = target.read({tail: at.read_bytes() for tail, at in places.items()}, settings)
     exported = proof.errors(corrections, frame=target.frame)
     sensors = {
-        sensor: ExportErrors(before.get(sensor), full[sensor], error, _unit_of(calibration, sensor))
+        sensor: ExportErrors(before.get(sensor), full[sensor], error, calibration[sensor].unit)
         for sensor, error in exported.items()
     }
     general = tuple(text.removeprefix("the ") for text in target.cannot_hold)
@@ -203,12 +203,6 @@ def write_export(
         files=tuple(places.values()),
         sensors=sensors,
     )
-
-
-def _unit_of(calibration: Calibration, sensor: str) -> str:
-    """Unit of a sensor's errors; a magnetometer without a known field has that of its readings."""
-    told = calibration[sensor].unit
-    return told if sensor == "magnetometer" else ERROR_UNITS[sensor]
 
 
 def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:

@@ -126,7 +126,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 _OFFSET = Kept(base=("bias",))
 TARGET = ExportTarget(
     name="adafruit",
-    title="Adafruit sensor calibration: sensor_calib.json, and MotionCal's packet beside it",
+    title="Adafruit: sensor_calib.json and the packet of MotionCal",
     formula="a − accel_zerog;  g − gyro_zerorate;  S (m − hardiron), S symmetric",
     suffix=".json",
     cannot_hold=(

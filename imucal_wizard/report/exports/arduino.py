@@ -72,7 +72,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 
 TARGET = ExportTarget(
     name="arduino",
-    title="Arduino: sketch with the constants and a function that applies them",
+    title="Arduino: sketch with constants and a function",
     formula="x = M · (reading − b)",
     suffix=".ino",
     cannot_hold=("effects: the constants are those of the model without them", "standard errors"),

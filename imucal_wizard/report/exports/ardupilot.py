@@ -15,11 +15,11 @@ from imucal_wizard.report.axes import (
     NEUTRAL,
     Axes,
     axes_of,
+    check_range,
     follows_temperature,
     named_values,
     three,
     warming,
-    within,
 )
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
@@ -27,21 +27,30 @@ from imucal_wizard.report.proof import Correction, Samples
 from imucal_wizard.report.reduced import Kept
 
 _WORDS = {"accelerometer": "ACC", "gyroscope": "GYR"}
+_NAMES = {
+    "accelerometer": (
+        ("INS_ACCOFFS_{axis}", "INS_ACCSCAL_{axis}"),
+        ("INS_ACC2OFFS_{axis}", "INS_ACC2SCAL_{axis}"),
+        ("INS_ACC3OFFS_{axis}", "INS_ACC3SCAL_{axis}"),
+    ),
+    "gyroscope": (
+        ("INS_GYROFFS_{axis}", ""),
+        ("INS_GYR2OFFS_{axis}", ""),
+        ("INS_GYR3OFFS_{axis}", ""),
+    ),
+}
+"""Offsets and scales of the sensors of each IMU."""
 _TCAL_REFERENCE = 35.0
 
 
 def _names(sensor: str, slot: int) -> tuple[str, str]:
-    """Names of offsets and scales."""
-    number = str(slot + 1) if slot else ""
-    if sensor == "gyroscope" and not slot:
-        return "INS_GYROFFS_{axis}", ""
-    word = _WORDS[sensor] + number
-    return f"INS_{word}OFFS_{{axis}}", f"INS_{word}SCAL_{{axis}}"
+    """Names of offsets and scales; "" where there are no scales."""
+    return _NAMES[sensor][slot]
 
 
 def _axes(values: dict[str, float], sensor: str, slot: int) -> Axes:
     offset, scale = _names(sensor, slot)
-    scales = np.ones(3) if sensor == "gyroscope" else three(values, scale, 1.0)
+    scales = three(values, scale, 1.0) if scale else np.ones(3)
     return Axes(three(values, offset, 0.0), scales)
 
 
@@ -69,9 +78,9 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
         both = _present(settings, name).then(axes_of(sensor))
         offset, scale = _names(name, slot)
         rows = {offset: both.offset}
-        if name == "accelerometer":
-            within(offset, both.offset, -3.5, 3.5)
-            within(scale, both.scale, 0.8, 1.2)
+        if scale:
+            check_range(offset, both.offset, -3.5, 3.5)
+            check_range(scale, both.scale, 0.8, 1.2)
             rows[scale] = both.scale
         rise = warming(name, sensor)
         if rise is not None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.report.axes import USUAL_COUNTS_PER_G, named_values, one_g, within
+from imucal_wizard.report.axes import USUAL_COUNTS_PER_G, check_range, named_values, one_g
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
 from imucal_wizard.report.exports.inav import notes_of_counts
@@ -29,7 +29,7 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     sensor = calibration["accelerometer"]
     reads, counts = one_g(sensor), settings.counts_per_g or USUAL_COUNTS_PER_G
     offsets = np.rint(_offsets(settings.present) + np.array(sensor.bias) * counts / reads)
-    within("acc_calibration {axis}", offsets, -32768, 32767)
+    check_range("acc_calibration {axis}", offsets, -32768, 32767)
     x, y, z = (int(one) for one in offsets)
     lines = [
         f"# imucal-wizard {calibration.program}, {calibration.created}",
@@ -59,7 +59,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 
 TARGET = ExportTarget(
     name="betaflight",
-    title="Betaflight: offsets of the accelerometer for its command line",
+    title="Betaflight: offsets for its command line",
     formula="acc = adc − acc_calibration",
     suffix=".txt",
     cannot_hold=(

@@ -268,7 +268,7 @@ def _names(
 _WITH_EFFECTS = Kept(takes=has_c)
 TARGET = ExportTarget(
     name="c-header",
-    title="C header: constants, a function per sensor with all effects, self-test",
+    title="C header: functions with all effects, self-test",
     formula="x = M · (reading − b) − ε(x)",
     suffix=".h",
     cannot_hold=("standard errors",),

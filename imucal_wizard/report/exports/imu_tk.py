@@ -54,7 +54,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 
 TARGET = ExportTarget(
     name="imu_tk",
-    title="imu_tk: .calib of the accelerometer, and one of the gyroscope beside it",
+    title="imu_tk: .calib of accelerometer and gyroscope",
     formula="x = T · K · (reading − B)",
     suffix=".calib",
     cannot_hold=("magnetometer", "effects", "standard errors"),

@@ -13,9 +13,9 @@ from imucal_wizard.report.axes import (
     USUAL_COUNTS_PER_G,
     Axes,
     axes_of,
+    check_range,
     named_values,
     one_g,
-    within,
 )
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
@@ -43,8 +43,8 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     further = Axes(own.offset * counts / reads, own.scale * reads / STANDARD_GRAVITY)
     both = _settings(settings.present).then(further)
     zero, gain = np.rint(both.offset), np.rint(_UNITY * both.scale)
-    within("acczero_{axis}", zero, -32768, 32767)
-    within("accgain_{axis}", gain, 1, 8192)
+    check_range("acczero_{axis}", zero, -32768, 32767)
+    check_range("accgain_{axis}", gain, 1, 8192)
     lines = [
         f"# imucal-wizard {calibration.program}, {calibration.created}",
         f"{_READS}{reads:.9g} here and {counts:.9g} in the controller",
@@ -84,7 +84,7 @@ def notes_of_counts(calibration: Calibration, settings: ExportSettings) -> tuple
 
 TARGET = ExportTarget(
     name="inav",
-    title="INAV: settings of the accelerometer for its command line",
+    title="INAV: settings for its command line",
     formula="acc = (adc − acczero) · accgain / 4096",
     suffix=".txt",
     cannot_hold=(

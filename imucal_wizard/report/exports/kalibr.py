@@ -20,9 +20,12 @@ from imucal_wizard.report.exports.imucal import is_g_sensitivity, sensitivity_to
 from imucal_wizard.report.proof import Correction, Samples
 from imucal_wizard.report.reduced import Kept
 
-_TYPICAL_WALK = {"accelerometer": 3e-4, "gyroscope": 2e-5}
-"""Random walk of the bias of a consumer part, m/s³/√Hz and rad/s²/√Hz (ADIS16448 and BMI160 after
-Allan deviations are within a factor of ten of these)."""
+_NOISE = {
+    "accelerometer": ("accelerometer_scatter", 3e-4, "m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
+    "gyroscope": ("gyroscope_scatter", 2e-5, "rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
+}
+"""Where the scatter of the samples stands, and the random walk of a consumer part: that of an
+ADIS16448 is 2e-4 and 4e-6 (Kalibr's example), cheap parts have several times as much."""
 
 
 def _lower(sensitivity: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
@@ -32,13 +35,12 @@ def _lower(sensitivity: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
     return np.asarray((signs[:, None] * r).T), np.asarray((q * signs).T)
 
 
-def _density(calibration: Calibration, sensor: str) -> float | None:
+def _density(calibration: Calibration, sensor: str, scatter: str) -> float | None:
     """White noise of one axis, SI/√Hz, from the scatter of the samples in the holds."""
-    of = "accelerometer_scatter" if sensor == "accelerometer" else "gyroscope_scatter"
-    holds = [one for one in calibration.hold_means if getattr(one, of) is not None]
-    if not holds:
+    holds = [one for one in calibration.hold_means if getattr(one, scatter) is not None]
+    if not holds or sensor not in calibration.sensors:
         return None
-    powers = [np.mean(getattr(one, of)) * (one.end - one.start) for one in holds]
+    powers = [np.mean(getattr(one, scatter)) * (one.end - one.start) for one in holds]
     gain = np.cbrt(abs(np.linalg.det(calibration[sensor].matrix)))
     return float(gain * np.sqrt(np.median(powers)))
 
@@ -46,23 +48,17 @@ def _density(calibration: Calibration, sensor: str) -> float | None:
 def _noise(calibration: Calibration, settings: ExportSettings) -> list[str]:
     """The six lines that Kalibr asks for."""
     lines = []
-    for sensor, unit in (("accelerometer", "m/s"), ("gyroscope", "rad/s")):
+    for sensor, (scatter, typical, white_unit, walk_unit) in _NOISE.items():
         given = settings.noise.get(sensor, {})
-        white = given.get("white")
-        source = "Allan deviation"
-        if white is None and sensor in calibration.sensors:
-            white, source = _density(calibration, sensor), "scatter within the holds"
-        walk, walk_source = given.get("random_walk"), "Allan deviation"
-        if walk is None:
-            walk, walk_source = _TYPICAL_WALK[sensor], "not measured: a typical consumer part"
-        power = "^2" if sensor == "accelerometer" else ""
-        rise = "^3" if sensor == "accelerometer" else "^2"
+        white, source = given.get("white"), "Allan deviation"
+        if white is None:
+            white, source = _density(calibration, sensor, scatter), "scatter within the holds"
         if white is not None:
-            lines.append(f"{sensor}_noise_density: {white:.9e}  # {unit}{power}/sqrt(Hz), {source}")
-        lines.append(
-            f"{sensor}_random_walk: {walk:.9e}  # {unit.removesuffix('/s')}/s{rise}/sqrt(Hz), "
-            f"{walk_source}"
-        )
+            lines.append(f"{sensor}_noise_density: {white:.9e}  # {white_unit}, {source}")
+        walk, source = given.get("random_walk"), "Allan deviation"
+        if walk is None:
+            walk, source = typical, "not measured: a typical consumer part"
+        lines.append(f"{sensor}_random_walk: {walk:.9e}  # {walk_unit}, {source}")
     rates = [one.samples / (one.end - one.start) for one in calibration.hold_means if one.samples]
     rate = float(np.median(rates)) if rates else 100.0
     return [*lines, f"update_rate: {rate:.6g}  # Hz", "rostopic: /imu0"]
@@ -153,7 +149,7 @@ def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...
 
 TARGET = ExportTarget(
     name="kalibr",
-    title="Kalibr: imu.yaml with noise and intrinsics (scale-misalignment)",
+    title="Kalibr: imu.yaml with noise and intrinsics",
     formula="y_a = M_a a + b_a;  y_g = M_g C w + A (C a) + b_g",
     suffix=".yaml",
     cannot_hold=(

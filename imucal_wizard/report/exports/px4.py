@@ -17,11 +17,11 @@ from imucal_wizard.report.axes import (
     NEUTRAL,
     Axes,
     axes_of,
+    check_range,
     follows_temperature,
     named_values,
     three,
     warming,
-    within,
 )
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
@@ -31,13 +31,16 @@ from imucal_wizard.report.reduced import Kept
 
 _MICROTESLA_PER_GAUSS = 100.0
 _WORDS = {"accelerometer": "ACC", "gyroscope": "GYRO", "magnetometer": "MAG"}
+_THERMAL = {"accelerometer": "TC_A", "gyroscope": "TC_G"}
+_SCALED = ("accelerometer", "magnetometer")
+"""Sensors that have scales in PX4."""
 _FLOAT, _INTEGER = 9, 6
 _OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
 
 
 def _axes(values: dict[str, float], sensor: str, slot: int) -> Axes:
     word = f"CAL_{_WORDS[sensor]}{slot}_{{axis}}"
-    scales = np.ones(3) if sensor == "gyroscope" else three(values, word + "SCALE", 1.0)
+    scales = three(values, word + "SCALE", 1.0) if sensor in _SCALED else np.ones(3)
     return Axes(three(values, word + "OFF", 0.0), scales)
 
 
@@ -73,18 +76,18 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
         word = f"CAL_{_WORDS[name]}{slot}"
         if f"{word}_ID" in present:
             rows[f"{word}_ID"] = int(present[f"{word}_ID"])
-        if name == "magnetometer":
+        if name not in _THERMAL:
             rows |= _field(calibration, present, slot)
             continue
         both = (_axes(present, name, slot) if present else NEUTRAL).then(axes_of(sensor))
         for place, axis in enumerate("XYZ"):
             rows[f"{word}_{axis}OFF"] = float(both.offset[place])
-            if name == "accelerometer":
+            if name in _SCALED:
                 rows[f"{word}_{axis}SCALE"] = float(both.scale[place])
-        within(word + "_{axis}SCALE", both.scale, 0.1, 3.0)
+        check_range(word + "_{axis}SCALE", both.scale, 0.1, 3.0)
         rise = warming(name, sensor)
         if rise is not None and calibration.temperature is not None:
-            thermal = f"TC_{_WORDS[name][0]}"
+            thermal = _THERMAL[name]
             rows[f"{thermal}_ENABLE"] = 1
             if f"{word}_ID" in present:
                 rows[f"{thermal}{slot}_ID"] = int(present[f"{word}_ID"])
@@ -133,7 +136,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 
     def inertial(sensor: str) -> Correction:
         axes, before = _axes(values, sensor, slot), _axes(present, sensor, slot)
-        word = f"TC_{_WORDS[sensor][0]}"
+        word = _THERMAL[sensor]
         enabled = values.get(f"{word}_ENABLE") == 1.0
 
         def correct(samples: Samples) -> FloatArray:

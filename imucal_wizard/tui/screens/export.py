@@ -7,7 +7,7 @@ from typing import ClassVar
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import OptionList
@@ -46,7 +46,8 @@ class ExportScreen(ModalScreen[None]):
             box.border_title = "export for …   ↑↓ and enter"
             options = [Content(one.title).stylize("bold") for one in self._targets]
             yield OptionList(*(Option(one) for one in options), markup=False)
-            yield Lines(id="exported")
+            with VerticalScroll():
+                yield Lines(id="exported")
         yield KeyFooter()
 
     @on(OptionList.OptionSelected)
