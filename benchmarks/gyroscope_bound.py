@@ -6,7 +6,8 @@ simulated readings of all holds and of the directions that the rotations carry, 
 of the accelerometer, of the gyroscope and by the true direction of each hold, with the true
 variances. It shares no formula with the estimator. The table shows for each group of parameters the
 rms error over its bound and the share of 95 % intervals that hold the truth, with the worst single
-parameter; noise is drawn anew in each session, truth and motion in each hundredth.
+parameter; noise is drawn anew in each session, truth and motion in each hundredth. A run of 5,000
+sessions is the same as five of 1,000 with seeds 1,000 apart.
 
 Where few directions leave angles of the accelerometer undetermined, the accelerometer is drawn anew
 with errors of usual size, and the bound takes these sizes as known. Where the bias wanders, the
@@ -442,7 +443,7 @@ def studied(device: Device, sessions: int, seed: int) -> Outcome:
     errors, held, closed = [], [], []
     for place in range(sessions):
         if place % PER_CHAIN == 0:
-            session, rng = Session(device, seed + place), np.random.default_rng([seed, place])
+            session, rng = Session(device, seed + place), np.random.default_rng([seed + place])
             bound = np.sqrt(np.diag(session.bound()))
             gyroscope = session.gyroscope
             truth = named(np.concatenate([gyroscope.matrix.ravel(), gyroscope.bias]))
