@@ -96,7 +96,7 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
     return np.moveaxis(found, 0, 2)
 
 
-def shape_of(term: Term, sensor: str, c: Circumstances) -> FloatArray:
+def axis_shape(term: Term, sensor: str, c: Circumstances) -> FloatArray:
     """Error of each axis by the effect's own parameter of that axis, in its shown unit, (n, 3).
 
     Raises:

@@ -47,7 +47,7 @@ from imucal_wizard.model.rows.source import (
     rounding_names,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of, shape_of
+from imucal_wizard.model.terms import Term, Terms, columns_of, axis_shape
 
 COARSE_STEP = 1.0 / 30.0
 """Seconds between the moments at which an effect outside the model is evaluated: a hand does
@@ -171,7 +171,7 @@ class ClosureRows(Rows):
         for some in _alike(terms):
             if isinstance(some[0].effect, AxisEffect):
                 # one parameter for each axis: no column has anything on the others
-                shape = shape_of(some[0], GYROSCOPE, moments.motion)
+                shape = axis_shape(some[0], GYROSCOPE, moments.motion)
                 moved = np.add.reduceat(moments.weights * shape, moments.offsets[:-1], axis=1)
                 parts.append(-np.moveaxis(moved, 1, 0))
                 continue
