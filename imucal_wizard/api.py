@@ -44,6 +44,7 @@ from imucal_wizard.estimate.result import FitReport
 if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Limits
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported
@@ -247,30 +248,25 @@ class Fit:
 
         source = ", ".join(path.name for path in self.recording.paths)
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        report = self.benches.fitted() if "benches" in self.__dict__ else self.report
-        return from_report(report, source, now)
+        return from_report(self._fitted, source, now)
 
-    def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
-        """The result with the verdict on each sensor.
+    @property
+    def _fitted(self) -> FitReport:
+        """The fit with the terms that were added."""
+        return self.benches.fitted() if "benches" in self.__dict__ else self.report
+
+    def judged(
+        self, diagnosis: "Mapping[str, Diagnosis]", limits: "Limits | None" = None
+    ) -> "Calibration":
+        """The result with the verdict on each sensor and its grade.
 
         Args:
             diagnosis: of the sensors, as ``diagnose`` gives it.
+            limits: of use, by sensor, in m/s², rad and µT; the usual ones when left out.
         """
-        from msgspec import structs
+        from imucal_wizard.report.calibration_file import judged
 
-        calibration = self.calibration
-        sensors = {
-            name: structs.replace(
-                sensor,
-                verdict=str(diagnosis[name].verdict),
-                could_be=diagnosis[name].could_be,
-            )
-            if name in diagnosis
-            else sensor
-            for name, sensor in calibration.sensors.items()
-        }
-        notes = list(self.report.notes(judged=bool(diagnosis)))
-        return structs.replace(calibration, sensors=sensors, warnings=notes)
+        return judged(self.calibration, self._fitted, diagnosis, limits)
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.

@@ -5,10 +5,10 @@ else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`
 ``calibrate`` in Python, so that all of them give the same figures.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -23,6 +23,10 @@ from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
+
+if TYPE_CHECKING:  # a fit without a verdict does without their imports
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Limits
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
@@ -123,6 +127,8 @@ class Sensor(msgspec.Struct, frozen=True):
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
+        grade: ``good``, ``doubtful`` or ``not-usable``; None without a verdict.
+        limit: of use, which the grade was given for, in ``unit``; None without a grade.
         usable: whether applying it is better than not, on data held out; None in older files.
         covariance: of the parameters, or None.
         warnings: what the user must know.
@@ -151,6 +157,8 @@ class Sensor(msgspec.Struct, frozen=True):
     repeatability_unit: str | None = None
     not_determined: list[str] = []
     verdict: str | None = None
+    grade: str | None = None
+    limit: float | None = None
     usable: bool | None = None
     covariance: list[list[float]] | None = None
     warnings: list[str] = []
@@ -405,6 +413,37 @@ def _means(hold: Hold) -> HoldMeans:
         temperature=hold.temperature,
         pose=hold.pose,
     )
+
+
+def judged(
+    calibration: Calibration,
+    report: FitReport,
+    diagnoses: "Mapping[str, Diagnosis]",
+    limits: "Limits | None" = None,
+) -> Calibration:
+    """A calibration with the verdict on each sensor and its grade.
+
+    Args:
+        calibration: of the report.
+        report: the fit.
+        diagnoses: of its sensors; empty where none was asked for.
+        limits: of use; the usual ones when left out.
+    """
+    if not diagnoses:
+        return calibration
+    from imucal_wizard.diagnose.grade import graded
+
+    grades, sensors = graded(report, diagnoses, limits), dict(calibration.sensors)
+    for name in sensors.keys() & diagnoses.keys():
+        sensors[name] = msgspec.structs.replace(
+            sensors[name],
+            verdict=str(diagnoses[name].verdict),
+            could_be=diagnoses[name].could_be,
+            grade=str(grades[name].grade),
+            limit=grades[name].limit,
+        )
+    warnings = list(report.notes(judged=True))
+    return msgspec.structs.replace(calibration, sensors=sensors, warnings=warnings)
 
 
 def says_the_same(path: Path, calibration: Calibration) -> bool:
