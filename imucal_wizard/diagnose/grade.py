@@ -4,7 +4,6 @@ import tomllib
 from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from types import MappingProxyType
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
@@ -17,10 +16,9 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 
 Limits = Mapping[str, float]
 """The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
-USUAL_LIMITS: Limits = MappingProxyType(LIMITS_OF_USE[USUAL_GRADE])
 _UNITS = {
     "accelerometer": ACCELERATION_UNITS,
-    "gyroscope": {"rad": 1.0, "deg": RATE_UNITS["deg/s"]},
+    "gyroscope": {"rad": 1.0, "deg": RATE_UNITS["deg/s"], "°": RATE_UNITS["deg/s"]},
     "magnetometer": FIELD_UNITS,
 }
 """Units of the errors: a gyroscope's is the angle by which a rotation does not close."""
@@ -78,7 +76,7 @@ def graded(
         diagnoses: of the sensors.
         limits: of use; the usual ones when left out.
     """
-    limits = limits or USUAL_LIMITS
+    limits = limits or _limits({})
     found: dict[str, Graded] = {}
     for name in dict.fromkeys((*report.rates, *report.sensors)) if diagnoses else ():
         fit, diagnosis = report.sensors.get(name), diagnoses.get(name)
@@ -90,7 +88,7 @@ def graded(
             found[name] = Graded(name, Grade.NOT_USABLE, fit.unusable, limit)
             continue
         doubt = _doubt(fit, diagnosis, limit)
-        why = doubt or f"within the limit of use, {quantity(limit, fit.unit)}"
+        why = doubt or f"within the limit of use, {quantity(limit, fit.unit, 2)}"
         found[name] = Graded(name, Grade.DOUBTFUL if doubt else Grade.GOOD, why, limit)
     return found
 
@@ -104,12 +102,11 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
+    words = quantity(limit, fit.unit, 2)
     if error > limit:
-        return f"the error is above the limit of use, {quantity(limit, fit.unit)}"
+        return f"the error is above the limit of use, {words}"
     if diagnosis.could_be is not None and diagnosis.could_be > limit:
-        return (
-            f"these data cannot exclude errors above the limit of use, {quantity(limit, fit.unit)}"
-        )
+        return f"these data cannot exclude errors above the limit of use, {words}"
     return ""
 
 
@@ -135,33 +132,45 @@ def read_limits(path: Path) -> Limits:
         raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise RecordingError(f"{path} is not TOML: {error}") from error
-    grade = given.pop("grade", USUAL_GRADE)
+    try:
+        return _limits(given)
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from error
+
+
+def _limits(given: Mapping[str, object]) -> Limits:
+    """The limits of a grade, and single ones in their place.
+
+    Raises:
+        UsageError: a key, grade, number or unit is not known.
+    """
+    grade = given.get("grade", USUAL_GRADE)
     if grade not in LIMITS_OF_USE:
-        raise UsageError(f"{path}: no grade {grade!r}; give one of {', '.join(LIMITS_OF_USE)}")
-    limits = dict(LIMITS_OF_USE[grade])
-    for sensor, text in given.items():
+        raise UsageError(f"there is no grade {grade!r}; give one of {', '.join(LIMITS_OF_USE)}")
+    wanted: dict[str, object] = {**LIMITS_OF_USE[str(grade)], **given}
+    wanted.pop("grade", None)
+    for sensor in wanted:
         if sensor not in _UNITS:
-            known = ", ".join(["grade", *_UNITS])
-            raise UsageError(f"{path} has the key {sensor!r}; the keys are {known}")
-        limits[sensor] = _limit(sensor, text, path)
-    return limits
+            raise UsageError(f"there is no {sensor!r}; the keys are grade, {', '.join(_UNITS)}")
+    return {sensor: _limit(sensor, text) for sensor, text in wanted.items()}
 
 
-def _limit(sensor: str, text: object, path: Path) -> float:
-    """A limit like ``2 mg`` in the unit of the sensor's errors."""
+def _limit(sensor: str, text: object) -> float:
+    """A limit like ``2 mg`` in the unit of the sensor's errors.
+
+    Raises:
+        UsageError: it is none.
+    """
     value, _, unit = str(text).strip().partition(" ")
-    factor = _UNITS[sensor].get(canonical_unit(unit.strip()) if unit.strip() != "°" else "deg")
+    factor = _UNITS[sensor].get(unit.strip(), _UNITS[sensor].get(canonical_unit(unit)))
     try:
         size = float(value)
     except ValueError:
         size = 0.0
     if factor is None or not 0.0 < size < float("inf"):
-        units = ", ".join(_UNITS[sensor])
+        units, like = ", ".join(_UNITS[sensor]), LIMITS_OF_USE[USUAL_GRADE][sensor]
         raise UsageError(
-            f"{path}: {sensor} = {text!r} is no limit; write a number above zero and a unit "
-            f"({units}), like {_EXAMPLES[sensor]!r}"
+            f"{sensor} = {text!r} is no limit; write a number above zero and a unit ({units}), "
+            f'like "{like}"'
         )
     return size * factor
-
-
-_EXAMPLES = {"accelerometer": "2 mg", "gyroscope": "1 deg", "magnetometer": "0.5 uT"}

@@ -104,7 +104,7 @@ def test_a_magnetometer_without_result_is_named_at_the_top(aligned: FitReport) -
     report = replace(
         aligned, sensors=sensors, magnetic=None, second_stage=None, warnings=("steel passed", why)
     )
-    text = printed(fit_summary(report, {}))
+    text = printed(fit_summary(report, {}, {}))
     assert " ".join(text.split()).count(why) == 1
     assert text.index(why[:40]) < text.index("held out") < text.index("steel passed")
 
