@@ -268,17 +268,30 @@ class Fit:
 
         return judged(self.calibration, self._fitted, diagnosis, limits)
 
+    def records(
+        self, diagnosis: "Mapping[str, Diagnosis]", limits: "Limits | None" = None
+    ) -> "dict[str, Sensor]":
+        """Each sensor as it stands in JSON, with its verdict and its grade.
+
+        Args:
+            diagnosis: of the sensors, as ``diagnose`` gives it; empty for no verdicts.
+            limits: of use, see ``judged``.
+        """
+        from imucal_wizard.report.calibration_file import sensor_records
+
+        return sensor_records(self._fitted, diagnosis, limits)
+
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.
 
         Raises:
             KeyError: it is not calibrated.
         """
-        return self.calibration[sensor]
+        return self.records({})[sensor]
 
     def __iter__(self) -> "Iterator[str]":
         """Names of the calibrated sensors."""
-        return iter(self.calibration)
+        return iter(self._fitted.sensors)
 
 
 def read(

@@ -59,12 +59,12 @@ def run(argv: Sequence[str]) -> int:
     says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
     saved = []
     if arguments.save:
-        saved = save_usable(fit.judged(diagnosis, limits), arguments.save, force=arguments.force)
+        calibration = fit.judged(diagnosis, limits)
+        saved = save_usable(calibration, arguments.save, arguments, force=arguments.force)
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 
-        sensors = fit.judged(diagnosis, limits).sensors
-        write_json(fit_document(fit.report, sensors, says), arguments.json)
+        write_json(fit_document(fit.report, fit.records(diagnosis, limits), says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary
