@@ -120,6 +120,7 @@ class Sensor(msgspec.Struct, frozen=True):
         covariance: of the biases and the entries of the matrix, or None.
         parameter_covariance: of all ``parameters`` in their order, sizes of effects included; zeros
             for those that the data do not determine; None where there are no standard errors.
+        degrees_of_freedom: of the standard errors; None in older files.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
     """
@@ -151,6 +152,7 @@ class Sensor(msgspec.Struct, frozen=True):
     usable: bool | None = None
     covariance: list[list[float]] | None = None
     parameter_covariance: list[list[float]] | None = None
+    degrees_of_freedom: int | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
 
@@ -403,6 +405,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         usable=not fit.unusable,
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         parameter_covariance=None if joint is None else joint.tolist(),
+        degrees_of_freedom=fit.degrees_of_freedom or None,
         warnings=list(fit.warnings),
         effects=effects,
     )
