@@ -250,7 +250,7 @@ def add_limits(parser: "argparse._ActionsContainer") -> None:
     )
 
 
-def limits_of(arguments: argparse.Namespace) -> "Limits | None":
+def limits_of_use(arguments: argparse.Namespace) -> "Limits | None":
     """The limits of use that the user gives; None for the usual ones.
 
     Raises:

@@ -13,7 +13,7 @@ from imucal_wizard.cli.arguments import (
     add_limits,
     add_saving,
     fitting_parser,
-    limits_of,
+    limits_of_use,
     recording_of,
     save_usable,
     spare,
@@ -117,7 +117,7 @@ def run(argv: Sequence[str]) -> int:
         raise
     status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if arguments.save:
-        calibration = fit.judged({one.sensor: one for one in statements}, limits_of(arguments))
+        calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
         for text in save_usable(calibration, arguments.save, arguments, force=arguments.force):
             (note if arguments.json == STANDARD_OUT else say)(text)
         if calibration.unusable and not arguments.force:

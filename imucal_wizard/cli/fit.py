@@ -11,7 +11,7 @@ from imucal_wizard.cli.arguments import (
     add_saving,
     calibrated,
     fitting_parser,
-    limits_of,
+    limits_of_use,
     save_usable,
     spare,
     write_json,
@@ -43,7 +43,7 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """Fit and report; the exit status is 1 if the data or the calibration are not usable."""
     arguments = parser().parse_args(argv)
-    limits = limits_of(arguments)
+    limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)
     methods = {
         "accelerometer": arguments.method,
