@@ -47,7 +47,7 @@ from imucal_wizard.model.rows.source import (
     rounding_names,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of, axis_shape
+from imucal_wizard.model.terms import Term, Terms, axis_shape, columns_of
 
 COARSE_STEP = 1.0 / 30.0
 """Seconds between the moments at which an effect outside the model is evaluated: a hand does
