@@ -7,13 +7,13 @@ from typing import ClassVar
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.report.exports import Exported, ExportTarget
 from imucal_wizard.tui.state import WizardState
@@ -25,12 +25,14 @@ from imucal_wizard.tui.widgets.lines import Lines
 class ExportScreen(ModalScreen[None]):
     """Writes the file beside the calibration; shows its error and what it cannot hold.
 
+    A result that is not saved yet is saved first, so that every export has its calibration.
+
     Args:
-        state: the wizard's state, with a saved calibration.
+        state: the wizard's state, with a fit.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,x", "dismiss", "close", tooltip="goes back to the saved calibration"),
+        Binding("escape,x", "dismiss", "close", tooltip="goes back to the calibration"),
         Binding("question_mark", "app.explain('save')", "help", tooltip="explains this screen"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
     ]
@@ -46,7 +48,8 @@ class ExportScreen(ModalScreen[None]):
             box.border_title = "export for …   ↑↓ and enter"
             options = [Content(one.title).stylize("bold") for one in self._targets]
             yield OptionList(*(Option(one) for one in options), markup=False)
-            yield Lines(id="exported")
+            with VerticalScroll():
+                yield Lines(id="exported")
         yield KeyFooter()
 
     @on(OptionList.OptionSelected)
@@ -56,8 +59,10 @@ class ExportScreen(ModalScreen[None]):
     @work(exclusive=True)
     async def _write(self, target: ExportTarget) -> None:
         try:
+            if self._state.saved is None:
+                self._state.wrote(await asyncio.to_thread(self._state.save))
             done = await asyncio.to_thread(self._state.export, target.name)
-        except UsageError as error:
+        except ImucalError as error:
             rows = [(f"▲ {error}", "warn")]
         else:
             rows = told(done)
@@ -68,9 +73,12 @@ class ExportScreen(ModalScreen[None]):
 
 def told(done: Exported) -> list[tuple[str, str]]:
     """The file, its error beside that of the calibration, what it cannot hold."""
-    rows = [(f"✓ {done.path}", "good"), (done.formula, "quiet")]
-    if done.rms_exported is not None and done.rms_calibration is not None:
-        own = quantity(done.rms_calibration, done.unit)
-        read_back = quantity(done.rms_exported, done.unit)
-        rows.append((f"error of the calibration {own}, of the file read back {read_back}", ""))
-    return rows + [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
+    rows = [(f"✓ {path}", "good") for path in done.files or (done.path,)]
+    rows.append((f"{done.formula}, {done.direction}", "quiet"))
+    for name, one in done.sensors.items():
+        full, read_back = (quantity(e, one.unit) for e in (one.rms_calibration, one.rms_exported))
+        rows.append(
+            (f"{name}: error of the calibration {full}, of the file read back {read_back}", "")
+        )
+    rows += [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
+    return rows + [(text, "") for text in done.notes]
