@@ -12,6 +12,12 @@ TIME_TOLERANCE = 1e-6
 
 MIN_HOLD_SECONDS = 1.0
 """Shorter rests in a recording are as often a slow moment of a rotation as a hold."""
+REST_FACTOR = 3.5
+"""Standard deviation of a window over that usual in its rest, above which the rest ends: the noise
+of half a second scatters by a third of itself at the lowest rates, a motion exceeds ten times."""
+HISTORY_BLOCKS = 50
+"""Blocks that a stream keeps before a rest is found (five seconds): with strict limits the rest
+began before its windows met them."""
 GUARD_BLOCKS = 1
 """Blocks dropped at each end of a hold, where the device may already move."""
 NOISE_FREQUENCIES = 2
