@@ -17,6 +17,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median_of_rows, true_on_all_axes
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks
 
+
 @dataclass(frozen=True, eq=False)
 class Limits:
     """The largest motion that counts as rest, in the reading's units.
