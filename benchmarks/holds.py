@@ -1,7 +1,7 @@
 """Which recordings are refused, and what settling in the holds costs.
 
-``python -m benchmarks.holds slow [N [SEED]]``: recordings of a device that is waved slowly, with and
-without a gyroscope, and honest sessions on a table and in the hand.
+``python -m benchmarks.holds slow [N [SEED]]``: recordings of a device that is waved slowly, with
+and without a gyroscope, and honest sessions on a table and in the hand.
 
 ``python -m benchmarks.holds settling [N]``: the scatter of the accelerometer's parameters with
 settling in the holds and without it, with the settling left out and with all samples averaged.
