@@ -83,7 +83,7 @@ def third_order(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 
 
 def cubic_cross(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
-    """``K a_i a_j a_k``, two of the three alike."""
+    """``K a_i a_j a_k``, not all of the three alike."""
     return np.asarray(c.sensed[:, list(axes)].prod(axis=1), np.float64)
 
 

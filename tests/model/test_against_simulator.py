@@ -96,8 +96,13 @@ def _typical(sensor: str, term: str) -> float:
     return effect(term).parameters(sensor)[0].typical
 
 
-@pytest.mark.parametrize("axis", ["x", "z"])
-@pytest.mark.parametrize("term", ACCELEROMETER_TERMS)
+@pytest.mark.parametrize(
+    ("term", "axis"),
+    [
+        *((term, axis) for term in ACCELEROMETER_TERMS for axis in ("x", "z")),
+        *(("cubic-cross", axis) for axis in ("xxy", "yzy", "zxy")),
+    ],
+)
 def test_readings_at_rest_move_by_columns_times_size(term: str, axis: str) -> None:
     """With the hidden effect minus without, sample by sample, to first order."""
     known, size = effect(term), -1.5 * _typical("accelerometer", term)

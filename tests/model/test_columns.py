@@ -99,10 +99,13 @@ def test_a_product_acts_on_the_axis_named_first() -> None:
     np.testing.assert_allclose(rates["xxz"], [-0.02, 0.0, 0.0])
 
 
-def test_a_cubic_cross_term_is_a_gain_by_the_square_of_another_axis() -> None:
-    """``yxx`` is what y reads of a_y·a_x²; no term has a level axis in it."""
+def test_a_cubic_cross_term_is_a_gain_by_the_product_of_two_forces() -> None:
+    """``yxx`` is what y reads of a_y·a_x², ``yxy`` of a_y·a_x·a_y; no term has a level axis."""
     cubic = named("cubic-cross", "accelerometer", moment())
-    assert list(cubic) == ["xyy", "xzz", "yxx", "yzz", "zxx", "zyy"]
+    assert list(cubic)[:5] == ["xxy", "xxz", "xyy", "xyz", "xzz"]
+    assert len(cubic) == 15
+    np.testing.assert_allclose(cubic["yxy"], [0.0, 0.6 * 0.64, 0.0])
+    np.testing.assert_array_equal(cubic["xyz"], np.zeros(3))
     np.testing.assert_allclose(cubic["yxx"], [0.0, -0.8 * 0.36, 0.0])
     np.testing.assert_allclose(cubic["xyy"], [0.6 * 0.64, 0.0, 0.0])
     np.testing.assert_array_equal(cubic["zyy"], np.zeros(3))
