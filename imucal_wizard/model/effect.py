@@ -90,6 +90,8 @@ class Circumstances:
             none is given.
         current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
         current_unit: ``A`` or ``%``.
+        warming: rate of change of the temperature, °C/s, shape (n,); of means of the rows over
+            ``WARMING_CELL`` seconds where none is given, 0 where it is unknown.
         gravity: local gravity, m/s².
         field_unit: of ``magnetic``.
         reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
@@ -105,6 +107,7 @@ class Circumstances:
     magnetic: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
     current_unit: str = "A"
+    warming: FloatArray = field(default_factory=lambda: np.zeros(0))
     gravity: float = STANDARD_GRAVITY
     field_unit: FieldUnit = field(default_factory=FieldUnit)
     reference_temperature: float = np.nan
@@ -115,6 +118,8 @@ class Circumstances:
             object.__setattr__(self, "magnetic", np.full((len(self), 3), np.nan))
         if len(self.current) != len(self):
             object.__setattr__(self, "current", np.full(len(self), np.nan))
+        if len(self.warming) != len(self):
+            object.__setattr__(self, "warming", _slope(self.time, self.temperature))
         known = self.temperature[np.isfinite(self.temperature)]
         if np.isnan(self.reference_temperature) and len(known):
             object.__setattr__(self, "reference_temperature", float(known.mean()))
@@ -141,6 +146,7 @@ class Circumstances:
             vibration=self.vibration[rows],
             magnetic=self.magnetic[rows],
             current=self.current[rows],
+            warming=self.warming[rows],
         )
 
     def joined(self, other: "Circumstances") -> "Circumstances":
@@ -155,7 +161,31 @@ class Circumstances:
             vibration=np.concatenate([self.vibration, other.vibration]),
             magnetic=np.concatenate([self.magnetic, other.magnetic]),
             current=np.concatenate([self.current, other.current]),
+            warming=np.concatenate([self.warming, other.warming]),
         )
+
+
+WARMING_CELL = 30.0
+"""Temperatures are averaged over so many seconds before they are differentiated: a thermometer's
+steps of a sixteenth of a degree make a slope of some 0.0003 °C/s then, a warming device one of
+0.02 °C/s."""
+
+
+def _slope(time: FloatArray, temperature: FloatArray) -> FloatArray:
+    """Rate of change of the temperature at each time, °C/s, shape (n,)."""
+    known = np.flatnonzero(np.isfinite(temperature) & np.isfinite(time))
+    if not len(known):
+        return np.zeros(len(time))
+    known = known[np.argsort(time[known], kind="stable")]
+    then, warmth = time[known], temperature[known]
+    cell = np.floor((then - then[0]) / WARMING_CELL)
+    first = np.flatnonzero(np.diff(cell, prepend=-1.0))
+    count = np.diff(first, append=len(then))
+    middle, mean = (np.add.reduceat(one, first) / count for one in (then, warmth))
+    if len(middle) < 2:
+        return np.zeros(len(time))
+    slope = np.gradient(mean, middle, edge_order=1 if len(middle) == 2 else 2)
+    return np.asarray(np.interp(time, middle, slope))
 
 
 @dataclass(frozen=True)

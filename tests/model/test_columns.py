@@ -111,6 +111,20 @@ def test_a_cubic_cross_term_is_a_gain_by_the_product_of_two_forces() -> None:
     np.testing.assert_array_equal(cubic["zyy"], np.zeros(3))
 
 
+def test_a_lagging_zero_falls_short_while_the_device_warms() -> None:
+    """A minute at 0.01 °C/s makes −0.6 mg; 0.02 °C of noise, 0.02 mg rms, and up to 0.08."""
+    time = np.arange(0.0, 1200.0, 12.0)
+    rng = np.random.default_rng(1)
+    turning = np.where(time < 600.0, 0.01 * time, 12.0 - 0.01 * time)
+    none = np.zeros((100, 3))
+    warm = 20.0 + turning + 0.02 * rng.standard_normal(100)
+    held = Circumstances(none, none, warm, time, none, np.zeros(100))
+    late = effect("thermal-lag").error("accelerometer", held, np.array([0.0, 60.0, 0.0]))
+    assert not late[:, [0, 2]].any()
+    np.testing.assert_allclose(late[3:45, 1] / MILLI_G, -0.6, atol=0.08)
+    np.testing.assert_allclose(late[55:97, 1] / MILLI_G, 0.6, atol=0.08)
+
+
 def test_a_changing_clock_moves_all_axes_by_one_share() -> None:
     """Two minutes after the middle, 1 ppm/min makes 2 ppm of every rate."""
     (share,) = named("clock", "gyroscope", moment()).values()
