@@ -114,6 +114,7 @@ class Sensor(msgspec.Struct, frozen=True):
         covariance: of the biases and the entries of the matrix, or None.
         parameter_covariance: of all ``parameters`` in their order, sizes of effects included; zeros
             for those that the data do not determine; None where there are no standard errors.
+        degrees_of_freedom: of the standard errors; None in older files.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
     """
@@ -143,6 +144,7 @@ class Sensor(msgspec.Struct, frozen=True):
     usable: bool | None = None
     covariance: list[list[float]] | None = None
     parameter_covariance: list[list[float]] | None = None
+    degrees_of_freedom: int | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
 
@@ -395,6 +397,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         usable=not fit.unusable,
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         parameter_covariance=None if joint is None else joint.tolist(),
+        degrees_of_freedom=fit.degrees_of_freedom or None,
         warnings=list(fit.warnings),
         effects=effects,
     )
@@ -483,6 +486,31 @@ def read_calibration(path: Path) -> Calibration:
             "calibration for this version"
         )
     try:
-        return msgspec.json.decode(data, type=Calibration)
+        found = msgspec.json.decode(data, type=Calibration)
     except msgspec.ValidationError as error:
         raise RecordingError(f"{path} is damaged: {error}") from error
+    for name, sensor in found.sensors.items():
+        wrong = _wrong(sensor)
+        if wrong:
+            raise RecordingError(f"{path} is damaged or was edited: the {name}'s {wrong}")
+    count = len(found.hold_means)
+    if any(
+        not 0 <= k < count for one in found.rotation_increments for k in (one.before, one.after)
+    ):
+        raise RecordingError(f"{path} is damaged or was edited: a rotation names a missing hold")
+    return found
+
+
+def _wrong(sensor: Sensor) -> str:
+    """What of a sensor cannot be applied, or "" if all can."""
+    matrix, bias = sensor.matrix, sensor.bias
+    if len(matrix) != 3 or any(len(row) != 3 for row in matrix):
+        return "matrix is not three rows of three numbers"
+    if len(bias) != 3:
+        return "bias is not three numbers"
+    if np.linalg.matrix_rank(np.array(matrix)) != 3:
+        return "matrix is singular"
+    for one in sensor.effects:
+        if len(one.sizes) != len(one.parameters):
+            return f"{one.term} has {len(one.sizes)} sizes for {len(one.parameters)} parameters"
+    return ""
