@@ -97,5 +97,5 @@ class CubicCross(Effect):
         del sensor
         factor = c_number(_SIZE.si)
         return tuple(
-            (i, place, f"{factor} * x{i} * x{j} * x{j}") for place, (i, j) in enumerate(_PAIRS)
+            (i, place, f"{factor} * x{i} * x{j} * x{k}") for place, (i, j, k) in enumerate(_TERMS)
         )
