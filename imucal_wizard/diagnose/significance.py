@@ -146,8 +146,8 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
     """
     alone = hypotheses.frame.log_noise(coordinates)
     highest = alone.max(axis=(1, 2), keepdims=True)
-    total = np.full((len(coordinates), len(hypotheses.single)), -np.inf)
-    total[:, 0] = np.logaddexp.reduce(alone, axis=(1, 2))
+    total = np.zeros((len(coordinates), len(hypotheses.single)))
+    total[:, 0] = np.exp(alone - highest).sum(axis=(1, 2))
     for wander, one in enumerate(hypotheses.spectra):
         squares = one.along(coordinates) ** 2
         likely = (alone - highest)[:, wander].max(axis=0) > -MAX_LOG_FACTOR
@@ -157,6 +157,6 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
                 rows = squares * one.gain[:, spread, sigma]
                 sums = np.add.reduceat(rows, one.starts, axis=1) - one.log_det[:, spread, sigma]
                 gain += np.exp(np.minimum(0.5 * sums, 600.0)) / one.gain.shape[1]
-            base = alone[:, wander, sigma][:, None]
-            total[:, 1:] = np.logaddexp(total[:, 1:], base + np.log(gain[:, one.order]))
-    return total
+            share = np.exp(alone[:, wander, sigma] - highest[:, 0, 0])
+            total[:, 1:] += share[:, None] * gain[:, one.order]
+    return np.asarray(np.log(np.maximum(total, 1e-300)) + highest[:, 0])
