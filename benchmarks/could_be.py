@@ -1,41 +1,53 @@
-"""What "could be" covers: ``python -m benchmarks.could_be [UNITS [SEED]]``.
+"""What "could be" covers: ``python -m benchmarks.could_be [UNITS [SEED [SENSOR]]]``.
 
-Units of a virtual accelerometer, half of them with nothing hidden, the other half with one effect
+Units of a virtual sensor, half of them with nothing hidden, the other half with one effect
 of the catalogue, drawn by chance, of a size drawn from that of consumer parts. For each the error
-without noise is taken in new directions at the session's times and temperatures. The simulator is
-that of ``benchmarks.hidden_effects``, which shares no formula with the fit.
+without noise is taken in new directions at the session's times and temperatures: of an
+accelerometer that of the magnitude in holds, of a gyroscope the angle by which rotations about any
+axis, with the rates of the session, do not close. The simulators are those of
+``benchmarks.hidden_effects`` and ``benchmarks.gyroscope_bound``, which share no formula with the
+fit.
 """
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+from scipy.spatial.transform import Rotation as Attitude
 
+from benchmarks.gyroscope_bound import DEVICES, RATE, WARMING, Session, WrongRate, attitudes, fitted
+from benchmarks.gyroscope_bound import Device as TurnedDevice
 from benchmarks.hidden.designs import PLANS, Schedule
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import COLOURS
-from benchmarks.hidden.recording import Recorded, record
+from benchmarks.hidden.recording import SETTLING, Recorded, record
 from benchmarks.measure import machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.effect import ACCELEROMETER, MILLI_G
-from imucal_wizard.simulate.hidden import ACCELEROMETER_TERMS, Hidden
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MILLI_G
+from imucal_wizard.simulate.forward import TrueCircumstances
+from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
+from tests.estimate.truth import turn
 
 NEW = 300
-"""New directions of each unit."""
+"""New directions of each unit of an accelerometer."""
+NEW_ROTATIONS = 40
+"""New rotations of each unit of a gyroscope."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One unit, errors in mg.
+    """One unit, errors in mg or degrees.
 
     Attributes:
         hidden: name of the effect, or "".
         could_be: what the program says.
         held_out: error held out.
-        errors: true ones in new directions, shape (NEW,).
+        errors: true ones in new directions, shape (n,).
     """
 
     hidden: str
@@ -44,14 +56,17 @@ class Unit:
     errors: FloatArray
 
 
-def drawn(rng: np.random.Generator) -> tuple[Hidden, ...]:
+def drawn(sensor: str, rng: np.random.Generator) -> tuple[Hidden, ...]:
     """Nothing, or one effect on one axis, of a size drawn from that of consumer parts."""
     if rng.random() < 0.5:
         return ()
-    name = str(rng.choice(list(ACCELEROMETER_TERMS)))
-    typical = effect(name).parameters(ACCELEROMETER)[0].typical
-    axes = tuple(int(one) for one in rng.permutation(3)[: ACCELEROMETER_TERMS[name].letters])
-    return (Hidden(ACCELEROMETER, name, float(typical * rng.standard_normal()), axes),)
+    terms = HIDDEN_TERMS[sensor]
+    name = str(rng.choice(list(terms)))
+    typical = effect(name).parameters(sensor)[0].typical
+    axes = tuple(int(one) for one in rng.permutation(3)[: terms[name].letters])
+    if name == EARTH_RATE:
+        axes = (2,)  # a chain of rotations has no north
+    return (Hidden(sensor, name, float(typical * rng.standard_normal()), axes),)
 
 
 def elsewhere(recorded: Recorded, rng: np.random.Generator) -> Schedule:
@@ -72,7 +87,7 @@ def elsewhere(recorded: Recorded, rng: np.random.Generator) -> Schedule:
 
 def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
     """One unit, calibrated and judged."""
-    hidden = drawn(rng)
+    hidden = drawn(ACCELEROMETER, rng)
     recorded = record(PLANS[design], COLOURS[colour], hidden, rng)
     bench = Bench(ACCELEROMETER, measured_of(recorded))
     readings = recorded.true_readings(elsewhere(recorded, rng))
@@ -84,6 +99,80 @@ def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
         (bench.look().could_be or np.nan) / MILLI_G,
         held_out / MILLI_G,
         errors / MILLI_G,
+    )
+
+
+EARTH_RATE = "earth-rate"
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenRate(WrongRate):
+    """Effects of the simulator.
+
+    Attributes:
+        hidden: which.
+        step: moment of a step, minutes.
+        settling: time constant of a warm-up, minutes.
+    """
+
+    hidden: tuple[Hidden, ...]
+    step: float
+    settling: float
+
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """See ``WrongRate``."""
+        shown = np.degrees(rate)
+        attitude = np.zeros((len(up), 4))
+        if any(one.term == EARTH_RATE for one in self.hidden):
+            upright = [Attitude.align_vectors([[0.0, 0.0, 1.0]], one[None])[0] for one in up]
+            attitude = np.array([np.roll(one.as_quat(), 1) for one in upright])
+        known = TrueCircumstances(
+            force=up,
+            rate=shown,
+            temperature=WARMING.at(time),
+            minutes=time / 60.0,
+            previous=up,
+            vibration=np.zeros_like(up),
+            attitude=attitude,
+            sensed=shown,
+            step=self.step,
+            settling=self.settling,
+            change=RATE * np.gradient(shown, axis=0) if len(time) > 1 else 0.0 * shown,
+        )
+        return sum((one.error(known) for one in self.hidden), np.zeros_like(rate))
+
+
+def one_gyroscope(device: TurnedDevice, rng: np.random.Generator) -> Unit:
+    """One unit of a gyroscope, calibrated and judged."""
+    hidden = drawn(GYROSCOPE, rng)
+    session = Session(device, int(rng.integers(2**31)))
+    seconds = session.seconds
+    settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
+    wrong = HiddenRate(hidden, float(rng.uniform(0.3, 0.7)) * seconds / 60.0, settling)
+    slow = session.wandering(rng) if device.flicker else None
+    found = fitted(*session.recorded(rng, wrong, slow))
+    if found.experiment is None:
+        raise SystemExit("a simulated gyroscope has no rows")
+    bench = Bench(GYROSCOPE, found.experiment, first=found)
+    sensor, errors = session.gyroscope, []
+    drift = np.zeros(3) if slow is None else slow.mean(axis=0)
+    for _ in range(NEW_ROTATIONS):
+        up, axis = rng.standard_normal((2, 3))
+        up, axis = up / np.linalg.norm(up), axis / np.linalg.norm(axis)
+        vector = np.radians(rng.uniform(40.0, 170.0)) * axis
+        motion = turn(up, vector, seconds=float(rng.uniform(1.2, 2.5)), rate=RATE)
+        felt = motion.rate + wrong.error(
+            rng.uniform(0.0, seconds) + motion.time, motion.rate, motion.up
+        )
+        reading = felt @ sensor.sensitivity.T + sensor.bias + drift
+        rates = (reading - found.bias) @ found.matrix.T
+        carried = attitudes(motion.time, rates)[-1].inv().apply(motion.up[0])
+        errors.append(np.arccos(np.clip(carried @ motion.up[-1], -1.0, 1.0)))
+    return Unit(
+        hidden[0].term if hidden else "",
+        float(np.degrees(bench.look().could_be or np.nan)),
+        float(np.degrees(found.rms_held_out or np.nan)),
+        np.degrees(errors),
     )
 
 
@@ -102,20 +191,42 @@ def line(name: str, units: list[Unit]) -> str:
     )
 
 
-def main(units: int = 600, seed: int = 101) -> None:
+CASES: dict[str, dict[str, Callable[[np.random.Generator], Unit]]] = {
+    ACCELEROMETER: {
+        "18 poses, consumer noise": partial(one_unit, "18", "consumer"),
+        "26+12 poses, consumer noise": partial(one_unit, "26+12", "consumer"),
+        "18 poses, white noise": partial(one_unit, "18", "white"),
+    },
+    GYROSCOPE: {
+        one.name: partial(one_gyroscope, one)
+        for one in (
+            DEVICES[2],
+            DEVICES[0],
+            replace(DEVICES[0], name="26 poses, 12 turns, 1 mg, flicker 5 °/h", flicker=0.0015),
+        )
+    },
+}
+UNITS = {ACCELEROMETER: "mg", GYROSCOPE: "°"}
+
+
+def main(
+    units: str = "600", seed: str = "101", sensor: str = ACCELEROMETER, only: str = ""
+) -> None:
     """Print the table."""
     print(machine())
     head = f"{'units':>6}{'inside, %':>15}{'rms, %':>10}{'true rms':>10}{'held out':>10}"
-    print(f"{'hidden':26}{head}{'could be':>10}{'× rms':>8}   (medians, mg)")
-    for design, colour in (("18", "consumer"), ("26+12", "consumer"), ("18", "white")):
-        rng = np.random.default_rng([seed, len(design), len(colour)])
-        made = [one_unit(design, colour, rng) for _ in range(units)]
-        print(f"{design} poses, {colour} noise; wanted inside: 93 to 97 %, × rms: at most 3")
+    print(f"{'hidden':26}{head}{'could be':>10}{'× rms':>8}   (medians, {UNITS[sensor]})")
+    for place, (name, one_of) in enumerate(CASES[sensor].items()):
+        if only not in name:
+            continue
+        rng = np.random.default_rng([int(seed), place])
+        made = [one_of(rng) for _ in range(int(units))]
+        print(f"{sensor}, {name}; wanted inside: 93 to 97 %, × rms: at most 3")
         print(line("all", made))
         print(line("nothing", [one for one in made if not one.hidden]))
-        for name in sorted({one.hidden for one in made} - {""}):
-            print(line(name, [one for one in made if one.hidden == name]), flush=True)
+        for term in sorted({one.hidden for one in made} - {""}):
+            print(line(term, [one for one in made if one.hidden == term]), flush=True)
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:]))
+    main(*sys.argv[1:])

@@ -6,7 +6,8 @@ simulated readings of all holds and of the directions that the rotations carry, 
 of the accelerometer, of the gyroscope and by the true direction of each hold, with the true
 variances. It shares no formula with the estimator. The table shows for each group of parameters the
 rms error over its bound and the share of 95 % intervals that hold the truth, with the worst single
-parameter; noise is drawn anew in each session, truth and motion in each hundredth.
+parameter; noise is drawn anew in each session, truth and motion in each hundredth. A run of 5,000
+sessions is the same as five of 1,000 with seeds 1,000 apart.
 
 Where few directions leave angles of the accelerometer undetermined, the accelerometer is drawn anew
 with errors of usual size, and the bound takes these sizes as known. Where the bias wanders, the
@@ -149,11 +150,15 @@ class Session:
         """Of each hold, s."""
         return np.arange(float(len(self.up))) * (self.device.samples / RATE + 2.0 * AGAIN + MOVED)
 
+    @property
+    def seconds(self) -> float:
+        """Length of the session, s."""
+        return float(self._starts[-1] + self.device.samples / RATE)
+
     def wandering(self, rng: np.random.Generator) -> FloatArray:
         """The wandering of the gyroscope's bias, rad/s, every ``STEP`` seconds, shape (m, 3)."""
         noise = Noise(flicker=float(np.radians(self.device.flicker)))
-        seconds = self._starts[-1] + self.device.samples / RATE
-        return wander(noise, round(seconds / STEP), rng)
+        return wander(noise, round(self.seconds / STEP), rng)
 
     def recorded(
         self,
@@ -230,9 +235,9 @@ class Session:
         out = []
         parts = zip(self.motions, self._readings, self._tilts[1:], self.up[1:], strict=True)
         for motion, reading, tilt, up in parts:
-            attitudes = _attitudes(motion.time, (reading - self.gyroscope.bias) @ gains.T)
+            course = attitudes(motion.time, (reading - self.gyroscope.bias) @ gains.T)
             # a turn by ε at a sample, seen in the frame of the end
-            seen = (attitudes[-1].inv() * attitudes).as_matrix() @ (gains * rate)
+            seen = (course[-1].inv() * course).as_matrix() @ (gains * rate)
             across = tilt @ np.cross(up, seen, axisb=1, axisc=1)
             across *= motion.time[1] - motion.time[0]
             out.append((across @ np.swapaxes(across, 1, 2)).sum(axis=0))
@@ -258,7 +263,7 @@ class Session:
             parts = zip(self.motions, self._readings, self._tilts[1:], up, up[1:], strict=False)
             return np.concatenate(
                 [
-                    tilt @ (_attitudes(m.time, (y - bias) @ gains.T)[-1].inv().apply(u) - after)
+                    tilt @ (attitudes(m.time, (y - bias) @ gains.T)[-1].inv().apply(u) - after)
                     for m, y, tilt, u, after in parts
                 ]
             )
@@ -298,7 +303,7 @@ class Session:
             whole = carried
             if gyroscope.any():
                 pairs = zip(self.motions, readings, strict=True)
-                whole = [_attitudes(m.time, (y - bias) @ matrix.T)[-1] for m, y in pairs]
+                whole = [attitudes(m.time, (y - bias) @ matrix.T)[-1] for m, y in pairs]
             return np.concatenate(
                 [
                     ((GRAVITY * up @ np.linalg.inv(upper).T + offset) / force).ravel(),
@@ -314,7 +319,7 @@ class Session:
             )
 
         pairs = zip(self.motions, readings, strict=True)
-        carried = [_attitudes(m.time, (y - self.gyroscope.bias) @ gains.T)[-1] for m, y in pairs]
+        carried = [attitudes(m.time, (y - self.gyroscope.bias) @ gains.T)[-1] for m, y in pairs]
         columns = []
         for step in 1e-5 * np.eye(21 + 2 * count):
             ends = [predicted(sign * step[:12], sign * step[12:]) for sign in (1.0, -1.0)]
@@ -402,7 +407,7 @@ def _averaged(
     return batches.mean(axis=0), covariance, single
 
 
-def _attitudes(time: FloatArray, rate: FloatArray) -> Attitude:
+def attitudes(time: FloatArray, rate: FloatArray) -> Attitude:
     """From the beginning to each sample, by the mean rate of each interval."""
     steps = Attitude.from_rotvec(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, None]).as_matrix()
     whole = [np.eye(3)]
@@ -438,7 +443,7 @@ def studied(device: Device, sessions: int, seed: int) -> Outcome:
     errors, held, closed = [], [], []
     for place in range(sessions):
         if place % PER_CHAIN == 0:
-            session, rng = Session(device, seed + place), np.random.default_rng([seed, place])
+            session, rng = Session(device, seed + place), np.random.default_rng([seed + place])
             bound = np.sqrt(np.diag(session.bound()))
             gyroscope = session.gyroscope
             truth = named(np.concatenate([gyroscope.matrix.ravel(), gyroscope.bias]))

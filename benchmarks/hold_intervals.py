@@ -1,6 +1,7 @@
 """How often the accelerometer's 95 % intervals hold the truth, and how far its parameters scatter.
 
-``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed] [poses]``. Coverage: the
+``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed] [poses] [noise]``; the
+last two words choose rows of the table, the noise by a part of its name. Coverage: the
 share of sessions in which the interval of each parameter by Student's t holds the truth, in per
 cent; the bias is its mean over the session. Scatter: the rms error of each parameter over the
 least that any unbiased estimator has when it knows the noise of every hold (Cramér and Rao).
@@ -58,7 +59,9 @@ def scatter(
     return np.asarray(np.sqrt((off**2).mean(axis=0)))
 
 
-def main(what: str = "coverage", sessions: str = "4000", seed: str = "1", poses: str = "") -> None:
+def main(
+    what: str = "coverage", sessions: str = "4000", seed: str = "1", poses: str = "", only: str = ""
+) -> None:
     """Print the table."""
     count = int(sessions)
     designs = {name: design for name, design in DESIGNS.items() if poses in ("", name)}
@@ -76,6 +79,8 @@ def main(what: str = "coverage", sessions: str = "4000", seed: str = "1", poses:
     print(f"per cent of intervals that hold the truth, each ± {doubt:.1f}\n{'':54}{names}")
     for name, design in designs.items():
         for kind, noise in NOISES.items():
+            if only not in kind:
+                continue
             for rest in (0.0, 90.0) if noise.flicker or noise.walk else (0.0,):
                 found = coverage(design, noise, count, int(seed), rest)
                 label = f"{name} poses{', a rest of 90 s' * bool(rest)}, {kind}"

@@ -2,10 +2,12 @@
 
 N's figure 7 is the truth of a simulated sensor (the tests' own simulator, which shares no formula
 with the fit): the six circles of N's VI-A by hand, the MAG3110's noise at 80 samples a second, its
-0.1 µT counts or ten bits over ±1000 µT. ``intervals [runs [seed]]`` prints the first table alone:
-the share of recordings in which the 95 % interval of each parameter holds the truth, of circles,
-tumbling and 26 still poses, under white noise, noise that differs from one second of five to the
-next, and an offset of each pose (of each five seconds in motion) such as a room makes.
+0.1 µT counts or ten bits over ±1000 µT. ``intervals [runs [seed [rows]]]`` prints the first table
+alone: the share of recordings in which the 95 % interval of each parameter holds the truth, of
+circles, tumbling and 26 still poses, under white noise, noise that differs from one second of five
+to the next, an offset of each pose (of each five seconds in motion) such as a room makes, and a
+field whose strength drifts; and the rms error over the Cramér–Rao bound of all samples with known
+variances. ``rows`` selects those whose name contains it.
 """
 
 import sys
@@ -19,7 +21,7 @@ import numpy as np
 
 from benchmarks.measure import machine
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import MethodNames
@@ -27,6 +29,7 @@ from tests.estimate.field_truth import (
     CORRECTION,
     MAGNITUDE,
     NOISE,
+    OFFSET,
     RATE,
     TEN_BITS,
     all_over,
@@ -43,13 +46,33 @@ TRUE = true_parameters()
 SAMPLES = 50_000
 
 
-def poses(rng: np.random.Generator, seconds: float = 3.0) -> FloatArray:
-    """Unit field in the body's axes in 26 still poses; a hand misses each by a few degrees."""
+def poses(rng: np.random.Generator, seconds: float = 3.0, uneven: bool = False) -> FloatArray:
+    """Unit field in the body's axes in 26 still poses; a hand misses each by a few degrees.
+
+    Args:
+        rng: chance.
+        seconds: of each pose.
+        uneven: whether a pose takes from one to nine times as long.
+    """
     nominal = np.array([one for one in product((-1.0, 0.0, 1.0), repeat=3) if any(one)])
     placed = nominal / np.linalg.norm(nominal, axis=1)[:, None]
     placed = placed + np.radians(3.0) * rng.standard_normal(placed.shape)
     placed /= np.linalg.norm(placed, axis=1)[:, None]
-    return np.repeat(placed, round(seconds * RATE), axis=0)
+    longer = 9.0 ** rng.uniform(size=len(placed)) if uneven else np.ones(len(placed))
+    return np.repeat(placed, np.round(seconds * longer * RATE).astype(int), axis=0)
+
+
+def sampled(make: Make, rate: float) -> Make:
+    """The same motion at another sampling rate, samples a second."""
+
+    def made(rng: np.random.Generator) -> FloatArray:
+        field = make(rng)
+        time = np.arange(len(field)) / RATE
+        other = np.arange(round(len(field) * rate / RATE)) / rate
+        moved = np.stack([np.interp(other, time, axis) for axis in field.T], axis=1)
+        return np.asarray(moved / np.linalg.norm(moved, axis=1)[:, None])
+
+    return made
 
 
 @dataclass(frozen=True)
@@ -59,53 +82,129 @@ class Noise:
     Attributes:
         uneven: standard deviation of the logarithm of the noise from stretch to stretch.
         offset: of each stretch and axis, counts.
+        drift: of the field's strength over the session, a random walk, counts.
     """
 
     uneven: float = 0.0
     offset: float = 0.0
+    drift: float = 0.0
 
-    def drawn(self, samples: int, stretch: float, rng: np.random.Generator) -> FloatArray:
-        """Noise of the readings, counts, shape (samples, 3)."""
-        number = (np.arange(samples) / (stretch * RATE)).astype(int)
-        level = NOISE * np.exp(self.uneven * rng.standard_normal(number[-1] + 1))
-        offset = self.offset * rng.standard_normal((number[-1] + 1, 3))
-        return np.asarray(level[number, None] * rng.standard_normal((samples, 3)) + offset[number])
+    def levels(self, stretch: IntArray, rng: np.random.Generator) -> FloatArray:
+        """Standard deviation of each sample's white noise, counts, shape (n,)."""
+        number = int(stretch[-1]) + 1
+        return np.asarray((NOISE * np.exp(self.uneven * rng.standard_normal(number)))[stretch])
+
+    def shared(
+        self, field: FloatArray, stretch: IntArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """What samples have in common, by offsets of the readings and of the field, (n, 3) each."""
+        offset = self.offset * rng.standard_normal((int(stretch[-1]) + 1, 3))
+        walk = np.cumsum(rng.standard_normal(len(field))) / np.sqrt(len(field))
+        return offset[stretch], self.drift * field * (walk - walk.mean())[:, None]
 
 
 NOISES = {
     "white": Noise(),
     "uneven, 0.7": Noise(uneven=0.7),
     "0.05 µT from pose to pose": Noise(offset=0.5),
+    "field drifts by 0.2 µT": Noise(drift=2.0),
 }
-MOTIONS: dict[str, tuple[Make, float]] = {
-    "six circles of 20 s": (partial(six_circles, seconds=20.0), 5.0),
-    "tumbling for 50 s": (partial(tumbling, samples=4000), 5.0),
-    "26 poses of 3 s": (poses, 3.0),
+MOTIONS: dict[str, tuple[Make, float, float]] = {
+    "six circles of 20 s": (partial(six_circles, seconds=20.0), RATE, 5.0),
+    "six circles at 25 Hz": (sampled(partial(six_circles, seconds=20.0), 25.0), 25.0, 5.0),
+    "six circles at 200 Hz": (sampled(partial(six_circles, seconds=20.0), 200.0), 200.0, 5.0),
+    "tumbling for 50 s": (partial(tumbling, samples=4000), RATE, 5.0),
+    "26 poses of 3 s": (poses, RATE, 0.0),
+    "26 poses of 3 to 27 s": (partial(poses, uneven=True), RATE, 0.0),
 }
-"""How the field turns, and the seconds of a stretch of equal noise."""
+"""How the field turns, samples a second, and the seconds of a stretch; 0 where it is a pose."""
 
 
-def intervals(make: Make, stretch: float, noise: Noise, step: float, runs: int, seed: int) -> str:
-    """Share of 95 % intervals that hold the truth, per parameter, and rms error over s.e."""
-    off, inside = [], []
+def stretches(field: FloatArray, samples: int) -> IntArray:
+    """Number of the stretch that each sample is of, shape (n,): a pose, or so many samples."""
+    if samples:
+        return np.arange(len(field)) // samples
+    return np.cumsum(np.append(False, (np.diff(field, axis=0) != 0.0).any(axis=1)))
+
+
+def bound(
+    field: FloatArray, level: FloatArray, stretch: IntArray, offset: float
+) -> dict[str, float]:
+    """Least standard deviation of each parameter if all variances are known.
+
+    Every sample tells the length ``|M (y − b)|``; an offset of each stretch is in all of its
+    samples.
+
+    Args:
+        field: true direction, shape (n, 3).
+        level: standard deviation of each sample, shape (n,).
+        stretch: of each sample, shape (n,).
+        offset: standard deviation of that of a stretch.
+    """
+    reading = MAGNITUDE * field @ np.linalg.inv(CORRECTION).T
+    inward = field @ CORRECTION
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    columns = [
+        field[:, i] * reading[:, j] + (i != j) * field[:, j] * reading[:, i] for i, j in pairs
+    ]
+    design = np.column_stack([-inward, *columns])
+    root = level * np.linalg.norm(inward, axis=1)
+    white, common = design / root[:, None], offset * inward / root[:, None]
+    starts = np.flatnonzero(np.diff(stretch, prepend=-1))
+    information = white.T @ white
+    if offset:
+
+        def sums(a: FloatArray, b: FloatArray) -> FloatArray:
+            return np.add.reduceat(a[:, :, None] * b[:, None, :], starts, axis=0)
+
+        inner, across = sums(common, common) + np.eye(3), sums(common, white)
+        information -= np.einsum("kia,kij,kjb->ab", across, np.linalg.inv(inner), across)
+    whole = np.linalg.inv(information)
+    # how the parameters that are told, of the gauge det M = 1, move with b and M
+    out, at = [], np.concatenate([OFFSET, [CORRECTION[one] for one in pairs]])
+    for place, step in enumerate(np.diag([1e-3] * 3 + [1e-6] * 6)):
+        ahead, behind = (_named(at + sign * step, pairs) for sign in (1.0, -1.0))
+        out.append((ahead - behind) / (2.0 * step[place]))
+    change = np.array(out)
+    return dict(zip(TRUE, np.sqrt(np.diag(change.T @ whole @ change)), strict=True))
+
+
+def _named(theta: FloatArray, pairs: list[tuple[int, int]]) -> FloatArray:
+    matrix = np.zeros((3, 3))
+    for (i, j), value in zip(pairs, theta[3:], strict=True):
+        matrix[i, j] = matrix[j, i] = value
+    size = np.cbrt(np.linalg.det(matrix))
+    return np.array([*theta[:3], *(theta[3:] / size), MAGNITUDE / size])
+
+
+def intervals(
+    motion: tuple[Make, float, float], noise: Noise, step: float, runs: int, seed: int
+) -> tuple[FloatArray, float, float]:
+    """Share of 95 % intervals that hold the truth, per parameter, shape (10,).
+
+    And the rms error over the standard error, and over the least possible one.
+    """
+    make, rate, seconds = motion
+    off, over, inside = [], [], []
     for run in range(runs):
         rng = np.random.default_rng([seed, run])
-        directions = make(rng)
-        extra = noise.drawn(len(directions), stretch, rng) @ CORRECTION.T
-        fit = fit_magnetometer(
-            recorded(directions, rng, noise=0.0, step=step, extra=extra).series
-        ).fit
+        field = make(rng)
+        stretch = stretches(field, round(seconds * rate))
+        level = noise.levels(stretch, rng)
+        offset, drift = noise.shared(field, stretch, rng)
+        white = level[:, None] * rng.standard_normal(field.shape) + offset
+        extra = white @ CORRECTION.T + drift
+        series = recorded(field, rng, noise=0.0, step=step, extra=extra, rate=rate).series
+        fit = fit_magnetometer(series).fit
         found = {p.name: p for p in fit.parameters}
-        away = [
-            (found[name].value - TRUE[name]) / (found[name].standard_error or np.nan)
-            for name in TRUE
-        ]
-        off.append(away)
-        inside.append(np.abs(away) < quantile(0.95, fit.degrees_of_freedom))
-    shares = np.mean(inside, axis=0)
-    return "".join(f"{100.0 * one:9.1f}" for one in shares) + (
-        f"{np.sqrt(np.mean(np.square(off))):8.2f}"
-    )
+        least = bound(field, np.hypot(level, step / np.sqrt(12.0)), stretch, noise.offset)
+        away = np.array([found[name].value - TRUE[name] for name in TRUE])
+        errors = np.array([found[name].standard_error or np.nan for name in TRUE])
+        off.append(away / errors)
+        over.append(away / np.array(list(least.values())))
+        inside.append(np.abs(away / errors) < quantile(0.95, fit.degrees_of_freedom))
+    rms, ratio = (float(np.sqrt(np.mean(np.square(one)))) for one in (off, over))
+    return np.mean(inside, axis=0), rms, ratio
 
 
 def coverage(runs: int, seed: int, only: str = "") -> None:
@@ -114,16 +213,18 @@ def coverage(runs: int, seed: int, only: str = "") -> None:
     print(f"\n{runs} recordings each, seed {seed}, truth: N's figure 7")
     print(f"per cent of 95 % intervals that hold the truth, each ± {doubt:.1f}; wanted: 93 to 97")
     names = "".join(f"{name.replace('soft_iron', 'iron'):>9}" for name in TRUE)
-    print(f"{'':50}{names}{'rms':>8}")
-    for name, (make, stretch) in MOTIONS.items():
+    print(f"{'':50}{names}{'rms':>8}{'bound':>8}")
+    for name, motion in MOTIONS.items():
         for kind, noise in NOISES.items():
             for bits, step in (("", 1.0), (", 10 bits", TEN_BITS)):
                 if kind != "white" and bits:
                     continue
                 label = f"{name}, {kind}{bits}"
                 if only in label:
-                    found = intervals(make, stretch, noise, step, runs, seed)
-                    print(f"{label:50}{found}", flush=True)
+                    shares, rms, ratio = intervals(motion, noise, step, runs, seed)
+                    known = f"{ratio:8.2f}" if not noise.drift and not bits else f"{'–':>8}"
+                    cells = "".join(f"{100.0 * one:9.1f}" for one in shares)
+                    print(f"{label:50}{cells}{rms:8.2f}{known}", flush=True)
 
 
 def timing() -> str:

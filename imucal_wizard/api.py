@@ -247,8 +247,12 @@ class Fit:
 
         source = ", ".join(path.name for path in self.recording.paths)
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        report = self.benches.fitted() if "benches" in self.__dict__ else self.report
-        return from_report(report, source, now)
+        return from_report(self._fitted, source, now)
+
+    @property
+    def _fitted(self) -> FitReport:
+        """The report with the terms that were added."""
+        return self.benches.fitted() if "benches" in self.__dict__ else self.report
 
     def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
         """The result with the verdict on each sensor.
@@ -258,19 +262,26 @@ class Fit:
         """
         from msgspec import structs
 
-        calibration = self.calibration
-        sensors = {
-            name: structs.replace(
-                sensor,
-                verdict=str(diagnosis[name].verdict),
-                could_be=diagnosis[name].could_be,
-            )
-            if name in diagnosis
-            else sensor
-            for name, sensor in calibration.sensors.items()
-        }
         notes = list(self.report.notes(judged=bool(diagnosis)))
-        return structs.replace(calibration, sensors=sensors, warnings=notes)
+        return structs.replace(self.calibration, sensors=self.records(diagnosis), warnings=notes)
+
+    def records(self, diagnosis: "Mapping[str, Diagnosis]") -> "dict[str, Sensor]":
+        """Each sensor as it stands in JSON, with its verdict.
+
+        Args:
+            diagnosis: of the sensors, as ``diagnose`` gives it; empty for no verdicts.
+        """
+        from msgspec import structs
+
+        from imucal_wizard.report.calibration_file import sensor_record
+
+        found = {name: sensor_record(fit) for name, fit in self._fitted.sensors.items()}
+        for name in found.keys() & diagnosis.keys():
+            said = diagnosis[name]
+            found[name] = structs.replace(
+                found[name], verdict=str(said.verdict), could_be=said.could_be
+            )
+        return found
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.
@@ -278,11 +289,11 @@ class Fit:
         Raises:
             KeyError: it is not calibrated.
         """
-        return self.calibration[sensor]
+        return self.records({})[sensor]
 
     def __iter__(self) -> "Iterator[str]":
         """Names of the calibrated sensors."""
-        return iter(self.calibration)
+        return iter(self._fitted.sensors)
 
 
 def read(

@@ -235,14 +235,27 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
         action="store_true",
         help="also save sensors whose calibration is worse than none",
     )
+    for name, text in SAVED_ABOUT.items():
+        parser.add_argument(f"--{name}", metavar="TEXT", help=f"{text}, for the saved file")
 
 
-def save_usable(calibration: "Calibration", place: Path, *, force: bool) -> list[str]:
+SAVED_ABOUT = {
+    "device": "name of the device",
+    "serial": "its serial number",
+    "operator": "who measured",
+    "note": "a note",
+}
+
+
+def save_usable(
+    calibration: "Calibration", place: Path, about: argparse.Namespace, *, force: bool
+) -> list[str]:
     """Save the usable sensors; all of them with ``force``.
 
     Args:
         calibration: the result.
         place: the file.
+        about: what the user says of device and measurement.
         force: whether the user wants what is worse than none.
 
     Returns:
@@ -251,7 +264,10 @@ def save_usable(calibration: "Calibration", place: Path, *, force: bool) -> list
     left_out = [] if force else list(calibration.unusable)
     if left_out and len(left_out) == len(calibration.sensors):
         return ["not saved: no sensor has a usable calibration (--force saves it all the same)"]
-    calibration.save(place, force=force)
+    from imucal_wizard.report.calibration_file import described
+
+    said = {name: getattr(about, name) for name in SAVED_ABOUT}
+    described(calibration, **said).save(place, force=force)
     without = f" without the {' and the '.join(left_out)} (--force saves all)" if left_out else ""
     return [f"saved: {place}{without}"]
 

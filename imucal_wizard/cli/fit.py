@@ -55,11 +55,11 @@ def run(argv: Sequence[str]) -> int:
     says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
     saved = []
     if arguments.save:
-        saved = save_usable(fit.judged(diagnosis), arguments.save, force=arguments.force)
+        saved = save_usable(fit.judged(diagnosis), arguments.save, arguments, force=arguments.force)
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 
-        write_json(fit_document(fit.report, fit.judged(diagnosis).sensors, says), arguments.json)
+        write_json(fit_document(fit.report, fit.records(diagnosis), says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary

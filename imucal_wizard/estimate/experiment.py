@@ -171,6 +171,10 @@ class Experiment(ABC):
         del found
         return None
 
+    def still_means(self) -> dict[int, FloatArray]:
+        """Mean reading in the holds whose samples the rows use beside others, by hold."""
+        return {}
+
     def refined(self, found: "Minimum[Experiment]") -> "Experiment":
         """The same rows with what a fit with effects has shown of their frame; mostly itself."""
         del found

@@ -27,11 +27,11 @@ from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.estimate.sampling_loss import sampling_loss
-from imucal_wizard.estimate.slow_noise import Fitted, in_session, slow_rate, spans_of
+from imucal_wizard.estimate.slow_noise import Between, Fitted, in_session, slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import resolution_of
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.catalogue import builtin_effect
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -420,17 +420,24 @@ class GyroscopeExperiment(Experiment):
         return unit_of(name, self.unit, "rad/s")
 
     def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
-        """See ``Experiment``: the bias of each axis wanders by itself, and the rests show it."""
+        """See ``Experiment``: the bias of each axis wanders by itself, and the rests show it.
+
+        It wanders in the rotations, too, and the rests tell by how much.
+        """
         balance, system, spans = found.balance, found.system, spans_of(self.resting)
         if balance.freedom.min() < 1.0:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))
         pull, alike = basis @ found.pull()[free], np.ones(2 * (len(spans),))
         resting = self.rest.reading.size
-        closing = pull[:, resting:]
-        out = (closing * found.white_variance[resting:]) @ closing.T
         axes = [slice(axis, resting, 3) for axis in range(3)]
-        by_rests = in_session(
+        turned = np.concatenate([one.labels.span for one in self.sources[1:]])
+        moments, which = np.unique(turned, axis=0, return_inverse=True)
+        lever = np.concatenate([rows.lever for rows in found.rows[1:]])
+        slow = np.zeros((len(system.residual), 3, len(moments)))
+        slow[np.arange(resting, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
+        slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[resting:]
+        out = in_session(
             spans,
             [
                 Fitted(
@@ -443,10 +450,16 @@ class GyroscopeExperiment(Experiment):
                 for rows in axes
             ],
             measured=True,
+            between=Between(
+                moments,
+                np.moveaxis(slow, 1, 0),
+                pull[:, resting:],
+                system.own[resting:],
+                found.white_variance[resting:],
+            ),
         )
-        if by_rests is None:
+        if out is None:
             return None
-        out = out + by_rests
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
         return np.asarray(out + basis @ by_priors[free, free] @ basis.T)
 
@@ -551,10 +564,10 @@ def share_lost(found: Minimum[GyroscopeExperiment]) -> float:
     its samples tells that it does. A bias that follows time or gravity must not pass for it: the
     closures are those of a model with these effects, of which the rests tell the most.
     """
-    experiment, terms = found.experiment, [Term(effect(name)) for name in SHOWN_BY_RESTS]
+    experiment, terms = found.experiment, [Term(builtin_effect(name)) for name in SHOWN_BY_RESTS]
     if not experiment.lost:
         return 1.0
-    columns = np.concatenate([rows.term_columns(terms) for rows in found.rows])
+    columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
     without = with_effects(found, terms, found.independent.rows(columns))
     span = np.diff(experiment.rotations.spans, axis=1)[:, 0]
     rows = slice(experiment.rest.reading.size, experiment.rest.reading.size + 2 * len(span))

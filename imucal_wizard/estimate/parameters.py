@@ -17,7 +17,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.estimate.result import Parameter
+from imucal_wizard.estimate.result import Parameter, SensorFit
 
 
 def triangular_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
@@ -99,6 +99,45 @@ def with_errors(
         error, repeated = (errors[name], by_repeats[name]) if kept else (None, None)
         parameters.append(Parameter(name, value, error, units(name), kept, repeated))
     return tuple(parameters)
+
+
+def covariance_of(fit: SensorFit) -> FloatArray | None:
+    """Covariance of all parameters in their order, sizes of effects included, shape (n, n).
+
+    The standard errors are those of the parameters, so that only the correlations are new; one that
+    the data do not determine has zeros. None where there are no standard errors.
+
+    Args:
+        fit: with or without effects.
+    """
+    errors = np.array([one.standard_error or 0.0 for one in fit.parameters])
+    if not errors.any():
+        return None
+    found, count = fit.minimum, len(fit.parameters)
+    correlations = np.eye(count)
+    joint = None if found is None else found.covariance()
+    if found is not None and joint is not None:
+        experiment, sizes = found.experiment, found.sizes
+        basis, free = found.directions.columns, slice(0, sizes.start)
+        entries = basis @ joint[free, free] @ basis.T
+
+        def convert(theta: FloatArray) -> dict[str, float]:
+            return experiment.named(theta[:9].reshape(3, 3), theta[9:])
+
+        scale = np.sqrt(np.maximum(np.diag(entries), 0.0))
+        slopes = _slopes(convert, found.calibration.entries, scale) @ basis
+        # settled parameters stand between those of the base and the sizes
+        base, effects = len(slopes), sizes.stop - sizes.start
+        into = np.zeros((count, sizes.stop))
+        into[:base, free] = slopes
+        into[count - effects :, sizes] = np.eye(effects)
+        together = into @ joint[: sizes.stop, : sizes.stop] @ into.T
+        spread = np.sqrt(np.maximum(np.diag(together), 0.0))
+        known = spread > 0.0
+        spread = np.where(known, spread, 1.0)
+        correlations = np.where(np.outer(known, known), together / np.outer(spread, spread), 0.0)
+        np.fill_diagonal(correlations, 1.0)
+    return np.asarray(correlations * np.outer(errors, errors))
 
 
 def _spread(slopes: FloatArray, covariance: FloatArray) -> list[float]:

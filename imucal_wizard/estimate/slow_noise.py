@@ -12,7 +12,7 @@ of the variance ``h ln 2``. Averages over holds of T₁ and T₂ s, d s apart, t
 holds tells (restricted likelihood).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -31,9 +31,14 @@ MOMENTS = 6
 ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
-size, and without a measurement what a fit leaves hardly tells the two apart ..."""
+size, and without a measurement what a fit leaves hardly tells the two apart."""
+ALL_WHITE_OF_FIELD = 0.75
+"""The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
+everywhere."""
 FLICKER = 0.75
-"""... and the probability that slow errors are flicker noise and not a random walk."""
+"""And the probability that slow errors are flicker noise and not a random walk."""
+WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
+"""Correlation times of what a place does to a sensor that is carried through it."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -109,6 +114,8 @@ class Fitted:
         variance: by whose inverse each hold was weighed, shape (n,).
         alike: which share of the same slow error two holds show, shape (n, n).
         pull: by how much an error of each hold moves each parameter, shape (k, n).
+        strength: by how much each hold moves with the strength of a field that is not the same
+            everywhere and always, shape (n,); None where the input is gravity or rest.
     """
 
     errors: FloatArray
@@ -116,17 +123,44 @@ class Fitted:
     variance: FloatArray
     alike: FloatArray
     pull: FloatArray
+    strength: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Rows between the holds, which the same slow errors move; the holds tell how large these are.
+
+    Attributes:
+        spans: beginning and end of what was measured, s, shape (m, 2).
+        slow: derivative of the n rows by the mean error of each of the f fitted axes in each span,
+            shape (f, n, m).
+        pull: by how much an error of each row moves each parameter, shape (k, n).
+        own: variance of each row by measured noise, shape (n,).
+        variance: the same as the fit leaves it, slow errors included, shape (n,).
+    """
+
+    spans: FloatArray
+    slow: FloatArray
+    pull: FloatArray
+    own: FloatArray
+    variance: FloatArray
 
 
 def in_session(
-    spans: FloatArray, fitted: Sequence[Fitted], measured: bool, rest: LongRest | None = None
+    spans: FloatArray,
+    fitted: Sequence[Fitted],
+    measured: bool,
+    rest: LongRest | None = None,
+    between: Between | None = None,
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
-    them is slow: flicker noise or a random walk, less its mean over the session. Their size, and
-    which part is slow, are told from what the fits leave, by restricted likelihood. No prior knows
-    the size, so that white errors have the intervals of least squares with Student's t.
+    them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
+    also be the strength that drifts, or what differs from place to place, which is no part of the
+    bias and counts in full. Their size, and which part is slow, are told from what the fits leave,
+    by restricted likelihood. No prior knows the size, so that white errors have the intervals of
+    least squares with Student's t.
 
     Args:
         spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
@@ -134,23 +168,32 @@ def in_session(
             and the errors of one are independent of those of another.
         measured: whether repeats or a rest show slow noise apart from the model.
         rest: a rest so long that it shows slow noise by itself.
+        between: rows of what was measured between the holds.
 
     Returns:
         The covariance; None where a fit leaves nothing to judge by.
     """
-    parts, all_white = np.append(0.0, PARTS), ALL_WHITE[measured]
+    count, every = len(spans), spans if between is None else np.concatenate([spans, between.spans])
+    order = np.argsort(every[:, 0], kind="stable")
+    place = np.argsort(order)
+    of_field = any(one.strength is not None for one in fitted)
+    all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
+    parts = np.append(0.0, PARTS)
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
+    sigmas = [np.sqrt(one.variance) for one in fitted]
+    left = [
+        complement(one.columns / sigma[:, None]) for one, sigma in zip(fitted, sigmas, strict=True)
+    ]
+    if not all(across.shape[1] for across in left):
+        return None
     logs, covariances = [], []
-    for kernel, share in ((averaged, FLICKER), (walked, 1.0 - FLICKER)):
-        log, covariance = np.log(share * of_parts), np.zeros((len(parts), 1, 1))
-        whole = about_the_mean(spans, kernel)
-        for one in fitted:
-            sigma = np.sqrt(one.variance)
-            across = complement(one.columns / sigma[:, None])
+    for ordered, chance, kernel, of_strength in _slow_errors(every[order], of_field):
+        log, covariance = np.log(chance * of_parts), np.zeros((len(parts), 1, 1))
+        whole = ordered[np.ix_(place, place)]
+        moved = np.zeros(len(parts))
+        for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
             freedom = across.shape[1]
-            if not freedom:
-                return None
-            slow = whole * one.alike
+            slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
             values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
             values = np.maximum(values, 0.0)
             shown = bool(values.any())  # spans without an order in time show nothing
@@ -160,11 +203,24 @@ def in_session(
             scale = (square / variance).sum(axis=1) / freedom
             log -= 0.5 * np.log(variance).sum(axis=1)
             log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
-            if rest is not None:
+            if rest is not None and kernel is not None:
                 log += rest.evidence(kernel, scale * parts / size)
-            added = np.multiply.outer(shown * parts / size, one.pull @ slow @ one.pull.T)
+            pull = one.pull
+            if between is not None:
+                pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
+                among = whole[count:, count:]
+                size_here = ((between.slow[k] @ among) * between.slow[k]).sum()
+                moved += scale * shown * parts / size * size_here
+                slow = whole
+            added = np.multiply.outer(shown * parts / size, pull @ slow @ pull.T)
             white = (one.pull * one.variance) @ one.pull.T
             covariance = covariance + scale[:, None, None] * (white + added)
+        if between is not None:
+            # what is left of these rows is their measured noise at least
+            total = between.variance.sum()
+            share = np.maximum(total - moved, min(between.own.sum(), total)) / total
+            white = (between.pull * between.variance) @ between.pull.T
+            covariance = covariance + np.multiply.outer(share, white)
         logs.append(log)
         covariances.append(covariance)
     log = np.concatenate(logs)
@@ -174,10 +230,37 @@ def in_session(
     )
 
 
+def _slow_errors(
+    spans: FloatArray, of_field: bool
+) -> Iterator[tuple[FloatArray, float, Callable[[FloatArray], FloatArray] | None, bool]]:
+    """Covariance of the averages by each kind of slow error, its probability, and its kernel.
+
+    Last, whether it is one of the field's strength; else it is one of the bias.
+    """
+    of_bias = 1.0 / 3.0 if of_field else 1.0
+    yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
+    by_walk = about_the_mean(spans, walked)
+    yield by_walk, of_bias * (1.0 - FLICKER), walked, False
+    if of_field:
+        yield by_walk, 1.0 / 3.0, None, True
+        start, end = spans.T
+        gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+        for tau in WANDER_SECONDS:
+            of_places = relaxed(end - start, np.exp(-gap / tau), tau)
+            yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
+
+
+def _strengths(one: Fitted) -> FloatArray:
+    """By how much the same strength of the field moves two rows, shape (n, n)."""
+    strength = np.zeros(len(one.errors)) if one.strength is None else one.strength
+    return np.multiply.outer(strength, strength)
+
+
 def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
     """Covariance of averages over spans of time about the mean from the first to the last one."""
     gaps = np.column_stack([spans[:-1, 1], spans[1:, 0]])
-    pieces = np.concatenate([spans, gaps[gaps[:, 1] > gaps[:, 0]]]) - spans[0, 0]
+    shortest = 1e-9 * float(spans[-1, 1] - spans[0, 0])
+    pieces = np.concatenate([spans, gaps[np.diff(gaps)[:, 0] > shortest]]) - spans[0, 0]
     covariance, length = kernel(pieces), pieces[:, 1] - pieces[:, 0]
     share, count = length / length.sum(), len(spans)
     with_mean = covariance[:count] @ share
@@ -226,16 +309,28 @@ def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatA
 def averaged(spans: FloatArray) -> FloatArray:
     """Covariance of averages over these spans of time, (n, 2), where B is one, shape (n, n)."""
     start, end = spans.T
-    length = end - start
     gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-    out = np.zeros((len(spans), len(spans)))
-    for tau in OCTAVES:
-        share = length / tau
-        mean = -np.expm1(-share) / share
-        apart = np.outer(mean, mean) * np.exp(-gap / tau)
-        np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
-        out += 0.5 * apart  # h ln 2 = B²/2
+    out, fallen = np.zeros((len(spans), len(spans))), np.exp(-gap / OCTAVES[-1])
+    for tau in OCTAVES[::-1]:
+        out += 0.5 * relaxed(end - start, fallen, tau)  # h ln 2 = B²/2
+        fallen *= fallen  # half the correlation time
     return out
+
+
+def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
+    """Covariance of averages of a Gauss–Markov process of variance one, shape (n, n).
+
+    Args:
+        length: of the spans of time, s, shape (n,).
+        fallen: by how much the correlation falls off in the gap between two of them, shape (n, n).
+        tau: correlation time, s.
+    """
+    share = length / tau
+    mean = -np.expm1(-share) / share
+    apart = fallen * mean
+    apart *= mean[:, None]
+    np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
+    return np.asarray(apart)
 
 
 def complement(columns: FloatArray) -> FloatArray:

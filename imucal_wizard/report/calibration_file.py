@@ -18,11 +18,20 @@ from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.output import encode_json, without_control_characters, write_atomically
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.parameters import covariance_of
 from imucal_wizard.estimate.result import FitReport, SensorFit, worse_than_none
-from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
+from imucal_wizard.report.measured import (
+    FieldMean,
+    HoldMeans,
+    RotationIncrements,
+    field_means,
+    hold_means,
+    rotation_increments,
+)
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
@@ -71,28 +80,6 @@ class SavedEffect(msgspec.Struct, frozen=True):
     reference_time: float | None = None
 
 
-class HoldMeans(msgspec.Struct, frozen=True):
-    """One hold of the calibration, so that an export can be checked from the file alone.
-
-    Attributes:
-        start: s.
-        end: s.
-        accelerometer: mean reading in the accelerometer's ``bias_unit``.
-        accelerometer_covariance: of that mean, 3×3.
-        gyroscope: mean reading in the gyroscope's ``bias_unit``, or None.
-        temperature: °C, or None.
-        pose: name, or None.
-    """
-
-    start: float
-    end: float
-    accelerometer: list[float]
-    accelerometer_covariance: list[list[float]]
-    gyroscope: list[float] | None = None
-    temperature: float | None = None
-    pose: str | None = None
-
-
 class Sensor(msgspec.Struct, frozen=True):
     """One sensor: ``corrected = matrix · (reading − bias)``, in SI.
 
@@ -124,7 +111,9 @@ class Sensor(msgspec.Struct, frozen=True):
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
         usable: whether applying it is better than not, on data held out; None in older files.
-        covariance: of the parameters, or None.
+        covariance: of the biases and the entries of the matrix, or None.
+        parameter_covariance: of all ``parameters`` in their order, sizes of effects included; zeros
+            for those that the data do not determine; None where there are no standard errors.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
     """
@@ -153,6 +142,7 @@ class Sensor(msgspec.Struct, frozen=True):
     verdict: str | None = None
     usable: bool | None = None
     covariance: list[list[float]] | None = None
+    parameter_covariance: list[list[float]] | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
 
@@ -211,6 +201,22 @@ def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
 
 
+class Device(msgspec.Struct, frozen=True):
+    """What was calibrated, as far as it is known.
+
+    Attributes:
+        name: given by the user.
+        serial: serial number.
+        format: of its readings.
+        ranges: that the device measured in, by sensor.
+    """
+
+    name: str | None = None
+    serial: str | None = None
+    format: str | None = None
+    ranges: dict[str, str] = {}
+
+
 class Calibration(msgspec.Struct, frozen=True):
     """A result on disk; ``calibration["accelerometer"]`` is one of its sensors.
 
@@ -226,6 +232,12 @@ class Calibration(msgspec.Struct, frozen=True):
         sensors: the calibration of each sensor.
         warnings: what the user must know.
         hold_means: readings of the holds; empty in files of version 0.1.
+        rotation_increments: readings of the rotations between them.
+        field_means: readings of the magnetometer.
+        device: what was calibrated, or None.
+        place: where the gravity comes from, and the name of the place if it was given.
+        operator: who measured, or None.
+        note: or None.
     """
 
     schema: str
@@ -239,6 +251,12 @@ class Calibration(msgspec.Struct, frozen=True):
     sensors: dict[str, Sensor]
     warnings: list[str] = []
     hold_means: list[HoldMeans] = []
+    rotation_increments: list[RotationIncrements] = []
+    field_means: list[FieldMean] = []
+    device: Device | None = None
+    place: dict[str, str] = {}
+    operator: str | None = None
+    note: str | None = None
 
     def __getitem__(self, sensor: str) -> Sensor:
         """The calibration of a sensor.
@@ -283,8 +301,12 @@ class Calibration(msgspec.Struct, frozen=True):
         kept = {name: one for name, one in self.sensors.items() if name not in left_out}
         if not kept:
             raise DataError("; ".join(left_out.values()), settings=("force",))
-        means = self.hold_means if "accelerometer" in kept else []
-        return msgspec.structs.replace(self, sensors=kept, hold_means=means)
+        measured = {
+            "hold_means": self.hold_means if "accelerometer" in kept else [],
+            "rotation_increments": self.rotation_increments if "gyroscope" in kept else [],
+            "field_means": self.field_means if "magnetometer" in kept else [],
+        }
+        return msgspec.structs.replace(self, sensors=kept, **measured)
 
     def means(self) -> FloatArray:
         """Mean readings of the accelerometer in the holds, shape (n, 3)."""
@@ -296,16 +318,26 @@ class Calibration(msgspec.Struct, frozen=True):
             return None
         sensor, holds = self["accelerometer"], self.hold_means
         force = (self.means() - np.array(sensor.bias)) @ np.array(sensor.matrix).T
-        unknown = np.full((1, 3), np.nan)
+        previous = np.concatenate([np.full((1, 3), np.nan), force[:-1]])
+        for row, hold in enumerate(holds):
+            if hold.time is not None:  # not a file of version 0.1
+                known = hold.previous is not None
+                previous[row] = self.gravity.value * np.array(hold.previous) if known else np.nan
         return Circumstances(
             force=force,
             rate=np.zeros_like(force),
             temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
-            time=np.array([0.5 * (hold.start + hold.end) for hold in holds]) - holds[0].start,
-            previous=np.concatenate([unknown, force[:-1]]),
-            vibration=np.zeros(len(holds)),
+            time=np.array([self._time(hold) for hold in holds]),
+            previous=previous,
+            vibration=np.array([hold.vibration or 0.0 for hold in holds]),
             gravity=self.gravity.value,
         )
+
+    def _time(self, hold: HoldMeans) -> float:
+        """Middle of a hold, s after the session's first sample (version 0.1: the first hold's)."""
+        if hold.time is not None:
+            return hold.time
+        return 0.5 * (hold.start + hold.end) - self.hold_means[0].start
 
 
 def sensor_record(fit: SensorFit) -> Sensor:
@@ -333,7 +365,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
                 reference_time=None if where is None else finite_or_none(where.reference_time),
             )
         )
-    repeats = fit.repeatability
+    repeats, joint = fit.repeatability, covariance_of(fit)
     return Sensor(
         model=list(fit.model),
         method=fit.method,
@@ -362,6 +394,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         not_determined=list(fit.not_determined),
         usable=not fit.unusable,
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
+        parameter_covariance=None if joint is None else joint.tolist(),
         warnings=list(fit.warnings),
         effects=effects,
     )
@@ -391,20 +424,31 @@ def from_report(
         rotations=sum(rotation.problem is None for rotation in report.rotations),
         sensors={name: sensor_record(fit) for name, fit in report.sensors.items()},
         warnings=list(report.notes(judged=False)),
-        hold_means=[_means(hold) for hold in report.holds],
+        hold_means=hold_means(report),
+        rotation_increments=rotation_increments(report),
+        field_means=field_means(report),
+        place={"gravity": "standard" if report.gravity == STANDARD_GRAVITY else "given"},
     )
 
 
-def _means(hold: Hold) -> HoldMeans:
-    return HoldMeans(
-        start=hold.start,
-        end=hold.end,
-        accelerometer=hold.accelerometer.tolist(),
-        accelerometer_covariance=hold.accelerometer_covariance.tolist(),
-        gyroscope=None if hold.gyroscope is None else hold.gyroscope.tolist(),
-        temperature=hold.temperature,
-        pose=hold.pose,
-    )
+def described(
+    calibration: Calibration,
+    device: str | None = None,
+    serial: str | None = None,
+    operator: str | None = None,
+    note: str | None = None,
+) -> Calibration:
+    """The calibration with what the user says of device and measurement.
+
+    Args:
+        calibration: the result.
+        device: name.
+        serial: serial number.
+        operator: who measured.
+        note: anything.
+    """
+    of = Device(device, serial) if device or serial else calibration.device
+    return msgspec.structs.replace(calibration, device=of, operator=operator, note=note)
 
 
 def says_the_same(path: Path, calibration: Calibration) -> bool:

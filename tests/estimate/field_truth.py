@@ -101,11 +101,14 @@ def tumbling(rng: np.random.Generator, samples: int) -> FloatArray:
             for frequencies in rng.uniform(0.02, 0.35, (3, 4))
         ]
     )
-    body = [Attitude.random(random_state=int(rng.integers(2**31)))]
-    for step in rate[1:] / RATE:
-        body.append(body[-1] * Attitude.from_rotvec(step))
+    steps = Attitude.from_rotvec(rate[1:] / RATE)
+    first = Attitude.random(1, random_state=int(rng.integers(2**31)))
+    body, length = Attitude.concatenate([first, steps]), 1
+    while length < samples:  # each attitude is the product of all steps before it
+        further = body[:-length] * body[length:]
+        body, length = Attitude.concatenate([body[:length], further]), 2 * length
     north = np.array([np.cos(np.radians(DIP)), 0.0, -np.sin(np.radians(DIP))])
-    return np.asarray(Attitude.concatenate(body).inv().apply(north))
+    return np.asarray(body.inv().apply(north))
 
 
 def all_over(rng: np.random.Generator, samples: int) -> FloatArray:
@@ -123,6 +126,7 @@ def recorded(
     extra: FloatArray | float = 0.0,
     scale: float = 1.0,
     unit: str = "count",
+    rate: float = RATE,
 ) -> Turned:
     """What N's sensor puts out.
 
@@ -134,14 +138,15 @@ def recorded(
         extra: a disturbance of the field, counts, shape (n, 3).
         scale: reading unit per count: 0.1 for µT.
         unit: of the readings.
+        rate: samples a second.
     """
     field = MAGNITUDE * directions
     distortion = np.linalg.inv(CORRECTION)
-    readings = np.array([distortion @ one for one in field + extra]) + OFFSET
+    readings = (field + extra) @ distortion.T + OFFSET
     readings += noise * rng.standard_normal(readings.shape)
     if step:
         readings = np.round(readings / step) * step
-    time = np.arange(len(readings)) / RATE
+    time = np.arange(len(readings)) / rate
     return Turned(Series(time, readings * scale, unit), field)
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.report.calibration_file import Calibration, HoldMeans, Sensor, Value
+from imucal_wizard.report.calibration_file import Calibration, Sensor, Value
 from imucal_wizard.report.exports import targets, write_export
+from imucal_wizard.report.measured import HoldMeans
 
 G = 9.80665
 MATRIX = np.array([[1.02, 0.03, -0.01], [0.0, 0.97, 0.02], [0.0, 0.0, 1.05]])

@@ -72,8 +72,7 @@ def _lesson(terminal: Terminal) -> None:
 def _guess(terminal: Terminal) -> None:
     """Predict first: nothing is told before the guess is committed to; then it is judged."""
     terminal.press("p")
-    hidden = terminal.wait_for("Predict first")
-    assert "<0.003" not in hidden, hidden
+    terminal.wait_for(lambda text: "Predict first" in text and "<0.003" not in text)
     while "▸ second-order" not in terminal.text:
         terminal.press("\x1b[B")
         terminal.wait_for(_other_than(terminal.text))
@@ -92,8 +91,7 @@ def _other_than(shown: str) -> Callable[[str], bool]:
 def _ladder(terminal: Terminal) -> tuple[float, float]:
     """The held-out error falls to the noise; undo and adding again change nothing of that."""
     terminal.press("3")
-    terminal.wait_for("+ second-order")
-    before, after, floor = _errors(terminal.text)
+    before, after, floor = _errors(terminal)
     assert after < SHARE * before, terminal.text
     assert after < FLOORS * floor, terminal.text
     terminal.wait_for("model is complete")
@@ -104,20 +102,17 @@ def _ladder(terminal: Terminal) -> tuple[float, float]:
     terminal.press("\r")
     terminal.wait_for("model is complete")
     terminal.press("3")
-    again = terminal.wait_for("+ second-order")
-    assert _errors(again) == (before, after, floor), again
+    assert _errors(terminal) == (before, after, floor), terminal.text
     return before, after
 
 
-def _errors(text: str) -> tuple[float, float, float]:
-    """Held out of the base, held out with the effect, noise; mg, from the ladder's rows."""
-    base = re.search(r"bias scale non-orth.\s+[\d.]+ \S*\s+([\d.]+)", text)
-    found = re.search(r"\+ second-order\s+[\d.]+ \S*\s+([\d.]+)", text)
-    noise = re.search(r"noise alone\s+[\d.]+ \S*\s+([\d.]+)", text)
-    assert base is not None, text
-    assert found is not None, text
-    assert noise is not None, text
-    return float(base[1]), float(found[1]), float(noise[1])
+def _errors(terminal: Terminal) -> tuple[float, float, float]:
+    """Held out of the base, held out with the effect, noise; mg, once the ladder shows them."""
+    rows = ("bias scale non-orth.", r"\+ second-order", "noise alone")
+    found = [re.compile(row + r"\s+[\d.]+ \S*\s+([\d.]+)") for row in rows]
+    text = terminal.wait_for(lambda shown: all(row.search(shown) for row in found))
+    before, after, floor = (float(row.findall(text)[0]) for row in found)
+    return before, after, floor
 
 
 def _more(terminal: Terminal) -> None:

@@ -16,6 +16,10 @@ import pyte
 
 POLL = 0.02
 PAGE_DOWN = "\x1b[6~"
+FRAMES_ASKED = b"\x1b[?2026$p"
+FRAMES_KNOWN = b"\x1b[?2026;2$y"
+FRAME_START, FRAME_END = b"\x1b[?2026h", b"\x1b[?2026l"
+"""Synchronized output: the terminal says that it knows it, and a frame is drawn as a whole."""
 
 
 class Terminal:
@@ -38,6 +42,7 @@ class Terminal:
         self.screen = pyte.Screen(columns, rows)
         self.bells = 0
         self._stream = pyte.ByteStream(self.screen)
+        self._undrawn = b""
         self._status: int | None = None
         self.pid, self._fd = pty.fork()
         if self.pid == 0:  # the child becomes the program
@@ -73,11 +78,26 @@ class Terminal:
                 except OSError:  # the program has closed the terminal
                     data = b""
                 if not data:
+                    self._stream.feed(self._undrawn)
+                    self._undrawn = b""
                     return
                 self.bells += data.count(b"\x07")
-                self._stream.feed(data)
+                if FRAMES_ASKED in data:
+                    os.write(self._fd, FRAMES_KNOWN)
+                self._draw(data)
             if left <= 0.0:
                 return
+
+    def _draw(self, data: bytes) -> None:
+        """Draw what has come; a frame that has begun waits for its end."""
+        self._undrawn += data
+        begun, ended = self._undrawn.rfind(FRAME_START), self._undrawn.rfind(FRAME_END)
+        escape = self._undrawn.rfind(b"\x1b")
+        if escape > begun and FRAME_START.startswith(self._undrawn[escape:]):
+            begun = escape
+        whole = begun if begun > ended else len(self._undrawn)
+        self._stream.feed(self._undrawn[:whole])
+        self._undrawn = self._undrawn[whole:]
 
     def wait_for(self, what: str | Callable[[str], bool], timeout: float = 30.0) -> str:
         """The screen once it shows a text, or meets a condition.

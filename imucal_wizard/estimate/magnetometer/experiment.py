@@ -28,6 +28,7 @@ from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
+from imucal_wizard.estimate.slow_noise import Fitted, in_session
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
@@ -105,8 +106,6 @@ class MagnetometerExperiment(Experiment):
                 f"usual rests on a field of {USUAL_FIELD:.0f} µT."
             )
         time = data.circumstances.time
-        starts = data.pieces.time[data.pieces.offsets[:-1]]
-        ends = data.pieces.time[data.pieces.offsets[1:] - 1]
         count = len(data)
         self.magnitude = FieldMagnitude(
             reading=data.pieces.reading,
@@ -123,7 +122,7 @@ class MagnetometerExperiment(Experiment):
                 group=np.unique(data.pieces.cell, return_inverse=True)[1],
                 visit=data.visits,
                 time=time[:count],
-                span=np.column_stack([starts, ends]),
+                span=data.pieces.span,
                 component=np.zeros(count, np.int64),
             ),
         )
@@ -183,6 +182,11 @@ class MagnetometerExperiment(Experiment):
         if data is self.data and poses is self._poses:
             return self
         return MagnetometerExperiment(data, self._alignment, poses)
+
+    def still_means(self) -> dict[int, FloatArray]:
+        """See ``Experiment``."""
+        poses = self._poses
+        return {} if poses is None else dict(zip(poses.hold.tolist(), poses.reading, strict=True))
 
     def refined(self, found: "Minimum[Experiment]") -> "MagnetometerExperiment":
         """See ``Experiment``: the second stage took for rotation what the effects do to the dip."""
@@ -278,6 +282,34 @@ class MagnetometerExperiment(Experiment):
         if not name.startswith("soft_iron"):
             return self.unit
         return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
+
+    def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
+        """See ``Experiment``: the sensor's bias wanders, and the field differs between places.
+
+        Two rows show the same error as far as the field has the same direction in them.
+        """
+        if found.balance.freedom.min() < 1.0:
+            return None
+        lever = np.concatenate([rows.lever for rows in found.rows])
+        spans = np.concatenate([source.labels.span for source in self.sources])
+        order = np.argsort(spans.mean(axis=1), kind="stable")
+        basis, free = found.directions.columns, slice(0, len(found.directions))
+        alike = lever[order] @ lever[order].T
+        fitted = Fitted(
+            errors=found.system.residual[order],
+            columns=found.system.columns[order],
+            variance=found.white_variance[order],
+            alike=alike,
+            pull=basis @ found.pull()[free][:, order],
+            strength=(order < len(self.magnitude.labels)).astype(float),
+        )
+        by_errors = in_session(spans[order], [fitted], measured=False)
+        if by_errors is None:
+            return None
+        balance = found.balance
+        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        by_priors = basis @ by_priors[free, free] @ basis.T
+        return np.asarray(by_errors + by_priors + self.left_nominal(found))
 
     def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
         """Soft iron that is left at none counts with its usual size, see ``Experiment``.

@@ -13,7 +13,12 @@ from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
 from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of
 from imucal_wizard.estimate.magnetometer.start import FieldModel, FieldStart
 from imucal_wizard.estimate.magnetometer.surroundings import around, flows, recorded, within
-from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
+from imucal_wizard.estimate.noise import shrunk
+from imucal_wizard.measurement.rounding import (
+    resolution_of,
+    rounding_variance,
+    variance_before_rounding,
+)
 from imucal_wizard.model.effect import Circumstances, FieldUnit
 
 FIELD_BASE = ("bias", "soft-iron")
@@ -124,13 +129,16 @@ def field_data(
     time, values = start.series.time[used], start.series.values[used]
     pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings))
     magnetic = (pieces.reading - bias) @ matrix.T
-    noise = piece_noise(pieces, np.linalg.norm(magnetic, axis=1))
-    gain = float(np.cbrt(abs(np.linalg.det(matrix))))
-    # without noise the mean of a rest is off by its rounding, however many samples it has
-    rounded = rounding_shift(float(np.sqrt(noise)), resolution_of(values) * gain) ** 2
+    size = np.linalg.norm(magnetic, axis=1)
+    single, reading = pieces.scatter(np.linalg.norm((values - bias) @ matrix.T, axis=1), values)
+    per_sample = pieces.spread(shrunk(single, pieces.samples - 1))
+    noise = piece_noise(pieces, size, per_sample) * per_sample
+    inward = pieces.mean(magnetic @ matrix / size[:, None])
+    rounded = (inward**2 * _rounding(reading, resolution_of(values))).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
-    along = ((magnetic @ matrix) ** 2).sum(axis=1) / (magnetic**2).sum(axis=1)
-    longer = noise / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
+    along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
+    scatter = per_sample + pieces.spread(rounded)
+    longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
     corrected = _field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
     return FieldData(
@@ -142,7 +150,9 @@ def field_data(
         left_out=tuple(run.scaled(magnitude / start.radius) for run in left_out),
         pieces=replace(pieces, extra=pieces.extra - longer),
         samples=samples,
-        noise=np.maximum(noise / pieces.samples + rounded, (SMALLEST_NOISE * magnitude) ** 2),
+        noise=np.maximum(
+            pieces.mean(noise) / pieces.samples + rounded, (SMALLEST_NOISE * magnitude) ** 2
+        ),
         visits=visits_of(pieces),
         circumstances=within(samples, pieces),
         start=(matrix, bias),
@@ -150,6 +160,22 @@ def field_data(
         gravity=gravity,
         readings=readings,
     )
+
+
+def _rounding(scatter: FloatArray, step: FloatArray) -> FloatArray:
+    """Variance by which rounding shifts the mean of each group on each axis, shape (k, 3).
+
+    The samples of a rest share it. In motion, readings pass many steps, and it averages out. The
+    noise at rest is told from all rests together: of one rest it depends on where between two steps
+    the reading lies.
+
+    Args:
+        scatter: variance of the readings in each group, shape (k, 3).
+        step: of the readings, shape (3,).
+    """
+    still = scatter < step**2
+    noise = (scatter * still).sum(axis=0) / np.maximum(still.sum(axis=0), 1)
+    return np.asarray(still * rounding_variance(variance_before_rounding(noise, step), step))
 
 
 def with_surroundings(data: FieldData, readings: Readings) -> FieldData:

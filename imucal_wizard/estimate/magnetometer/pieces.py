@@ -3,7 +3,8 @@
 Samples that follow one another are averaged to pieces of a fifth of a second. A mean of vectors
 along an arc is shorter than the vectors; ``extra`` keeps the difference, so that the magnitude of
 the mean is the mean magnitude. Neighbouring pieces whose direction, current and time differ least
-form a group, which is a row of the fit.
+form a group, which is a row of the fit. A still pose is one group: what the place or the rounding
+does to its readings is the same in all of them.
 """
 
 import heapq
@@ -11,7 +12,7 @@ import heapq
 import numpy as np
 
 from imucal_wizard.core.poses import CORNERS, FACES
-from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray
+from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median
 
@@ -27,6 +28,9 @@ SESSION_RADIANS = 3.0
 as readily as an arc of 17°."""
 REVISIT_SECONDS = 3.0
 """Seconds after which a direction is visited anew."""
+ONE_POSE_RADIANS = np.radians(2.0)
+"""Scatter of the direction within a still pose that a hand holds, at most. A shorter arc than 7°
+tells an ellipsoid nothing more than its mean does."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -54,7 +58,7 @@ class Pieces:
     extra: FloatArray
     offsets: IntArray
     cell: IntArray
-    apart: np.ndarray
+    apart: BoolArray
 
     def mean(self, values: FloatArray) -> FloatArray:
         """Means over the groups of values of the pieces, shape (p, …) to (k, …)."""
@@ -66,6 +70,24 @@ class Pieces:
     def samples(self) -> FloatArray:
         """Samples of each group, shape (k,)."""
         return np.asarray(np.add.reduceat(self.count, self.offsets[:-1]))
+
+    def spread(self, values: FloatArray) -> FloatArray:
+        """Values of the groups as values of their pieces, shape (k,) to (p,)."""
+        return np.repeat(values, np.diff(self.offsets))
+
+    def scatter(self, *values: FloatArray) -> list[FloatArray]:
+        """Variances of values of all samples, (n, …), about the mean of their group, (k, …)."""
+        starts = np.append(0, np.cumsum(self.count).astype(np.intp))[self.offsets]
+        return [_scatter(one, starts) for one in values]
+
+    @property
+    def span(self) -> FloatArray:
+        """Beginning and end of the samples of each group, s, shape (k, 2)."""
+        pairs = self.count[1:] + self.count[:-1]
+        step = 2.0 * median(np.diff(self.time) / pairs) if len(pairs) else 0.0
+        half = 0.5 * step * self.count
+        first, last = self.offsets[:-1], self.offsets[1:] - 1
+        return np.column_stack([(self.time - half)[first], (self.time + half)[last]])
 
 
 def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatArray) -> Pieces:
@@ -91,7 +113,15 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
     means, when, extras = mean(field), mean(time), mean(beside)
     size = np.linalg.norm(means, axis=1)
     unit = means / np.maximum(size, 1e-12)[:, None]
-    offsets = slices(_features(unit, when, extras[:, 1]), count, MOST_GROUPS)
+    flowing = _changes(extras[:, 1])
+    share = SESSION_RADIANS * (when - when[0]) / max(float(when[-1] - when[0]), 1e-9)
+    offsets = slices(
+        np.column_stack([unit, flowing, share]),
+        count,
+        MOST_GROUPS,
+        alike=3 + flowing.shape[1],
+        fresh=np.diff(when, prepend=when[0]) > REVISIT_SECONDS,
+    )
     total = np.add.reduceat(unit * count[:, None], offsets[:-1], axis=0)
     return Pieces(
         mean(reading),
@@ -105,12 +135,23 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
     )
 
 
-def _features(unit: FloatArray, time: FloatArray, current: FloatArray) -> FloatArray:
-    """What should not differ within a group: direction, time, current."""
-    share = SESSION_RADIANS * (time - time[0]) / max(float(time[-1] - time[0]), 1e-9)
+def _scatter(values: FloatArray, starts: IntArray) -> FloatArray:
+    """Variances of values, (n, …), about the mean of those from each start to the next, (k, …)."""
+    number = np.diff(starts).reshape(-1, *[1] * (values.ndim - 1))
+    means = np.add.reduceat(values, starts[:-1], axis=0) / number
+    squares = (values - np.repeat(means, np.diff(starts), axis=0)) ** 2
+    return np.asarray(np.add.reduceat(squares, starts[:-1], axis=0) / np.maximum(number - 1, 1))
+
+
+def _changes(current: FloatArray) -> FloatArray:
+    """The current as a share of its span, shape (p, 1); (p, 0) where it is unknown or only noise.
+
+    Noise differs from one piece to the next by as much as over the session.
+    """
     span = float(np.ptp(current)) if np.isfinite(current).all() else 0.0
-    flowing = (current / span)[:, None] if span > 0.0 else np.zeros((len(time), 0))
-    return np.column_stack([unit, share, flowing])
+    if not span > 0.0 or np.mean(np.diff(current) ** 2) > np.var(current):
+        return np.zeros((len(current), 0))
+    return (current / span)[:, None]
 
 
 def _piece_starts(begins: np.ndarray, length: int) -> IntArray:
@@ -122,35 +163,47 @@ def _piece_starts(begins: np.ndarray, length: int) -> IntArray:
     return np.concatenate(starts).astype(np.int64)
 
 
-def slices(features: FloatArray, weight: FloatArray, most: int) -> IntArray:
+def slices(
+    features: FloatArray,
+    weight: FloatArray,
+    most: int,
+    alike: int = 0,
+    fresh: BoolArray | None = None,
+) -> IntArray:
     """First row of each slice and the end, shape (k + 1,), k at most ``most``.
 
     Neighbours are joined whose joining adds least to the scatter of the features within the slices
-    (Ward's criterion), until few enough are left: a rest stays one slice, a circle becomes arcs.
+    (Ward's criterion), until few enough are left: a circle becomes arcs. What is one pose after
+    that is joined, too.
 
     Args:
         features: of what follows one another, shape (n, f).
         weight: of each row, shape (n,).
         most: slices.
+        alike: how many of the features, the first ones, scatter by no more than
+            ``ONE_POSE_RADIANS`` in one pose; 0 to join no more than ``most`` asks for.
+        fresh: which rows begin another visit and so another pose, shape (n,).
     """
     count = len(weight)
     means = [np.asarray(row) for row in features]
     weights: list[float] = weight.tolist()
     after, before = list(range(1, count + 1)), list(range(-1, count - 1))
     version, alive = [0] * count, [True] * count
+    scatter = [0.0] * count
 
-    def costs(row: int) -> float:
+    def costs(row: int, columns: int) -> float:
         other = after[row]
-        apart = means[row] - means[other]
+        apart = (means[row] - means[other])[:columns]
         square = float(apart @ apart)
         return square * weights[row] * weights[other] / (weights[row] + weights[other])
 
+    every = features.shape[1]
     both = weight[:-1] * weight[1:] / (weight[:-1] + weight[1:])
     first_costs = (np.diff(features, axis=0) ** 2).sum(axis=1) * both
     waiting = [(cost, row, 0, 0) for row, cost in enumerate(first_costs.tolist())]
     heapq.heapify(waiting)
     left = count
-    while left > most and waiting:
+    while waiting and (left > most or alike):
         _, row, mine, theirs = heapq.heappop(waiting)
         if not alive[row] or after[row] >= count:
             continue
@@ -158,32 +211,42 @@ def slices(features: FloatArray, weight: FloatArray, most: int) -> IntArray:
         if version[row] != mine or version[other] != theirs:
             continue
         total = weights[row] + weights[other]
+        within = scatter[row] + scatter[other] + costs(row, alike)
+        if left <= most and (
+            within > ONE_POSE_RADIANS**2 * total or (fresh is not None and fresh[other])
+        ):
+            continue
         means[row] = (weights[row] * means[row] + weights[other] * means[other]) / total
         weights[row], alive[other], after[row] = total, False, after[other]
+        scatter[row] = within
         version[row] += 1
         left -= 1
         if after[row] < count:
             before[after[row]] = row
-            heapq.heappush(waiting, (costs(row), row, version[row], version[after[row]]))
+            heapq.heappush(waiting, (costs(row, every), row, version[row], version[after[row]]))
         if before[row] >= 0:
             first = before[row]
-            heapq.heappush(waiting, (costs(first), first, version[first], version[row]))
+            heapq.heappush(waiting, (costs(first, every), first, version[first], version[row]))
     return np.append(np.flatnonzero(alive), count).astype(np.int64)
 
 
-def piece_noise(pieces: Pieces, magnitude: FloatArray) -> float:
-    """Variance times samples of a mean, from pieces that follow one another.
+def piece_noise(pieces: Pieces, magnitude: FloatArray, single: FloatArray | float = 1.0) -> float:
+    """Variance times samples of a mean over that of single samples.
 
-    Half the mean square of their differences, by its median, so that a step does not count.
+    From pieces that follow one another: half the mean square of their differences, by its median,
+    so that a step does not count.
 
     Args:
         pieces: of the recording.
         magnitude: of each piece's corrected field, shape (p,).
+        single: variance of a sample in each piece, shape (p,), or of all.
     """
-    both = 1.0 / pieces.count[1:] + 1.0 / pieces.count[:-1]
-    squares = (np.diff(magnitude + pieces.extra) ** 2 / both)[~pieces.apart[1:]]
-    if not len(squares):
+    each = np.broadcast_to(single, np.shape(magnitude)) / pieces.count
+    both = each[1:] + each[:-1]
+    counted = ~pieces.apart[1:] & (both > 0.0)
+    if not counted.any():
         return 0.0
+    squares = np.diff(magnitude + pieces.extra)[counted] ** 2 / both[counted]
     return median(squares) / MEDIAN_CHI_SQUARE
 
 

@@ -33,7 +33,7 @@ def pieces_of(time: FloatArray, field: FloatArray) -> Pieces:
 def test_however_long_the_session_the_groups_are_few_and_hold_all_samples(seconds: float) -> None:
     time, field = tumbling(seconds)
     pieces = pieces_of(time, field)
-    assert len(pieces.cell) == min(MOST_GROUPS, len(pieces.count))
+    assert 0.8 * min(MOST_GROUPS, len(pieces.count)) < len(pieces.cell) <= MOST_GROUPS
     assert pieces.samples.sum() == len(time)
 
 
@@ -68,6 +68,20 @@ def test_a_rest_is_one_group_and_a_change_of_the_current_makes_two() -> None:
 
     assert len(within(steady)) == 1
     assert len(within(switched)) == 2
+
+
+def test_each_of_few_still_poses_is_one_group() -> None:
+    """Whatever their lengths, and however few groups there are."""
+    rng = np.random.default_rng(3)
+    poses = rng.standard_normal((14, 3))
+    poses *= FIELD / np.linalg.norm(poses, axis=1)[:, None]
+    lengths = rng.integers(100, 2000, 14)
+    field = np.repeat(poses, lengths, axis=0) + 0.4 * rng.standard_normal((lengths.sum(), 3))
+    pieces = pieces_of(np.arange(len(field)) / RATE, field)
+    # a piece in which the device goes from one pose to the next is a group of its own
+    long = pieces.samples > 0.2 * RATE
+    assert long.sum() == 14
+    np.testing.assert_allclose(pieces.samples[long], lengths, atol=0.4 * RATE)
 
 
 def test_the_noise_is_that_of_the_samples_whatever_drifts_and_jumps() -> None:

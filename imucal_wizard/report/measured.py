@@ -1,0 +1,300 @@
+"""What was measured, as the calibration file keeps it: enough to prove the calibration from it.
+
+Holds are kept as means with covariance, rotations as increments of the integrated reading over
+short intervals, the field as means of samples that follow one another. An increment is linear in
+the reading, so that any other bias and matrix can be applied to it later:
+
+    w_k = M (Δ_k / dt_k − b),    φ_k = w_k dt_k + (dt_k³/12) w_k × w_k′
+
+with slopes w′ from the neighbouring intervals; the last part is the coning within an interval.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
+from imucal_wizard.core.quaternions import matrices, quaternions
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.holds import Hold, Rotation
+
+MAX_INCREMENT_ERROR = np.radians(5e-4)
+"""Of a rotation that is integrated from its increments instead of its samples, rad: half of what
+the file promises, so that other biases and matrices stay within the promise."""
+SAMPLES_PER_INCREMENT = (32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
+"""Tried in turn until the error is small enough."""
+INCREMENT_DIGITS = 10
+"""Decimal digits of an increment below the largest of its rotation."""
+MAX_FIELD_MEANS = 200
+"""Means of a magnetometer in the file, spread evenly over what was fitted."""
+
+
+class HoldMeans(msgspec.Struct, frozen=True):
+    """One hold.
+
+    Attributes:
+        start: s.
+        end: s.
+        accelerometer: mean reading in the accelerometer's ``bias_unit``.
+        accelerometer_covariance: of that mean, 3×3.
+        gyroscope: mean reading in the gyroscope's ``bias_unit``, or None.
+        temperature: °C, or None.
+        pose: name, or None.
+        gyroscope_covariance: of the gyroscope's mean, 3×3, or None.
+        magnetometer: mean reading where the field was calm, or None.
+        time: of its middle, s after the session's first sample; None in files of version 0.1.
+        previous: direction that pointed up in the pose before, or None.
+        vibration: mean square of the accelerometer about its mean, sum of the axes, (m/s²)².
+        samples: averaged; 0 where it is not known.
+        noise_freedom: degrees of freedom per axis of the covariances.
+        accelerometer_scatter: variance of each axis of the mean if samples were independent.
+        gyroscope_scatter: the same of the gyroscope.
+        hand_held: taken on the operator's command although the device was not still.
+    """
+
+    start: float
+    end: float
+    accelerometer: list[float]
+    accelerometer_covariance: list[list[float]]
+    gyroscope: list[float] | None = None
+    temperature: float | None = None
+    pose: str | None = None
+    gyroscope_covariance: list[list[float]] | None = None
+    magnetometer: list[float] | None = None
+    time: float | None = None
+    previous: list[float] | None = None
+    vibration: float | None = None
+    samples: int = 0
+    noise_freedom: int = 4
+    accelerometer_scatter: list[float] | None = None
+    gyroscope_scatter: list[float] | None = None
+    hand_held: bool = False
+
+    def hold(self) -> Hold:
+        """The hold, for a fit of the same data with another model."""
+        return Hold(
+            start=self.start,
+            end=self.end,
+            accelerometer=np.array(self.accelerometer),
+            accelerometer_covariance=np.array(self.accelerometer_covariance),
+            gyroscope=_array(self.gyroscope),
+            gyroscope_covariance=_array(self.gyroscope_covariance),
+            samples=max(self.samples, 2),
+            temperature=self.temperature,
+            pose=self.pose,
+            hand_held=self.hand_held,
+            accelerometer_scatter=_array(self.accelerometer_scatter),
+            gyroscope_scatter=_array(self.gyroscope_scatter),
+            noise_freedom=self.noise_freedom,
+        )
+
+
+class RotationIncrements(msgspec.Struct, frozen=True):
+    """One rotation between two holds, k intervals long.
+
+    Attributes:
+        before: number of the hold before.
+        after: number of the hold after.
+        edges: ends of the intervals, s, k + 1 of them.
+        gyroscope: integral of the reading over each, ``bias_unit`` times s, k×3.
+        accelerometer: mean reading over each, k×3, or None where it was not kept.
+        axis: body axis of the rotation, or None for any other axis.
+    """
+
+    before: int
+    after: int
+    edges: list[float]
+    gyroscope: list[list[float]]
+    accelerometer: list[list[float]] | None = None
+    axis: str | None = None
+
+    def readings(self) -> FloatArray:
+        """Mean reading of the gyroscope over each interval, shape (k, 3)."""
+        return np.asarray(np.array(self.gyroscope) / np.diff(self.edges)[:, None])
+
+    def rotation(self, rates: FloatArray) -> FloatArray:
+        """Attitude at the end from that at the beginning, body to body, shape (3, 3).
+
+        Args:
+            rates: corrected mean rate over each interval, rad/s, shape (k, 3).
+        """
+        return reintegrated(np.array(self.edges), rates)
+
+
+class FieldMean(msgspec.Struct, frozen=True):
+    """Mean of samples of the magnetometer that follow one another.
+
+    Attributes:
+        time: s.
+        reading: in the magnetometer's ``bias_unit``.
+        shortened: by how much the mean magnitude exceeds that of the mean, corrected unit.
+        samples: averaged.
+        temperature: °C, or None.
+        current: of the board, or None.
+    """
+
+    time: float
+    reading: list[float]
+    shortened: float
+    samples: int
+    temperature: float | None = None
+    current: float | None = None
+
+
+def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
+    """Rotation by mean rates over intervals, shape (3, 3); see the module.
+
+    Args:
+        edges: ends of the intervals, s, shape (k + 1,).
+        rates: rad/s, shape (k, 3).
+    """
+    length, middle = np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])
+    slope = np.zeros_like(rates) if len(rates) < 2 else np.gradient(rates, middle, axis=0)
+    steps = rates * length + length**3 / 12.0 * np.cross(rates, slope)
+    out = np.eye(3)
+    for step in np.moveaxis(matrices(quaternions(steps.T)), 2, 0):
+        out = out @ step
+    return out
+
+
+def hold_means(report: FitReport) -> list[HoldMeans]:
+    """The holds of a fit."""
+    fit = report.sensors.get("accelerometer")
+    where = None if fit is None or fit.experiment is None else fit.experiment.circumstances
+    fields = _calm_fields(report)
+    return [
+        HoldMeans(
+            start=hold.start,
+            end=hold.end,
+            accelerometer=hold.accelerometer.tolist(),
+            accelerometer_covariance=hold.accelerometer_covariance.tolist(),
+            gyroscope=_listed(hold.gyroscope),
+            temperature=hold.temperature,
+            pose=hold.pose,
+            gyroscope_covariance=_listed(hold.gyroscope_covariance),
+            magnetometer=fields.get(row),
+            time=None if where is None else float(where.time[row]),
+            previous=None if where is None else _direction(where.previous[row]),
+            vibration=None if where is None else _number(where.vibration[row]),
+            samples=hold.samples,
+            noise_freedom=hold.noise_freedom,
+            accelerometer_scatter=_listed(hold.accelerometer_scatter),
+            gyroscope_scatter=_listed(hold.gyroscope_scatter),
+            hand_held=hold.hand_held,
+        )
+        for row, hold in enumerate(report.holds)
+    ]
+
+
+def rotation_increments(report: FitReport) -> list[RotationIncrements]:
+    """The rotations of a fit that can be used."""
+    fit = report.sensors.get("gyroscope")
+    if fit is None:
+        return []
+    places = {(hold.start, hold.end): row for row, hold in enumerate(report.holds)}
+    return [
+        increments_of(one, places[before], places[after], fit.matrix, fit.bias)
+        for one in report.rotations
+        if one.problem is None
+        and (before := (one.before.start, one.before.end)) in places
+        and (after := (one.after.start, one.after.end)) in places
+    ]
+
+
+def increments_of(
+    rotation: Rotation, before: int, after: int, matrix: FloatArray, bias: FloatArray
+) -> RotationIncrements:
+    """A rotation in as few intervals as keep its attitude.
+
+    Args:
+        rotation: its samples.
+        before: number of the hold before.
+        after: number of the hold after.
+        matrix: about right, rad/s per reading unit.
+        bias: about right, reading unit.
+    """
+    kept = strictly_later(rotation.time)
+    time, reading = rotation.time[kept], rotation.rate[kept]
+    samples = rotation_samples([time], [reading])
+    steps = quaternions(samples.rotation_vectors((reading - bias) @ matrix.T))
+    true = matrices(Attitudes(steps, samples.step_offsets).whole)[:, :, 0]
+    whole = _integral(time, reading)
+    for count in SAMPLES_PER_INCREMENT:
+        rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
+        edges, parts = time[rows], np.diff(whole[rows], axis=0)
+        rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
+        away = true.T @ reintegrated(edges, rates)
+        # sine of the angle times the axis
+        off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
+        if off < MAX_INCREMENT_ERROR:
+            break
+    force = rotation.accelerometer
+    means = None
+    if force is not None:
+        sums = np.diff(_integral(time, force[kept])[rows], axis=0)
+        means = _rounded(sums / np.diff(edges)[:, None])
+    axis = rotation.axis
+    return RotationIncrements(before, after, edges.tolist(), _rounded(parts), means, axis)
+
+
+def field_means(report: FitReport) -> list[FieldMean]:
+    """What the magnetometer's fit is made of."""
+    if report.magnetic is None:
+        return []
+    pieces = report.magnetic.data.pieces
+    count = len(pieces.time)
+    rows = np.linspace(0, count - 1, min(count, MAX_FIELD_MEANS)).round().astype(int).tolist()
+    return [
+        FieldMean(
+            time=float(pieces.time[row]),
+            reading=pieces.reading[row].tolist(),
+            shortened=float(pieces.extra[row]),
+            samples=int(pieces.count[row]),
+            temperature=_number(pieces.beside[row, 0]),
+            current=_number(pieces.beside[row, 1]),
+        )
+        for row in rows
+    ]
+
+
+def _calm_fields(report: FitReport) -> dict[int, list[float]]:
+    """Mean reading of the magnetometer in the holds in which it stood still, by hold."""
+    fit = report.sensors.get("magnetometer")
+    if fit is None or fit.experiment is None:
+        return {}
+    return {row: mean.tolist() for row, mean in fit.experiment.still_means().items()}
+
+
+def _integral(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Integral from the first sample, by cubics with the slopes of parabolas, shape (n, 3)."""
+    step = np.diff(time)[:, None]
+    slope = np.gradient(values, time, axis=0, edge_order=2 if len(time) > 2 else 1)
+    parts = 0.5 * step * (values[1:] + values[:-1]) + step**2 / 12.0 * (slope[:-1] - slope[1:])
+    return np.vstack([np.zeros(3), np.cumsum(parts, axis=0)])
+
+
+def _rounded(values: FloatArray) -> list[list[float]]:
+    """Numbers without digits that say nothing."""
+    largest = float(np.abs(values).max(initial=0.0))
+    decimals = INCREMENT_DIGITS - (int(np.ceil(np.log10(largest))) if largest > 0.0 else 0)
+    rows: list[list[float]] = np.round(values, decimals).tolist()
+    return rows
+
+
+def _direction(vector: FloatArray) -> list[float] | None:
+    return _listed(vector / np.linalg.norm(vector)) if np.isfinite(vector).all() else None
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _listed(values: FloatArray | None) -> Any:  # lists as deep as the array
+    return None if values is None else values.tolist()
+
+
+def _array(values: Sequence[object] | None) -> FloatArray | None:
+    return None if values is None else np.array(values, np.float64)

@@ -1,0 +1,36 @@
+"""Intervals of the magnetometer's parameters, small and with fixed seeds.
+
+The whole of it is ``python -m benchmarks.magnetometer intervals``.
+"""
+
+import numpy as np
+import pytest
+
+from benchmarks.magnetometer import MOTIONS, NOISES, intervals
+from tests.estimate.field_truth import TEN_BITS
+
+pytestmark = pytest.mark.study
+
+RUNS = 50
+POSES, CIRCLES = "26 poses of 3 s", "six circles at 25 Hz"
+
+
+@pytest.mark.parametrize(
+    ("motion", "noise", "step"),
+    [
+        (POSES, "white", TEN_BITS),
+        (POSES, "0.05 µT from pose to pose", 1.0),
+        (CIRCLES, "0.05 µT from pose to pose", 1.0),
+    ],
+)
+def test_intervals_hold_the_truth_where_samples_share_their_errors(
+    motion: str, noise: str, step: float
+) -> None:
+    """Rounding in still poses, and what differs from one place to the next.
+
+    The ten parameters of one session go together, so that fifty sessions know the share of all to
+    two per cent.
+    """
+    shares, rms, _ = intervals(MOTIONS[motion], NOISES[noise], step, RUNS, 8_800)
+    assert 0.90 < np.mean(shares) < 0.99
+    assert 0.8 < rms < 1.2

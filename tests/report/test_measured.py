@@ -1,0 +1,112 @@
+"""What the calibration file keeps of the measurement: it proves the calibration without samples."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.api import load
+from imucal_wizard.core.attitude import Attitudes, rotation_samples
+from imucal_wizard.core.quaternions import matrices, quaternions
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.report.calibration_file import Calibration, from_report
+from imucal_wizard.report.measured import increments_of
+from tests.diagnose.recordings import fitted, tumbled
+
+PROMISED = np.radians(1e-3)
+"""To which the increments of a rotation give its attitude."""
+
+
+def saved(benches: Benches, folder: Path) -> Calibration:
+    """The calibration of benches, read back."""
+    return load(from_report(benches.fitted(), "a test", "2026-01-01").save(folder / "c.json"))
+
+
+def angle(a: FloatArray, b: FloatArray) -> float:
+    """Between two rotations, rad."""
+    return float(np.linalg.norm(a - b) / np.sqrt(2.0))
+
+
+def test_increments_give_the_attitude_of_the_samples_for_any_calibration() -> None:
+    """Also for a bias and a matrix that are not those they were cut for."""
+    report, _ = fitted(rotations=6)
+    fit = report.sensors["gyroscope"]
+    other = fit.matrix @ (np.eye(3) + 0.03 * np.arange(-4, 5).reshape(3, 3) / 4.0)
+    for one in report.rotations:
+        kept = increments_of(one, 0, 1, fit.matrix, fit.bias)
+        samples = rotation_samples([one.time], [one.rate])
+        for matrix, bias in ((fit.matrix, fit.bias), (other, fit.bias + 0.02)):
+            steps = quaternions(samples.rotation_vectors((one.rate - bias) @ matrix.T))
+            whole = matrices(Attitudes(steps, samples.step_offsets).whole)[:, :, 0]
+            found = kept.rotation((kept.readings() - bias) @ matrix.T)
+            assert angle(found, whole) < PROMISED
+        assert len(kept.edges) < 0.5 * len(one.time)
+
+
+def test_the_file_alone_gives_the_errors_that_the_fit_told(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x", rotations=6))
+    benches.accelerometer.add("second-order")
+    made = saved(benches, tmp_path)
+    sensor, gyroscope, g = made["accelerometer"], made["gyroscope"], made.gravity.value
+    force = sensor.apply(made.means(), made.circumstances())
+    errors = np.linalg.norm(force, axis=1) - g
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(sensor.rms_fitted, rel=1e-9)
+    up = force / np.linalg.norm(force, axis=1)[:, None]
+    closing = [
+        np.linalg.norm(
+            one.rotation(gyroscope.apply(one.readings())).T @ up[one.before] - up[one.after]
+        )
+        for one in made.rotation_increments
+    ]
+    assert len(closing) == made.rotations
+    assert np.sqrt(np.mean(np.square(closing))) == pytest.approx(gyroscope.rms_fitted, rel=0.01)
+
+
+def test_holds_keep_what_effects_of_time_and_history_need(tmp_path: Path) -> None:
+    benches = Benches(*fitted("bias-drift:1:x"))
+    benches.accelerometer.add("bias-drift")
+    benches.accelerometer.add("hysteresis")
+    made = saved(benches, tmp_path)
+    sensor = made["accelerometer"]
+    errors = np.linalg.norm(sensor.apply(made.means(), made.circumstances()), axis=1)
+    rms = np.sqrt(np.mean((errors - made.gravity.value) ** 2))
+    assert rms == pytest.approx(sensor.rms_fitted, rel=1e-6)
+    first, second = made.hold_means[:2]
+    assert first.previous is None
+    assert second.previous is not None
+    assert np.linalg.norm(second.previous) == pytest.approx(1.0)
+    assert first.gyroscope_covariance is not None
+
+
+def test_the_magnetometers_means_have_the_size_of_the_field(tmp_path: Path) -> None:
+    made = saved(tumbled(), tmp_path)
+    sensor = made["magnetometer"]
+    field = sensor.apply(np.array([one.reading for one in made.field_means]))
+    size = np.linalg.norm(field, axis=1) + [one.shortened for one in made.field_means]
+    assert np.std(size) < 0.01 * np.mean(size)
+    assert any(hold.magnetometer is not None for hold in made.hold_means)
+
+
+def test_the_covariance_of_the_parameters_has_their_standard_errors(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x", rotations=6))
+    benches.accelerometer.add("second-order")
+    made = saved(benches, tmp_path)
+    for sensor in made.sensors.values():
+        assert sensor.parameter_covariance is not None
+        covariance = np.array(sensor.parameter_covariance)
+        told = [one.standard_error or 0.0 for one in sensor.parameters.values()]
+        np.testing.assert_allclose(np.sqrt(np.diag(covariance)), told, rtol=1e-9)
+        assert np.linalg.eigvalsh(covariance)[0] > -1e-12 * np.trace(covariance)
+    names = list(made["accelerometer"].parameters)
+    i, j = names.index("bias_x"), names.index("second-order_x")
+    covariance = np.array(made["accelerometer"].parameter_covariance)
+    # six tenths of a parabola on one axis pass for its bias
+    assert covariance[i, j] / np.sqrt(covariance[i, i] * covariance[j, j]) < -0.5
+
+
+def test_a_file_of_an_earlier_version_has_no_measurements_and_still_reads() -> None:
+    old = load(Path(__file__).parents[1] / "golden" / "data" / "calibration.json")
+    assert old.rotation_increments == []
+    assert old.field_means == []
+    assert old["accelerometer"].parameter_covariance is None
