@@ -97,3 +97,17 @@ def test_the_noise_is_found_from_what_the_repeats_leave(times: float) -> None:
         assert posterior.single[0] == posterior.single.max()
         found.append(posterior.sigma[0])
     assert np.mean(found) == pytest.approx(times, rel=0.15)
+
+
+def test_what_a_name_leaves_is_an_effect_of_the_catalogue_or_unknown() -> None:
+    """Beside hysteresis the shaken poses are an effect, a ripple is unknown structure."""
+    shaken, known = session("hysteresis:2:z", "vibration-rectification:900:x")
+    own = next(one for one in known.single if one.terms == ("hysteresis",) and not one.parameter)
+    inside = np.linalg.qr(own.patterns)[0]
+    left = known.beside(known.frame.across.T @ shaken.residual, inside)
+    assert left[EFFECT] > 0.9
+    assert sum(left.values()) == pytest.approx(1.0)
+    ripple = 8.0 * np.sin(9.0 * shaken.direction[:, 0])
+    rippled = shaken.whitened(np.diag(shaken.sigma)) @ ripple
+    left = known.beside(known.frame.across.T @ rippled, inside)
+    assert left[UNKNOWN] > 0.9
