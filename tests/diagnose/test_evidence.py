@@ -10,6 +10,7 @@ from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT, PAIR_SPREAD, UN
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.significance import log_evidences
+from imucal_wizard.diagnose.verdict import judge_misfit
 from tests.diagnose.sessions import session
 
 
@@ -111,3 +112,10 @@ def test_what_a_name_leaves_is_an_effect_of_the_catalogue_or_unknown() -> None:
     rippled = shaken.whitened(np.diag(shaken.sigma)) @ ripple
     left = known.beside(known.frame.across.T @ rippled, inside)
     assert left[UNKNOWN] > 0.9
+
+
+def test_a_step_of_the_scale_is_named_beside_another_effect() -> None:
+    """Of its moments every second is paired: the moment between two of them is near enough."""
+    misfit, known = session("scale-step:3000:y", "hysteresis:2:x")
+    opinion = judge_misfit(misfit, known, known.posterior(misfit.residual))
+    assert opinion.families == ("hysteresis", "slow-scale")
