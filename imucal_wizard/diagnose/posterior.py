@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import (
+    DISTURBED,
+    EFFECT,
+    NOTHING,
     UNKNOWN,
     Hypothesis,
     Pairs,
@@ -129,21 +132,24 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def unknown_beside(self, coordinates: FloatArray, inside: FloatArray) -> float:
-        """Probability of unknown structure among the single explanations of what a name leaves.
+    def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:
+        """Probability of each kind of single explanation of what a name leaves.
 
         Args:
             coordinates: of a residual, shape (m,).
             inside: what the name takes up, orthonormal, shape (m, k).
         """
 
-        def beside(patterns: FloatArray) -> FloatArray:
+        def left(patterns: FloatArray) -> FloatArray:
             return np.asarray(patterns - inside @ (inside.T @ patterns))
 
-        left = [replace(one, patterns=beside(one.patterns)) for one in self.single]
-        rest = HypothesisSet(self.frame, left)
-        found = rest.posterior(self.frame.across @ beside(coordinates))
-        return float(found.single[[one.kind == UNKNOWN for one in left]].sum())
+        kinds = [replace(one, patterns=left(one.patterns)) for one in self.single]
+        rest = HypothesisSet(self.frame, kinds)
+        found = rest.posterior(self.frame.across @ left(coordinates))
+        shares = dict.fromkeys((NOTHING, EFFECT, DISTURBED, UNKNOWN), 0.0)
+        for one, share in zip(kinds, found.single, strict=True):
+            shares[one.kind] += float(share)
+        return shares
 
     def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
         """Logarithms of likelihood and prior of every single explanation, size and noise.
