@@ -291,15 +291,8 @@ def judge_misfit(
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
-    if {*families} - {DISTURBED}:
-        inside = best.span(families)
-        left = misfit.lack_beside(hypotheses.frame.across @ inside)
-        if share_left(lack, left) > MIN_SHARE_OF_UNKNOWN:
-            beside = hypotheses.beside(best.coordinates, inside)
-            # what effects explain is a matter of the next rung
-            doubtful = left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT
-            if doubtful or beside[UNKNOWN] > MIN_UNKNOWN_LEFT:
-                verdict, families = nameless(lack), ()
+    if {*families} - {DISTURBED} and leaves_structure(misfit, hypotheses, best, families, lack):
+        verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
@@ -340,6 +333,27 @@ def judge_misfit(
             if heard is not None and len(_within(alone, family_of, family)) > len(members)
         ),
     )
+
+
+def leaves_structure(
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    best: ExplainedVariance,
+    families: tuple[str, ...],
+    lack: LackOfFit,
+) -> bool:
+    """Whether the families named leave structure without a name.
+
+    What other effects explain of it is a matter of the next rung.
+    """
+    inside = best.span(families)
+    left = misfit.lack_beside(hypotheses.frame.across @ inside)
+    if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
+        return False
+    beside = hypotheses.beside(best.coordinates, inside)
+    if left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT:
+        return True
+    return beside[UNKNOWN] > MIN_UNKNOWN_LEFT
 
 
 def nameless(lack: LackOfFit) -> Verdict:

@@ -234,3 +234,15 @@ async def test_the_saved_calibration_is_written_for_another_program_by_one_key()
         await shows(pilot, "✓ a.yaml", "0.102 mg", "▲ not in this file: the gyroscope")
         await pilot.press("escape")
         await shows(pilot, "x export")
+
+
+async def test_a_result_is_saved_first_when_it_is_exported() -> None:
+    app = app_with(fakes.FakeSource(RESULT))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "x export")
+        await pilot.press("x")
+        await shows(pilot, "export for", "ArduPilot")
+        assert app.state.saved is None
+        await pilot.press("enter")
+        await shows(pilot, "✓ a.yaml")
+        assert app.state.saved is not None

@@ -114,7 +114,7 @@ class FitScreen(LiveScreen):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
         """Disable keys that need a fit or a calibrated magnetometer."""
         report = self.state.report
-        if action in ("bench", "compare", "table", "validate", "save"):
+        if action in ("bench", "compare", "table", "validate", "save", "export"):
             return report is not None
         if action == "leave_it":
             return bool(self.problem)
@@ -147,6 +147,10 @@ class FitScreen(LiveScreen):
             page = PageScreen(title, parameter_table(report), "t", about="parameters")
             self.app.push_screen(page)
 
+    def action_export(self) -> None:
+        """Show the export targets."""
+        self.app.push_screen(ExportScreen(self.state))
+
     def action_heading(self) -> None:
         """Show the live heading, or why there is none."""
         report = self.state.report
@@ -177,6 +181,7 @@ class ResultScreen(FitScreen):
         Binding("s", "save", "save", tooltip="saves the calibration at once"),
         Binding("s", "leave_it", "end", tooltip="ends without a calibration"),
         Binding("u", "order('undo')", "undo", show=False),
+        Binding("x", "export", "export", tooltip="saves it and writes it for another program"),
     ]
     step = StepKind.RESULT
 
@@ -344,10 +349,6 @@ class SaveScreen(FitScreen):
             if action == "save_again"
             else super().check_action(action, parameters)
         )
-
-    def action_export(self) -> None:
-        """Show the export targets."""
-        self.app.push_screen(ExportScreen(self.state))
 
     def action_save_again(self) -> None:
         """Write a new file with the model of the bench."""
