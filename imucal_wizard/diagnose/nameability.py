@@ -61,7 +61,7 @@ BISECTIONS = 20
 """Of a size between nothing and one that is surely enough."""
 
 
-class Kept:
+class LikelyExplanations:
     """Explanations that matter, in the order of the spectra, and the kinds of noise that do.
 
     Args:
@@ -137,7 +137,7 @@ class NoiseDraws:
         alone = hypotheses.frame.log_noise(self.coordinates)
         likely = np.exp(alone - alone.max(axis=2, keepdims=True)).max(axis=0)
         noises = [(k, np.flatnonzero(own > MIN_SIGMA_SHARE)) for k, own in enumerate(likely)]
-        self.every = Kept(hypotheses, np.arange(len(hypotheses.single) - 1), noises)
+        self.every = LikelyExplanations(hypotheses, np.arange(len(hypotheses.single) - 1), noises)
 
 
 def nameable_size(draws: NoiseDraws, pattern: FloatArray, family: str, squares: float) -> float:
@@ -262,7 +262,7 @@ class _Rule:
         ]
         kept = self._known.kept[shares >= _least_kept(shares)]
         noises = [one for one in noises if len(one[1])]
-        self._known = Kept(self._draws.hypotheses, kept, noises)
+        self._known = LikelyExplanations(self._draws.hypotheses, kept, noises)
         each = sum(prior.size for prior in self._known.priors)
         step = int(np.clip(np.ceil(DRAWS * each / MAX_WEIGHTS), 1, DRAWS // MIN_DRAWS))
         self.used = np.arange(0, DRAWS, step)
