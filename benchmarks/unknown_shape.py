@@ -1,111 +1,50 @@
 """How well a free curve finds what no effect makes: ``python -m benchmarks.unknown_shape``.
 
-A virtual accelerometer (the simulator of ``benchmarks.hidden``, which shares no formula with the
-program) is held in the poses of a plan. In some recordings nothing is hidden, in others an effect
-of the catalogue of usual size, in others a shape that no effect makes: a bump, a missing code, a
-ripple or a narrow dead zone of one axis' characteristic, or a bias of one axis that swings in time.
-The program fits, adds what it finds by itself, and judges. Told are, with 95 % intervals (Clopper
-and Pearson):
+A virtual sensor (see ``benchmarks.shaped_sensors``) is held in the poses of a plan, and a gyroscope
+or a magnetometer turned between them. In some recordings nothing is hidden, in others an effect of
+the catalogue of usual size, in others a shape that no effect makes: a bump, a missing code, a
+ripple or a knee of one axis over what it measures, over a force or a current, or a bias of one axis
+that swings in time. The program fits, adds what it finds by itself, and judges. Told are, with 95 %
+intervals (Clopper and Pearson):
 
 - how often a free curve is offered;
 - of the offered ones, how often the first is of the right axis and over the right influence;
-- what adding it does to the true error: rms of |a| − g in fresh directions and at fresh moments of
-  the session, without noise, before and after.
+- what adding it does to the true error of fresh readings without noise: rms before and after;
+- of the shapes, how often one is offered where the true error is more than ``CLEAR`` times that of
+  sensors with nothing hidden: a bump, a jump or a dead zone between the poses of a plan, or small,
+  moves no reading by more than the noise.
 
+    --sensor       accelerometer, gyroscope or magnetometer; all of them when not given
     --recordings   of each row
+    --group        nothing, effects or shapes; all of them when not given
     --seed         the limits of ``diagnose.free_curves`` were looked at with seeds 1 and 2; the
-                   stored table is of seed 11
+                   stored tables are of seed 12
 """
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from benchmarks.complete import interval
-from benchmarks.hidden.designs import PLANS, Schedule
-from benchmarks.hidden.fitted import measured_of
-from benchmarks.hidden.noise import CONSUMER, Colour
-from benchmarks.hidden.recording import Extra, Recorded, record
-from benchmarks.hidden.scenarios import EFFECTS
 from benchmarks.measure import machine
-from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import STANDARD_GRAVITY
+from benchmarks.shaped_sensors import SUBJECTS, Fresh
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.effect import ACCELEROMETER, MILLI_G, Circumstances
-from imucal_wizard.model.terms import Terms, corrected
 from imucal_wizard.model.unknown_shape import NAME
-from imucal_wizard.simulate.hidden import Hidden
 
-Shape = Callable[[FloatArray, np.random.Generator], FloatArray]
-SIZES = 0.4, 6.0
-"""Of a shape, mg: 3 to 50 times the noise of a hold's mean."""
-FRESH = 200
-"""Directions in which the true error is told."""
-
-
-def _bump(at: FloatArray, rng: np.random.Generator) -> FloatArray:
-    return np.exp(-0.5 * ((at - rng.uniform(-0.9, 0.9)) / rng.uniform(0.1, 0.2)) ** 2)
-
-
-def _missing_code(at: FloatArray, rng: np.random.Generator) -> FloatArray:
-    return np.where(at > rng.uniform(-0.9, 0.9), 1.0, 0.0)
-
-
-def _ripple(at: FloatArray, rng: np.random.Generator) -> FloatArray:
-    return np.sin(rng.uniform(5.0, 9.0) * at + rng.uniform(0.0, 2.0 * np.pi))
-
-
-def _dead_zone(at: FloatArray, rng: np.random.Generator) -> FloatArray:
-    return -np.clip(at / rng.uniform(0.02, 0.15), -1.0, 1.0)
-
-
-def _swing(share: FloatArray, rng: np.random.Generator) -> FloatArray:
-    return np.sin(2.0 * np.pi * (rng.uniform(1.5, 4.0) * share + rng.random()))
-
-
-SHAPES: dict[str, tuple[str, Shape]] = {
-    "bump": ("", _bump),
-    "missing code": ("", _missing_code),
-    "ripple": ("", _ripple),
-    "dead zone about 0 g": ("", _dead_zone),
-    "bias that swings in time": ("-time", _swing),
-}
-"""By name: what the name of the right curve ends with, and the shape."""
-HONEST = {
-    "nothing, usual flicker noise": CONSUMER,
-    "nothing, white noise": replace(CONSUMER, name="white", floor=0.0),
-    "nothing, four times the flicker": replace(CONSUMER, name="4x", floor=0.12),
-    "nothing, bias wanders by 0.3 mg/√min": replace(CONSUMER, name="walk", walk=0.3),
-    "nothing, placing scatters by 0.3 mg": replace(CONSUMER, name="scatter", scatter=0.3),
-}
-
-
-@dataclass(frozen=True)
-class OnAxis(Extra):
-    """A shape on one axis, the same whenever it is asked for."""
-
-    name: str
-    size: float
-    axis: int
-    seed: int
-
-    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
-        """Over the axis' force, or over the session."""
-        del rng
-        ending, shape = SHAPES[self.name]
-        at = schedule.up[:, self.axis]
-        if ending:
-            at = schedule.middle / 400.0
-        found = np.zeros_like(schedule.up)
-        found[:, self.axis] = self.size * shape(at, np.random.default_rng(self.seed))
-        return found
+GROUPS = ("nothing", "effects", "shapes")
+"""What is hidden."""
+CLEAR = 3.0
+"""Times the true error with nothing hidden."""
+MAX_OFFERED = 0.01
+"""Share of recordings with nothing hidden in which a curve may be offered."""
 
 
 @dataclass(frozen=True)
@@ -113,14 +52,14 @@ class Judged:
     """What came of one recording.
 
     Attributes:
-        verdict: of the model without the curve.
+        verdict: of the model without the curve; None where the program refuses the recording.
         offered: names of the curves offered, the likeliest first.
         right: the name of the right one, or "".
-        before: true error in fresh directions without the curve, mg.
-        after: with the first one, mg; None where none is offered.
+        before: true error of fresh readings without the curve, SI.
+        after: with the first one; None where none is offered.
     """
 
-    verdict: Verdict
+    verdict: Verdict | None
     offered: tuple[str, ...]
     right: str
     before: float
@@ -132,120 +71,89 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("--sensor", action="append", choices=sorted(SUBJECTS))
     parser.add_argument("--recordings", type=int, default=40)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--plan", action="append", choices=sorted(PLANS))
+    parser.add_argument("--plan", action="append")
+    parser.add_argument("--group", action="append", choices=GROUPS)
     asked = parser.parse_args()
     print(machine())
     with ProcessPoolExecutor(asked.jobs) as pool:
-        for plan in asked.plan or ["18", "26+12"]:
-            for row in table(pool, plan, asked.recordings, asked.seed):
-                print(row, flush=True)
+        for sensor in asked.sensor or SUBJECTS:
+            for plan in SUBJECTS[sensor].plans:
+                if asked.plan is None or plan in asked.plan:
+                    for row in table(pool, sensor, plan, asked.recordings, asked.seed, asked.group):
+                        print(row, flush=True)
 
 
-def table(pool: Executor, plan: str, recordings: int, seed: int) -> Iterator[str]:
+def table(
+    pool: Executor,
+    sensor: str,
+    plan: str,
+    recordings: int,
+    seed: int,
+    groups: Sequence[str] | None = None,
+) -> Iterator[str]:
     """The lines of one plan."""
-
-    def each(what: str, colour: Colour = CONSUMER) -> list[Judged]:
-        return list(pool.map(partial(judged, plan, colour, what, seed), range(recordings)))
-
-    yield f"\n{plan} poses, {recordings} recordings of each row, seed {seed}"
-    head = f"  {'':<38}{'curve offered':<26}{'right axis and influence':<27}"
+    subject = SUBJECTS[sensor]
+    yield f"\n{sensor}, {plan} poses, {recordings} recordings of each row, seed {seed}"
+    head = f"  {'':<40}{'curve offered':<26}{'right axis and influence':<27}"
     yield f"{head}true error, after / before"
-    for group, rows in (
-        ("nothing hidden", [each("", colour) for colour in HONEST.values()]),
-        ("an effect of the catalogue", [each(term) for term in EFFECTS]),
-        ("a shape that no effect makes", [each(name) for name in SHAPES]),
-    ):
-        names = {"nothing hidden": HONEST, "an effect of the catalogue": EFFECTS}.get(group, SHAPES)
-        for name, found in zip(names, rows, strict=True):
-            yield _row(name, found)
-        yield _row(f"all with {group}", [one for found in rows for one in found])
+    usual = subject.honest[0]
+    rows = {
+        "nothing": [("", noise) for noise in subject.honest],
+        "effects": [(term, usual) for term in subject.effects],
+        "shapes": [(name, usual) for name in subject.shapes],
+    }
+    missed, clear = [], np.inf
+    for group in groups or GROUPS:
+        every: list[Judged] = []
+        for what, noise in rows[group]:
+            trial = partial(judged, sensor, plan, noise, what, seed)
+            found = list(pool.map(trial, range(recordings)))
+            yield from _row(what or noise, found)
+            every += found
+        yield next(_row(f"all {group}", every))
+        offered = sum(bool(one.offered) for one in every)
+        if group == "nothing":
+            clear = CLEAR * float(np.nanmedian([one.before for one in every[:recordings]]))
+        if group == "shapes" and np.isfinite(clear):
+            yield next(_row("those clearly wrong", [one for one in every if one.before > clear]))
+        elif group != "shapes" and offered > MAX_OFFERED * len(every):
+            missed.append(f"{offered} of {len(every)} {group}")
+    yield f"not reached: {'; '.join(missed) or 'nothing'}"
 
 
-def judged(plan: str, colour: Colour, what: str, seed: int, number: int) -> Judged:
+def hidden_in(
+    sensor: str, plan: str, what: str, seed: int, number: int, noise: str = ""
+) -> tuple[Bench, Fresh, str]:
+    """One recording, new readings of its sensor, and the right curve; see ``judged``."""
+    subject = SUBJECTS[sensor]
+    noise = noise or subject.honest[0]
+    rng = np.random.default_rng([seed, number, sum(map(ord, f"{sensor} {plan} {noise} {what}"))])
+    hiding = subject.hiding(what, rng)
+    bench, fresh = subject.recorded(plan, noise, hiding, rng)
+    return bench, fresh, subject.right(hiding)
+
+
+def judged(sensor: str, plan: str, noise: str, what: str, seed: int, number: int) -> Judged:
     """One recording; ``what`` is an effect, a shape, or "" for nothing."""
-    rng = np.random.default_rng([seed, number, sum(map(ord, f"{plan} {colour.name} {what}"))])
-    axis, extra, right = int(rng.integers(3)), None, ""
-    hidden: tuple[Hidden, ...] = ()
-    if what in SHAPES:
-        size = float(np.exp(rng.uniform(*np.log(SIZES))))
-        extra = OnAxis(what, size, axis, int(rng.integers(2**31)))
-        right = f"{NAME}/{'xyz'[axis]}{SHAPES[what][0]}"
-    elif what:
-        hidden = (_usual(what, axis, rng),)
-    made = record(PLANS[plan], colour, hidden, rng, extra)
-    bench = Bench(ACCELEROMETER, measured_of(made))
+    try:
+        bench, fresh, right = hidden_in(sensor, plan, what, seed, number, noise)
+    except DataError:
+        return Judged(None, (), "", np.nan, None)
     add_by_itself(bench)
     found = bench.look()
     offered = tuple(one.term for one in found.suspects if one.term.startswith(NAME))
-    before = after = true_error(bench, made, extra, rng)
+    before, after = fresh.error(bench), None
     if offered:
-        again = np.random.default_rng(rng.integers(2**31))
-        state = again.bit_generator.state
-        before = true_error(bench, made, extra, again)
         bench.add(offered[0])
-        again.bit_generator.state = state
-        after = true_error(bench, made, extra, again)
-    return Judged(found.opinion.verdict, offered, right, before, after if offered else None)
+        after = fresh.error(bench)
+    return Judged(found.opinion.verdict, offered, right, before, after)
 
 
-def _usual(term: str, axis: int, rng: np.random.Generator) -> Hidden:
-    """An effect of 0.5 to 3 times its typical size."""
-    parameters = effect(term).parameters(ACCELEROMETER)
-    chosen = parameters[axis if len(parameters) == 3 else int(rng.integers(len(parameters)))]
-    size = chosen.typical * float(np.exp(rng.uniform(*np.log((0.5, 3.0)))))
-    axes = tuple("xyz".index(letter) for letter in chosen.name)
-    return Hidden(ACCELEROMETER, term, size * float(rng.choice((-1.0, 1.0))), axes)
-
-
-def true_error(
-    bench: Bench, made: Recorded, extra: Extra | None, rng: np.random.Generator
-) -> float:
-    """Rms of |a| − g in fresh directions and at fresh moments, without noise, mg.
-
-    Only of what the program sees as a shape: effects that are hidden are in the readings, too.
-    """
-    up = rng.standard_normal((FRESH, 3))
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    like = rng.integers(0, len(made.schedule.up), FRESH)
-    old = made.schedule
-    fresh = Schedule(
-        up,
-        old.start[like],
-        old.end[like],
-        old.temperature[like],
-        old.vibration[like],
-        old.shaken[like],
-    )
-    readings = made.true_readings(fresh)
-    if extra is not None:
-        # the sensor's matrix, from its readings of unit vectors
-        unit = replace(fresh, **{name: value[:4] for name, value in vars(fresh).items()})
-        ends = made.true_readings(replace(unit, up=np.vstack([np.zeros((1, 3)), np.eye(3)])))
-        matrix = (ends[1:] - ends[0]) / STANDARD_GRAVITY
-        readings = readings + MILLI_G * extra.error(fresh, rng) @ matrix
-    known, fit = bench.measured.circumstances, bench.fit
-    where = Circumstances(
-        force=STANDARD_GRAVITY * up,
-        rate=np.zeros_like(up),
-        temperature=fresh.temperature,
-        time=fresh.middle,
-        previous=STANDARD_GRAVITY * np.roll(up, 1, axis=0),
-        vibration=fresh.vibration * STANDARD_GRAVITY**2,
-        gravity=known.gravity,
-        reference_temperature=known.reference_temperature,
-        reference_time=known.reference_time,
-    )
-    sizes = np.concatenate([np.zeros(0), *fit.sizes])
-    terms = Terms(ACCELEROMETER, fit.terms)
-    found = corrected((fit.matrix, fit.bias), terms, sizes, readings, where)
-    error = np.linalg.norm(found, axis=1) - known.gravity
-    return float(np.sqrt(np.mean(error**2))) / MILLI_G
-
-
-def _row(name: str, found: list[Judged]) -> str:
+def _row(name: str, found: list[Judged]) -> Iterator[str]:
     offered = [one for one in found if one.offered]
     right = [one for one in offered if one.offered[0] == one.right]
     share = f"{len(offered)} of {len(found)} {_interval(len(offered), len(found))}"
@@ -256,7 +164,12 @@ def _row(name: str, found: list[Judged]) -> str:
     if ratios:
         worse = sum(ratio > 1.0 for ratio in ratios)
         error = f"median {np.median(ratios):.2f}, larger in {worse} of {len(ratios)}"
-    return f"  {name:<38}{share:<26}{true:<27}{error}".rstrip()
+    yield f"  {name:<40}{share:<26}{true:<27}{error}".rstrip()
+    verdicts = Counter(str(one.verdict) for one in found)
+    wrong = Counter(one.offered[0] for one in offered if one.offered[0] != one.right)
+    said = ", ".join(f"{n} {word}" for word, n in verdicts.most_common())
+    others = ", ".join(f"{n} {word}" for word, n in wrong.most_common())
+    yield f"      {said}" + (f"; other curves: {others}" if others else "")
 
 
 def _interval(good: int, of: int) -> str:

@@ -1,8 +1,9 @@
 """One fit: every command, screen and file tells the same figures of the same data and model."""
 
 import json
+from contextlib import redirect_stdout
 from dataclasses import dataclass
-from pathlib import Path
+from io import StringIO
 from typing import Any
 
 import pytest
@@ -21,22 +22,9 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.calibration_file import Sensor
 from imucal_wizard.tui.panels.report import fit_summary
-from tests.golden.cases import CASES, located
+from tests.golden.cases import ALIKE_COMMANDS, CASES, EXPECTED, TOLD_ALIKE, located
+from tests.golden.figures import differences, figures
 
-RECORDINGS = (
-    "eighteen-poses",
-    "magnetometer",
-    "counts",
-    "second-order",
-    "six-faces",
-    "noisy",
-    "session-whole",
-    "session-magnetometer",
-    "xsens",
-)
-"""Gyroscopes by gravity, and by gravity and field; counts; sessions; a missing effect; too few
-directions; a real sensor."""
-COMMANDS = ("fit", "bench", "compare")
 FIGURES = ("rms_fitted", "rms_held_out", "floor", "floor_fitted")
 JUDGED = ("verdict", "usable", "could_be")
 """What a calibration without a diagnosis does not say."""
@@ -47,6 +35,7 @@ class Told:
     """What is told of one recording.
 
     Attributes:
+        name: of the recording.
         report: the fit behind it.
         readings: its samples, where they are at hand.
         first: the calibration by the Python interface, without a diagnosis.
@@ -54,10 +43,12 @@ class Told:
         diagnosis: what the data say of each sensor.
         files: arguments of the commands.
         documents: the JSON of each command.
+        statuses: the exit status of each command.
         texts: what each command prints.
         saved: the calibration that ``fit`` has saved.
     """
 
+    name: str
     report: FitReport
     readings: Readings | None
     first: dict[str, Sensor]
@@ -65,37 +56,31 @@ class Told:
     diagnosis: dict[str, Diagnosis]
     files: tuple[str, ...]
     documents: dict[str, dict[str, Any]]
+    statuses: dict[str, int]
     texts: dict[str, str]
     saved: dict[str, Sensor]
 
 
-_told: dict[str, Told] = {}
-
-
-@pytest.fixture(params=RECORDINGS)
-def told(
-    request: pytest.FixtureRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> Told:
+@pytest.fixture(scope="module", params=TOLD_ALIKE)
+def told(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Told:
     """What the Python interface and the commands tell; real recordings only where they are."""
-    name = request.param
-    if name not in _told:
-        case = CASES[name]
-        words = (*(str(located(file)) for file in case.files), *case.reading.split())
-        fit = iw.calibrate(recording_of(parser().parse_args(words)))
-        first, diagnosis = fit.calibration.sensors, iw.diagnose(fit)
-        documents, texts, saved = {}, {}, tmp_path / "saved.json"
-        for command in COMMANDS:
-            path = tmp_path / f"{command}.json"
-            saving = ["--save", str(saved)] if command == "fit" else []
-            main([command, *words, *saving, "--json", str(path)])
-            documents[command] = json.loads(path.read_text())
-            texts[command] = capsys.readouterr().out
-        sensors = fit.judged(diagnosis).sensors
-        _told[name] = Told(
-            fit.report, fit.benches.readings, first, sensors, diagnosis, words, documents, texts,
-            iw.load(saved).sensors,
-        )  # fmt: skip
-    return _told[name]
+    case, folder = CASES[request.param], tmp_path_factory.mktemp("told")
+    words = (*(str(located(file)) for file in case.files), *case.reading.split())
+    fit = iw.calibrate(recording_of(parser().parse_args(words)))
+    first, diagnosis = fit.calibration.sensors, iw.diagnose(fit)
+    documents, statuses, texts, saved = {}, {}, {}, folder / "saved.json"
+    for command in ALIKE_COMMANDS:
+        path = folder / f"{command}.json"
+        saving = ["--save", str(saved)] if command == "fit" else []
+        with redirect_stdout(StringIO()) as printed:
+            statuses[command] = main([command, *words, *saving, "--json", str(path)])
+        documents[command] = json.loads(path.read_text())
+        texts[command] = printed.getvalue()
+    sensors = fit.judged(diagnosis).sensors
+    return Told(
+        request.param, fit.report, fit.benches.readings, first, sensors, diagnosis, words,
+        documents, statuses, texts, iw.load(saved).sensors,
+    )  # fmt: skip
 
 
 def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
@@ -110,6 +95,17 @@ def screen(told: Told) -> str:
     with console.capture() as caught:
         console.print(fit_summary(told.report, told.diagnosis))
     return caught.get()
+
+
+def test_the_figures_are_the_recorded_ones(told: Told) -> None:
+    """Those of ``tests/golden``, of the commands that are recorded."""
+    expected = json.loads((EXPECTED / f"{told.name}.json").read_text())
+    for command in CASES[told.name].commands:
+        if command in ALIKE_COMMANDS:
+            found = figures(told.documents[command])
+            assert told.statuses[command] == expected[command]["exit"]
+            wrong = differences(expected[command], found)
+            assert not wrong, f"{command}:\n" + "\n".join(wrong)
 
 
 def test_fit_and_the_saved_file_tell_what_python_tells(told: Told) -> None:

@@ -259,10 +259,12 @@ def wanted_terms(texts: Sequence[str]) -> dict[str, list[str]]:
         UsageError: not ``TERM`` or ``SENSOR/TERM``, or a term of another sensor.
     """
     from imucal_wizard.model.catalogue import builtin_effects, sensor_and_term
+    from imucal_wizard.model.unknown_shape import FREE_CURVES
 
     first, *_ = BASES
     wanted: dict[str, list[str]] = {name: [] for name in BASES}
-    only = {one.name: one.sensors[0] for one in builtin_effects() if len(one.sensors) == 1}
+    every = (*builtin_effects(), *FREE_CURVES)
+    only = {one.name: one.sensors[0] for one in every if len(one.sensors) == 1}
     only["soft-iron"] = "magnetometer"
     for text in texts:
         sensor, term = sensor_and_term(text)

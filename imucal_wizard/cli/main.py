@@ -1,8 +1,10 @@
 """Entry point: runs a command and reports errors in one line. It imports only that command."""
 
+import atexit
 import gc
 import os
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -58,15 +60,41 @@ def usage() -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program; the exit status is 0 done, 1 insufficient data, 2 wrong usage."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    if argv is None:
-        gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
-        # threads would slow down operations on small matrices
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        replace_unencodable_output()
-        hide_tracebacks()
+    if argv is not None:
+        return _status(argv)
+    gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
+    # threads would slow down operations on small matrices
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    replace_unencodable_output()
+    hide_tracebacks()
     try:
-        return _dispatch(arguments)
+        status = _status(sys.argv[1:])
+    finally:
+        gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
+    _end_at_once(status)
+    return status
+
+
+def _end_at_once(status: int) -> None:
+    """End the process if nothing waits for its end; Python would first free all it has loaded.
+
+    A second thread, a function registered for the end or an open database waits for it; so does
+    output that cannot be written, of which Python tells.
+    """
+    waiting = threading.active_count() > 1 or "sqlite3" in sys.modules
+    if waiting or atexit._ncallbacks():  # nothing public tells
+        return
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        return
+    os._exit(status)
+
+
+def _status(arguments: Sequence[str]) -> int:
+    try:
+        return _dispatch(list(arguments))
     except ImucalError as error:
         note(f"imucal-wizard: {_one_line(str(error))}{_options(error)}")
         return error.exit_status
@@ -77,9 +105,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         # the reader of the output has closed it
         sys.stderr.close()
         return 0
-    finally:
-        if argv is None:
-            gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
 
 
 def _dispatch(arguments: list[str]) -> int:

@@ -177,7 +177,7 @@ class Bench:
         self.whole = measured.base_terms
         known = measured.circumstances
         self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
-        self.curves = free_curves_for(sensor)
+        self.curves = tuple(one.suited(known) for one in free_curves_for(sensor))
         self.rounding = rounding
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]

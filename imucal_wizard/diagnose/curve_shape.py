@@ -14,22 +14,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import fixed, number, plus_minus
+from imucal_wizard.core.quantities import fixed, number, plus_minus, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
-from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.model.effect import Circumstances
-from imucal_wizard.model.unknown_shape import TEMPERATURE_REACH, UnknownShape
+from imucal_wizard.model.unknown_shape import Range, UnknownShape
 
 MIN_HOLDS_INSIDE = 3
 """A step seen by fewer has any width."""
 MAX_GAP = 0.5
 """Largest gap without a hold, as a share of a width that is told: three holds in the
 same pose show no more than one."""
-MAX_SHARP_WIDTH = 0.4
-"""Width of a steep part that is called sharp, in halves of the curve's range."""
+MAX_SHARP_WIDTH = 0.2
+"""Width of a steep part that is called sharp, as a share of what was measured."""
 MIN_STEEP_SHARE = 0.5
 """Share of the largest slope from which on a part is as steep."""
 MIN_SLOPE_OF_PART = 0.1
@@ -43,19 +40,35 @@ PLACES = 201
 
 
 @dataclass(frozen=True)
+class Measured:
+    """Where a curve was measured.
+
+    Attributes:
+        places: in its range from −1 to 1, in order, one of each hold, rotation or direction.
+        span: what these are in the shown unit.
+        word: what each of them is called.
+    """
+
+    places: FloatArray
+    span: Range
+    word: str
+
+
+@dataclass(frozen=True)
 class SteepPart:
     """Where a curve changes most, in its shown unit.
 
     Attributes:
         at: its middle.
-        rise: height of the step or bump, mg.
-        rise_error: mg.
+        rise: height of the step or bump.
+        rise_error: its standard error.
         width: between 10 and 90 % of a step, or at half the height of a bump; None where too few
             holds lie inside.
         between: the holds on either side.
         inside: how many holds lie inside the width.
         bump: it goes up and down again, or down and up.
         sharp: it is narrow, and the holds show that it is.
+        word: what is measured in place of holds: rotations, directions of a field.
     """
 
     at: float
@@ -66,6 +79,7 @@ class SteepPart:
     inside: int
     bump: bool
     sharp: bool
+    word: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +89,27 @@ class CurveShape:
     Attributes:
         term: its name.
         axis: ``x``, ``y`` or ``z``.
-        against: ``force``, ``time`` or ``temperature``.
-        x: g, minutes or °C, shape (n,).
-        y: mg, without the straight part, shape (n,).
-        standard_error: mg, shape (n,).
-        span: from the lowest to the highest point, mg.
-        span_error: mg.
+        against: what it runs over: ``force``, ``rate``, ``field``, ``time``, ``temperature`` or
+            ``current``.
+        over: the same with its axis, in words.
+        absorbed: what the base model takes of it, in words.
+        x_unit: of x.
+        unit: of y.
+        x: shape (n,).
+        y: without the part that the base model takes, shape (n,).
+        standard_error: shape (n,).
+        span: from the lowest to the highest point.
+        span_error: its standard error.
         steep: where it changes most; None where no single part stands out.
     """
 
     term: str
     axis: str
     against: str
+    over: str
+    absorbed: str
+    x_unit: str
+    unit: str
     x: FloatArray
     y: FloatArray
     standard_error: FloatArray
@@ -95,68 +118,63 @@ class CurveShape:
     steep: SteepPart | None
 
     @property
-    def unit(self) -> str:
-        """Of x."""
-        return {"force": "g", "time": "min"}.get(self.against, "°C")
-
-    @property
-    def over(self) -> str:
-        """What it depends on, in words."""
-        return f"the force along {self.axis}" if self.against == "force" else f"the {self.against}"
-
-    @property
     def unknown(self) -> str:
         """What is not known of it."""
-        absorbed = "bias and scale" if self.against == "force" else "the bias"
-        return f"the curve is known only up to {absorbed}, and between the poses it is a guess"
+        return f"the curve is known only up to {self.absorbed}, and between the poses it is a guess"
 
     def words(self) -> str:
         """Where it is steep, how wide, and its size."""
         if self.steep is not None:
-            return f"{self._where()}, {plus_minus(self.steep.rise, self.steep.rise_error)} mg high"
-        span = plus_minus(self.span, self.span_error)
-        return f"{self._where()}, {span} mg from its lowest to its highest point"
+            rise = plus_minus(self.steep.rise, self.steep.rise_error)
+            return f"{self._where()}, {with_unit(rise, self.unit)} high"
+        span = with_unit(plus_minus(self.span, self.span_error), self.unit)
+        return f"{self._where()}, {span} from its lowest to its highest point"
 
     def _where(self) -> str:
-        steep, unit = self.steep, self.unit
+        steep, unit = self.steep, self.x_unit
         if steep is None:
             return "bent over its whole range"
-        low, high, at = (fixed(one, DECIMALS[unit]) for one in (*steep.between, steep.at))
+        low, high, at = (fixed(one, DECIMALS.get(unit, 0)) for one in (*steep.between, steep.at))
         kind = "a bump" if steep.bump else "changing"
         if steep.width is None:
             return (
-                f"{kind} between {low} and {high} {unit}, where the holds are too few or too far "
-                "apart to show its width"
+                f"{kind} between {low} and {high} {unit}, where the {steep.word}s are too few or "
+                "too far apart to show its width"
             )
         sharp = "a sharp bump" if steep.bump else "sharp"
         what = sharp if steep.sharp else "a bump" if steep.bump else "steepest"
-        wide = f"about {number(steep.width, 1)} {unit} wide ({steep.inside} holds lie inside)"
+        wide = (
+            f"about {number(steep.width, 1)} {unit} wide ({steep.inside} {steep.word}s lie inside)"
+        )
         return f"{what} at {at} {unit}, {wide}"
 
 
-DECIMALS = {"g": 2, "min": 1, "°C": 1}
+DECIMALS = {"g": 2, "min": 1, "°C": 1, "µT": 1, "A": 1}
+"""Of a place, by its unit."""
 
 
 def curve_shape(
     curve: UnknownShape,
+    sensor: str,
     variant: float | None,
     sizes: FloatArray,
     covariance: FloatArray,
-    holds: Circumstances,
+    measured: Measured,
 ) -> CurveShape:
     """The shape of a curve with its coefficients.
 
     Args:
         curve: which.
+        sensor: whose.
         variant: its setting.
-        sizes: mg, shape (p,).
-        covariance: of the sizes, mg², shape (p, p).
-        holds: in which it was measured.
+        sizes: shown unit, shape (p,).
+        covariance: of the sizes, shape (p, p).
+        measured: where.
     """
-    held = np.sort(np.clip(curve.place(holds), -1.0, 1.0))
+    span, held = measured.span, np.clip(measured.places, -1.0, 1.0)
     place = np.linspace(held[0], held[-1], PLACES)
     columns = curve.shape(place, variant)
-    steep = _steepest(place, columns, sizes, covariance, held, straight=curve.lines > 1)
+    steep = _steepest(place, columns, sizes, covariance, measured, straight=curve.lines > 1)
     straight = place[:, None] ** np.arange(curve.lines)
     columns -= straight @ np.linalg.lstsq(straight, columns, rcond=None)[0]
     y, spread = columns @ sizes, columns @ covariance @ columns.T
@@ -164,14 +182,18 @@ def curve_shape(
     between = spread[low, low] + spread[high, high] - 2.0 * spread[low, high]
     return CurveShape(
         term=curve.name,
-        axis=AXES[curve.axis],
-        against="force" if curve.against == "input" else curve.against,
-        x=_shown(curve, holds, place),
+        axis=curve.letter,
+        against=curve.influence(sensor).partition("-")[0],
+        over=curve.over(sensor),
+        absorbed=curve.absorbed,
+        x_unit=span.unit,
+        unit=curve.units[sensor].unit,
+        x=span.middle + span.reach * place,
         y=y,
         standard_error=np.sqrt(np.maximum(np.diag(spread), 0.0)),
         span=float(y[high] - y[low]),
         span_error=float(np.sqrt(max(between, 0.0))),
-        steep=None if steep is None else _in_unit(steep, curve, holds),
+        steep=None if steep is None else _in_unit(steep, span),
     )
 
 
@@ -179,34 +201,18 @@ def rms_size(sizes: FloatArray, errors: FloatArray) -> tuple[float, float]:
     """Size of a curve, rms over its whole range, and its standard error, from the coefficients.
 
     Args:
-        sizes: mg, shape (p,).
+        sizes: shown unit, shape (p,).
         errors: standard errors, shape (p,).
     """
     rms = float(np.sqrt((sizes**2).sum()))
     return rms, float(np.sqrt(((sizes * errors) ** 2).sum())) / max(rms, 1e-300)
 
 
-def _shown(curve: UnknownShape, holds: Circumstances, place: FloatArray) -> FloatArray:
-    """Places of the range −1 to 1 in g, minutes or °C."""
-    if curve.against == "input":
-        return np.asarray(place * holds.gravity / STANDARD_GRAVITY)
-    if curve.against == "time":
-        return np.asarray((place + 1.0) * holds.reference_time / 60.0)
-    return np.asarray(holds.reference_temperature + TEMPERATURE_REACH * place)
-
-
-def _in_unit(steep: SteepPart, curve: UnknownShape, holds: Circumstances) -> SteepPart:
+def _in_unit(steep: SteepPart, span: Range) -> SteepPart:
     """A part that is told in places of the range, in the shown unit."""
-    width = 0.0 if steep.width is None else steep.width
-    at, low, high, first, last = _shown(
-        curve, holds, np.array([steep.at, *steep.between, 0.0, width])
-    ).tolist()
-    return replace(
-        steep,
-        at=at,
-        between=(low, high),
-        width=None if steep.width is None else last - first,
-    )
+    at, low, high = (span.middle + span.reach * one for one in (steep.at, *steep.between))
+    width = None if steep.width is None else span.reach * steep.width
+    return replace(steep, at=at, between=(low, high), width=width)
 
 
 def _steepest(
@@ -214,7 +220,7 @@ def _steepest(
     columns: FloatArray,
     sizes: FloatArray,
     covariance: FloatArray,
-    held: FloatArray,
+    measured: Measured,
     *,
     straight: bool,
 ) -> SteepPart | None:
@@ -225,10 +231,10 @@ def _steepest(
         columns: the curve there per coefficient, shape (n, p).
         sizes: of the coefficients, shape (p,).
         covariance: of the sizes, shape (p, p).
-        held: places of the holds, in order.
+        measured: where.
         straight: the base model takes any straight line.
     """
-    step = place[1] - place[0]
+    step, held = place[1] - place[0], np.clip(measured.places, -1.0, 1.0)
     slopes = np.diff(columns, axis=0) / step
     if straight:
         own = slopes @ sizes
@@ -269,7 +275,8 @@ def _steepest(
         ),
         inside=len(inside),
         bump=bump,
-        sharp=known and width <= MAX_SHARP_WIDTH,
+        sharp=known and bool(width <= MAX_SHARP_WIDTH * (held[-1] - held[0])),
+        word=measured.word,
     )
 
 

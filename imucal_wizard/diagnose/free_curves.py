@@ -14,13 +14,14 @@ Its length and size are those of the largest marginal likelihood among ``SETTING
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.curve_shape import CurveShape, curve_shape
+from imucal_wizard.diagnose.curve_shape import CurveShape, Measured, curve_shape
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.hypotheses import EFFECT, PRIOR, UNKNOWN, Hypothesis, noise_alone
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
@@ -28,7 +29,7 @@ from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candi
 from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.diagnose.suspects import Suspect, expected_covariance
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.model.effect import AxisEffect, BiasEffect, Effect
+from imucal_wizard.model.effect import AxisEffect, BiasEffect, Effect, ForceEffect
 from imucal_wizard.model.unknown_shape import LENGTHS, SETTINGS, SIZES, UnknownShape
 
 MIN_PROBABILITY = 0.95
@@ -53,21 +54,39 @@ def shape_of(fit: SensorFit, term: str, suspects: Sequence[Suspect]) -> CurveSha
         term: name of the curve.
         suspects: what may be missing.
     """
-    holds = None if fit.experiment is None else fit.experiment.circumstances
     ends = np.cumsum([0, *(len(one) for one in fit.sizes)])
     for one, sizes, first in zip(fit.terms, fit.sizes, ends, strict=False):
         curve, covariance = one.effect, fit.size_covariance
-        if one.name == term and isinstance(curve, UnknownShape) and holds is not None:
+        if one.name == term and isinstance(curve, UnknownShape):
             own = slice(int(first), int(first) + len(sizes))
             known = np.zeros((len(sizes),) * 2) if covariance is None else covariance[own, own]
-            return curve_shape(curve, one.variant, sizes, known, holds)
+            return _shape(fit, curve, one.variant, sizes, known)
     for found in suspects:
         best, trial = found.candidate, found.trial
-        if found.term != term or best is None or trial is None or holds is None:
+        if found.term != term or best is None or trial is None:
             continue
         if isinstance(best.effect, UnknownShape):
-            return curve_shape(best.effect, best.variant, trial.size, trial.covariance, holds)
+            return _shape(fit, best.effect, best.variant, trial.size, trial.covariance)
     return None
+
+
+def _shape(
+    fit: SensorFit,
+    curve: UnknownShape,
+    variant: float | None,
+    sizes: FloatArray,
+    covariance: FloatArray,
+) -> CurveShape | None:
+    """The shape of a curve where it was measured; None without rows."""
+    if fit.rows is None or fit.experiment is None:
+        return None
+    # a zero is read where each axis rests; what is measured, in the rows that are judged
+    sources = [one for one in fit.rows.sources if one.by_axis and curve.lines == 1]
+    sources = sources or [one for one in fit.rows.sources if one.judged]
+    places = [one.per_item(partial(curve.place, fit.sensor)) for one in sources]
+    span = curve.range(fit.sensor, fit.experiment.circumstances)
+    measured = Measured(np.sort(np.concatenate(places)), span, sources[0].item_word)
+    return curve_shape(curve, fit.sensor, variant, sizes, covariance, measured)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +131,7 @@ def offered_curves(
     found = [one for one, here in zip(tried.suspects, listed, strict=True) if here]
     of_listed = [one for one in curves if any(one.name == other.term for other in found)]
     known = {one.term: one.effect for one in misfit.candidates}
-    effects, structure, neutral = _of_the_same(hypotheses, posterior, of_listed, known)
+    effects, structure, neutral = _of_the_same(hypotheses, posterior, of_listed, fit.sensor, known)
     # probabilities over that of all explanations without curves
     place = int(posterior.single.argmax())
     total = hypotheses.log_prior[place] + posterior.evidence[place]
@@ -138,6 +157,7 @@ def _of_the_same(
     hypotheses: HypothesisSet,
     posterior: Posterior,
     curves: Sequence[UnknownShape],
+    sensor: str,
     known: Mapping[str, Effect],
 ) -> tuple[float, float, float]:
     """Probability of other explanations that depend on the same as one of these curves.
@@ -149,27 +169,27 @@ def _of_the_same(
     effects, structure, pairs = 0.0, 0.0, hypotheses.pairs
     named = np.array([one.kind == EFFECT for one in hypotheses.single])
     for curve in curves:
-        single = np.array([_depends(one, curve, known) for one in hypotheses.single])
+        single = np.array([_depends(one, curve, sensor, known) for one in hypotheses.single])
         effects += float(posterior.single[single & named].sum())
         structure += float(posterior.single[single & ~named].sum())
         if pairs is not None and len(pairs):
-            members = np.array([_depends(one, curve, known) for one in pairs.members])
+            members = np.array([_depends(one, curve, sensor, known) for one in pairs.members])
             effects += float(posterior.paired[members[pairs.first] & members[pairs.second]].sum())
     along = [one.kind == UNKNOWN and one.parameter == AXES for one in hypotheses.single]
     return effects, structure, float(posterior.single[np.array(along)].sum())
 
 
-def _depends(one: Hypothesis, curve: UnknownShape, known: Mapping[str, Effect]) -> bool:
+def _depends(
+    one: Hypothesis, curve: UnknownShape, sensor: str, known: Mapping[str, Effect]
+) -> bool:
     """Whether an explanation depends on the axis and the influence of a curve alone."""
-    if one.parameter != AXES[curve.axis]:
-        return False
     if one.kind == UNKNOWN:
-        return curve.against == "input"
+        return curve.along_axis(sensor) and one.parameter == curve.letter
+    if one.parameter != curve.parameter:
+        return False
     effect = known[one.terms[0]]
-    moves_zero = curve.against != "input"
-    return effect.against == curve.against and isinstance(
-        effect, BiasEffect if moves_zero else AxisEffect
-    )
+    alike = {"input": AxisEffect, "force": ForceEffect}.get(curve.against, BiasEffect)
+    return effect.against == curve.against and isinstance(effect, alike)
 
 
 def try_curves(

@@ -25,10 +25,14 @@ from imucal_wizard.core.poses import (
     nearest_pose,
     pose_in_words,
 )
+from imucal_wizard.core.quantities import fixed
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.statistics import median
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.curve_shape import DECIMALS
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.optimal_design import (
     ROTATIONS_PER_AXIS,
     WARMER,
@@ -58,6 +62,8 @@ MAX_PAIRS = 6
 """Pairs of explanations compared at most."""
 MAX_REPEATED_HOLDS = 4
 """Holds that are measured again where nothing explains what is left: the worst ones."""
+POSES_INSIDE_STEEP_PART = 4
+"""With ``MIN_HOLDS_INSIDE`` of them inside, one may lie outside."""
 MIN_SPARE_DIRECTIONS = 2
 """Directions beyond what determines the model, to leave out one and to contradict the rest."""
 MAX_P_WORTH_SEPARATING = 0.05
@@ -143,9 +149,9 @@ def next_requests(
     if verdict is Verdict.DISTURBED:
         return repeat_disturbed(table, findings), ()
     if verdict is Verdict.UNEXPLAINED:
-        return corners_and_repeats(table), ()
+        return (*inside_steep_part(bench, findings), *corners_and_repeats(table)), ()
     if verdict is Verdict.NOT_REPEATABLE:
-        return worst_again(table), ()
+        return (*inside_steep_part(bench, findings), *worst_again(table)), ()
     if verdict is Verdict.INSUFFICIENT:
         if bench.measured.needs_reference:
             return first_requests(bench.sensor), ()
@@ -176,6 +182,9 @@ def to_measure(
         return diagnosis.next_poses, diagnosis.apart[-1] if diagnosis.apart else None
     if not bench.measured.at_rest:
         return circles("more of them show smaller effects"), None
+    inside = inside_steep_part(bench, findings)
+    if inside:
+        return inside, None
     like = _newest_and_its_like if bench.fit.terms else _likeliest_and_its_like
     pair = like(bench, findings)
     apart = None
@@ -252,6 +261,46 @@ def worst_again(table: ResidualTable) -> Requests:
             why = f"{words} again: off by {size[place]:.1f} times the noise; does it repeat?"
             chosen[words] = request(ups[place], why)
     return tuple(chosen.values())
+
+
+def inside_steep_part(bench: Bench, findings: BenchFindings) -> Requests:
+    """Poses or rotations inside the steep part of a free curve whose width nothing shows yet.
+
+    Of a curve of the model, or of the likeliest one that may be added.
+    """
+    fit, known = bench.fit, {one.name: one for one in bench.curves}
+    terms = [term.name for term in fit.terms if term.effect.free]
+    terms += [one.term for one in findings.suspects if one.term in known][:1]
+    for term in terms:
+        shape, curve = shape_of(fit, term, findings.suspects), known[term]
+        if shape is None or shape.steep is None or shape.steep.width is not None:
+            continue
+        low, high = shape.steep.between
+        inside = np.linspace(low, high, POSES_INSIDE_STEEP_PART + 2)[1:-1]
+        unit = shape.x_unit
+        ends = " and ".join(fixed(one, DECIMALS.get(unit, 0)) for one in (low, high))
+        why = f"the error of {shape.axis} changes between {ends} {unit}, and its width is not known"
+        if shape.against == "rate":
+            rates = ", ".join(fixed(one, 0) for one in np.abs(inside))
+            how = f"turn it about {shape.axis} both ways, fastest at {rates} °/s"
+            start = START_POSES[shape.axis]
+            words = f"with {pose_in_words(start)}, {how}: {why}"
+            count = 2 * POSES_INSIDE_STEEP_PART
+            up = DIRECTIONS[start]
+            return (request(up, words, brief=how, axis=shape.axis, count=count),)
+        if shape.against == "force":
+            along = curve.axis if curve.felt is None else curve.felt
+            share = np.clip(inside * STANDARD_GRAVITY / bench.measured.circumstances.gravity, -1, 1)
+            axes = np.eye(3)
+            ups = np.outer(share, axes[along])
+            ups += np.outer(np.sqrt(1.0 - share**2), axes[(along + 1) % 3])
+            letter = AXES[along]
+            places = [f"{fixed(one, DECIMALS[unit])} {unit} along {letter}" for one in inside]
+            return tuple(
+                request(up, f"{_words(up)}, {place}: {why}", brief=f"{place}: {why}")
+                for up, place in zip(ups, places, strict=True)
+            )
+    return ()
 
 
 def more_of_all(table: ResidualTable) -> Requests:

@@ -19,6 +19,9 @@ NOISE_SIZES: FloatArray = np.array([0.8, 1.0, 1.25, 1.6, 2.0, 2.6, 3.4, 4.5, 6.0
 """Noise, in units of that within the holds, at which chance is simulated."""
 MIN_WANDER_PROBABILITY = 0.05
 """A wander of the noise less likely than this is not simulated."""
+MAX_LOG_ODDS = 80.0
+"""Larger odds, and odds smaller than their inverse, are beyond single precision; noise alone
+reaches neither."""
 MAX_LOG_FACTOR = 12.0
 """Noise sizes less likely than this (in logarithms) in all simulations are left out."""
 
@@ -140,23 +143,36 @@ def best_by_chance(
 def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatArray:
     """Marginal likelihood of many residuals under every single explanation, shape (k, h).
 
+    In single precision, which is 1e-5 of a logarithm: enough to count simulations.
+
     Args:
         hypotheses: the explanations.
         coordinates: of the residuals, shape (k, m).
     """
     alone = hypotheses.frame.log_noise(coordinates)
     highest = alone.max(axis=(1, 2), keepdims=True)
-    total = np.full((len(coordinates), len(hypotheses.single)), -np.inf)
-    total[:, 0] = np.logaddexp.reduce(alone, axis=(1, 2))
+    alone -= highest
+    likelihood = np.zeros((len(hypotheses.single), len(coordinates)))
+    likelihood[0] = np.exp(alone).sum(axis=(1, 2))
     for wander, one in enumerate(hypotheses.spectra):
-        squares = one.along(coordinates) ** 2
-        likely = (alone - highest)[:, wander].max(axis=0) > -MAX_LOG_FACTOR
-        for sigma in np.flatnonzero(likely):
-            gain = np.zeros((len(coordinates), len(one.starts)))
-            for spread in range(one.gain.shape[1]):
-                rows = squares * one.gain[:, spread, sigma]
-                sums = np.add.reduceat(rows, one.starts, axis=1) - one.log_det[:, spread, sigma]
-                gain += np.exp(np.minimum(0.5 * sums, 600.0)) / one.gain.shape[1]
-            base = alone[:, wander, sigma][:, None]
-            total[:, 1:] = np.logaddexp(total[:, 1:], base + np.log(gain[:, one.order]))
-    return total
+        sigmas = np.flatnonzero(alone[:, wander].max(axis=0) > -MAX_LOG_FACTOR)
+        if not len(sigmas):
+            continue
+        noise = alone[:, wander, sigmas].T.astype(np.float32)
+        gain = 0.5 * one.gain[:, :, sigmas].astype(np.float32)
+        log_det = 0.5 * one.log_det[:, :, sigmas].astype(np.float32)
+        squares = (one.along(coordinates).T ** 2).astype(np.float32)
+        found, first, start = [], 0, 0
+        for turned in one.turned:  # explanations with the same number of patterns
+            count, patterns = turned.shape[:2]
+            end, stop = first + count, start + count * patterns
+            own = squares[start:stop].reshape(count, patterns, -1)
+            each = np.swapaxes(gain[start:stop].reshape(count, patterns, -1), 1, 2) @ own
+            each -= log_det[first:end].reshape(count, -1, 1)
+            each = each.reshape(count, -1, *noise.shape)
+            each += noise
+            np.exp(np.clip(each, -MAX_LOG_ODDS, MAX_LOG_ODDS, out=each), out=each)
+            found.append(each.sum(axis=2).mean(axis=1))
+            first, start = end, stop
+        likelihood[1:] += np.concatenate(found)[one.order]
+    return np.asarray(np.log(likelihood.T) + highest[:, :, 0])

@@ -443,9 +443,8 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     """
     parameters = effect.parameters(sensor)
     if effect.free:
-        return (
-            f"{parameters[0].name[:1]} {with_unit(plus_minus(*rms_size(sizes, errors)), 'mg rms')}"
-        )
+        size = with_unit(plus_minus(*rms_size(sizes, errors)), f"{parameters[0].unit} rms")
+        return f"{parameters[0].name[:1]} {size}"
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]

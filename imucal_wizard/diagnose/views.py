@@ -127,8 +127,9 @@ def _free_curves(findings: BenchFindings) -> Iterator[ResidualView]:
             continue
         title = f"error of {shape.axis} by the free curve {term}"
         yield ResidualView(
-            f"curve-{term}", "free curve", title, f"{shape.over}, {shape.unit}", "mg", shape.x,
-            shape.y, np.arange(len(shape.x)), f"{_LOOK_FOR['curve']} Here it is {shape.words()}.",
+            f"curve-{term}", "free curve", title, f"{shape.over}, {shape.x_unit}", shape.unit,
+            shape.x, shape.y, np.arange(len(shape.x)),
+            f"{_LOOK_FOR['curve']} Here it is {shape.words()}.",
             error=shape.standard_error,
         )  # fmt: skip
 
@@ -313,9 +314,11 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
         return None
     curve = suspect.candidate.effect
     if isinstance(curve, UnknownShape):
-        over = f"force-{AXES[curve.axis]}" if curve.against == "input" else curve.against
-        for view in views_of(findings.fit):
-            if view.name == over:
+        over = curve.influence(findings.fit.sensor)
+        views = {view.name: view for view in views_of(findings.fit)}
+        for name in (f"rest-{curve.letter}-{over}", over):
+            view = views.get(name)
+            if view is not None:
                 drawn = misfit_curve(findings, view, suspect)
                 look_for = _LOOK_FOR["suspect"]
                 return replace(drawn, name=f"suspect-{suspect.term}", look_for=look_for)

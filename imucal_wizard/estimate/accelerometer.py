@@ -14,7 +14,7 @@ from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, fit, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.methods import DEFAULTS
-from imucal_wizard.estimate.noise import HoldNoise, hold_noise
+from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
@@ -308,8 +308,8 @@ def accelerometer_experiment(
         DataError: the holds do not determine a calibration.
     """
     found = first_fit(holds, gravity, unit)
-    first = found.experiment
-    args = holds, gravity, unit, found.calibration, first.identified, first.noise, readings
+    identified, noise = found.experiment.identified, hold_noise(holds)
+    args = holds, gravity, unit, found.calibration, identified, noise, readings
     return AccelerometerExperiment(*args)
 
 
@@ -331,9 +331,10 @@ def first_fit(
             "a still position reads no gravity at all: its readings are the centre of all others. "
             "Check the columns, and measure that position again"
         )
-    up = unit_vectors(vectors)
-    noise, group = hold_noise(holds), group_directions(up)
-    level = float(np.sqrt(noise.accelerometer.mean())) / problem.span
+    up, group = unit_vectors(vectors), group_directions(unit_vectors(vectors))
+    noise = own_noise(holds)
+    known = noise.accelerometer[np.isfinite(noise.accelerometer)]
+    level = float(np.sqrt(known.mean())) / problem.span if len(known) else 0.0
     identified = identifiable(mean_directions(up, group), level)
     args = holds, gravity, unit, first, identified, noise
     rough = AccelerometerExperiment(*args, group=group)

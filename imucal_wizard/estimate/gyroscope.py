@@ -31,7 +31,7 @@ from imucal_wizard.estimate.slow_noise import Between, Fitted, in_session, slow_
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import resolution_of
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.catalogue import builtin_effect
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -564,10 +564,10 @@ def share_lost(found: Minimum[GyroscopeExperiment]) -> float:
     its samples tells that it does. A bias that follows time or gravity must not pass for it: the
     closures are those of a model with these effects, of which the rests tell the most.
     """
-    experiment, terms = found.experiment, [Term(effect(name)) for name in SHOWN_BY_RESTS]
+    experiment, terms = found.experiment, [Term(builtin_effect(name)) for name in SHOWN_BY_RESTS]
     if not experiment.lost:
         return 1.0
-    columns = np.concatenate([rows.term_columns(terms) for rows in found.rows])
+    columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
     without = with_effects(found, terms, found.independent.rows(columns))
     span = np.diff(experiment.rotations.spans, axis=1)[:, 0]
     rows = slice(experiment.rest.reading.size, experiment.rest.reading.size + 2 * len(span))

@@ -84,6 +84,11 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     return HoldNoise(both / times, both / times)
 
 
+def own_noise(holds: Sequence[Hold]) -> HoldNoise:
+    """The accelerometer's noise in the holds, each by its own samples alone; NaN where unknown."""
+    return HoldNoise(*_along_and_across(holds))
+
+
 def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
     """Variance × time of the gyroscope per axis, reading units² s, shape (3,); None without one."""
     with_rate = [hold for hold in holds if hold.gyroscope_covariance is not None]

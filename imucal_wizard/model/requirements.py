@@ -1,9 +1,12 @@
 """What effects need of the data: each check returns what is lacking, or None."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION
-from imucal_wizard.model.effect import DEGREE, GYROSCOPE, Circumstances
+from imucal_wizard.model.effect import DEGREE, GYROSCOPE, INPUT_OF, Circumstances
 
 FELT_IN_MOTION = (GYROSCOPE,)
 """Sensors whose input is there only while the device rotates."""
@@ -86,6 +89,16 @@ def directions(c: Circumstances) -> str | None:
     if len(up) == 0 or float((up @ up[0]).min()) > np.cos(SAME_DIRECTION):
         return "gravity comes from one side only; hold the device still in several poses"
     return None
+
+
+def inputs(sensor: str, c: Circumstances) -> str | None:
+    """Whether what the sensor measures took many values."""
+    checks: dict[str, Callable[[Circumstances], str | None]] = {
+        "force": directions,
+        "rate": partial(rotations, sensor),
+        "magnetic": fields,
+    }
+    return checks[INPUT_OF[sensor]](c)
 
 
 def previous_poses(c: Circumstances) -> str | None:

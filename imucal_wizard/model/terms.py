@@ -159,3 +159,32 @@ def corrected(
         if not change > CONVERGED * np.abs(linear).max(initial=0.0):
             break
     return np.asarray(found)
+
+
+STEP = 1e-4
+"""For the derivative of ε by x, as a share of the largest x."""
+
+
+def slope_of_corrected(
+    terms: Terms, sizes: FloatArray, found: FloatArray, circumstances: Circumstances
+) -> FloatArray:
+    """``∂x/∂(M (y − b)) = (I + ∂ε/∂x)⁻¹``, shape (n, 3, 3).
+
+    Args:
+        terms: see ``corrected``.
+        sizes: see ``corrected``.
+        found: x, SI, shape (n, 3).
+        circumstances: of each x.
+    """
+    slope = np.tile(np.eye(3), (len(found), 1, 1))
+    if not len(terms):
+        return slope
+
+    def error(at: FloatArray) -> FloatArray:
+        return np.asarray(terms.columns(circumstances.sensing(terms.sensor, at)) @ sizes)
+
+    step = STEP * np.abs(found).max(initial=1e-12)
+    for axis in range(3):
+        aside = step * np.eye(3)[axis]
+        slope[:, :, axis] += (error(found + aside) - error(found - aside)) / (2.0 * step)
+    return np.asarray(np.linalg.inv(slope), np.float64)

@@ -1,13 +1,14 @@
 """A smooth free curve of one axis, for an error that no effect of the catalogue makes.
 
-The curve is a Gaussian process with a Matérn covariance (ν = 3/2) of the force along the axis, of
-the time, or of the temperature (Rasmussen & Williams, Gaussian Processes for Machine Learning,
-eq. 4.17). It is written with its values at ``NODES`` (Nyström's method), freed there from what the
-base model absorbs: a constant, and for the force a straight line. With ``P K P = Σ λ_k q_k q_kᵀ``,
-P the projection, the k-th column interpolates ``√n q_k`` between the n nodes, so that the curve's
-mean square over the range is the sum of the squares of its coefficients, and the k-th coefficient
-has the prior variance ``s² λ_k / n``. Length and size s of the process are the setting of the term,
-chosen by marginal likelihood among ``SETTINGS``.
+The curve is a Gaussian process with a Matérn covariance (ν = 3/2) of what the axis measures, of a
+component of the force, of the time, the temperature or the current (Rasmussen & Williams, Gaussian
+Processes for Machine Learning, eq. 4.17). It is written with its values at ``NODES`` (Nyström's
+method), freed there from what the base model absorbs: a constant, and of what the axis measures a
+straight line. With ``P K P = Σ λ_k q_k q_kᵀ``, P the projection, the k-th column interpolates
+``√n q_k`` between the n nodes, so that the curve's mean square over the range is the sum of the
+squares of its coefficients, and the k-th coefficient has the prior variance ``s² λ_k / n``. Length
+and size s of the process are the setting of the term, chosen by marginal likelihood among
+``SETTINGS``.
 
 Nothing here names a cause: a curve is known only up to bias and scale, and only between the poses
 that were measured.
@@ -15,20 +16,31 @@ that were measured.
 
 import itertools
 from collections.abc import Mapping
+from copy import copy
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import unit_sign
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
+    DEGREE,
+    GYROSCOPE,
+    INPUT_OF,
+    MAGNETOMETER,
     MILLI_G,
+    SENSORS,
     Against,
     Circumstances,
     Effect,
     EffectParameter,
+    Size,
     Story,
     warmth,
 )
@@ -37,7 +49,8 @@ NAME = "unknown-shape"
 LENGTHS = (0.1, 0.2, 0.4, 0.8)
 """Over which the curve changes, in halves of its range. A shorter one lies between two poses."""
 SIZES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
-"""Of the curve before its straight part is taken away, mg: a tactical part's to a bad one's."""
+"""Of the curve before its straight part is taken away, in ``UNIT``: a tactical part's to a bad
+one's."""
 SETTINGS = tuple(itertools.product(LENGTHS, SIZES))
 """Length and size by the number that a calibration file keeps; new ones go to the end."""
 USUAL_SETTING = SETTINGS.index((0.4, 1.0))
@@ -45,57 +58,122 @@ NODES: FloatArray = np.linspace(-1.0, 1.0, 21)
 """Places at which the process is written, a shortest length apart."""
 TEMPERATURE_REACH = 20.0
 """From the session's mean to the end of the range, °C."""
+RATE_REACH = 250.0
+"""End of the range of a rate, °/s: the smallest usual range of a gyroscope ends there."""
+CURRENT_REACH = {"A": 15.0, "%": 50.0}
+"""Half the range of a current or a throttle, which begins at 0."""
+UNIT = {
+    ACCELEROMETER: Size("mg", MILLI_G, 1.0),
+    GYROSCOPE: Size("°/s", DEGREE, 0.03),
+    MAGNETOMETER: Size("µT", 1.0, 1.0),
+}
+"""Shown unit of the curve, and what a size of one is in it: some 20 times what noise makes of a
+mean at rest."""
 TYPICAL = 3.0
-"""What a consumer part's curve may be, mg: as much as its warm-up or its step."""
+"""What a consumer part's curve may be, in ``UNIT``: as much as its warm-up or its step."""
+_MEASURED = {
+    ACCELEROMETER: "force along {}",
+    GYROSCOPE: "rate about {}",
+    MAGNETOMETER: "field along {}",
+}
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a curve runs over in an experiment.
+
+    Attributes:
+        middle: of the range, in ``unit``.
+        reach: from there to either end.
+        unit: shown.
+    """
+
+    middle: float
+    reach: float
+    unit: str
 
 
 class UnknownShape(Effect):
-    """``ε_i = f(u)``: ``f`` a smooth free curve, ``u`` the force along ``i``, time or temperature.
+    """``ε_i = f(u)``: ``f`` a smooth free curve.
 
     Args:
         axis: 0 to 2.
-        against: ``input``, ``time`` or ``temperature``.
+        against: what ``u`` is: ``input`` for what the axis measures, ``force`` for one component of
+            it, ``time``, ``temperature`` or ``current``.
+        felt: the component of the force.
     """
 
-    sensors = (ACCELEROMETER,)
     free = True
     order = 900
 
-    def __init__(self, axis: int, against: Against) -> None:
-        self.axis = axis
-        letter = AXES[axis]
-        over = {"input": f"the force along {letter}"}.get(against, f"the {against}")
-        self.against = against
-        self.kind = "orientation" if against == "input" else "time"
-        self.name = f"{NAME}/{letter}" + ("" if against == "input" else f"-{against}")
-        self.title = f"free curve of {letter} over {over}"
-        self.equation = f"ε_{letter} = f({over}), f smooth"
-        self.stories = {ACCELEROMETER: _story(letter, over, against)}
+    def __init__(self, axis: int, against: Against, felt: int | None = None) -> None:
+        self.axis, self.against, self.felt = axis, against, felt
+        self.letter = AXES[axis]
+        self.sensors = _SENSORS.get(against, SENSORS)
+        self.kind = "time" if against in _SLOW else "orientation"
+        ending = "" if against == "input" else f"-{against}"
+        ending += "" if felt is None else f"-{AXES[felt]}"
+        self.name = f"{NAME}/{self.letter}{ending}"
+        over = "what it measures" if against == "input" else self.over(self.sensors[0])
+        self.title = f"free curve of {self.letter} over {over}"
+        self.equation = f"ε_{self.letter} = f({over}), f smooth"
+        self.stories = {sensor: self._story(sensor) for sensor in self.sensors}
+        self.units: Mapping[str, Size] = UNIT
+
+    def suited(self, c: Circumstances) -> "UnknownShape":
+        """On a magnetometer in the unit of its field."""
+        if MAGNETOMETER not in self.sensors or c.field_unit.name == "uT":
+            return self
+        made = copy(self)
+        made.units = {**UNIT, MAGNETOMETER: UNIT[MAGNETOMETER].of_field(c.field_unit)}
+        return made
+
+    def over(self, sensor: str) -> str:
+        """What it runs over, in words."""
+        if self.against == "input":
+            return f"the {_MEASURED[sensor].format(self.letter)}"
+        return f"the {self.against}" + ("" if self.felt is None else f" along {AXES[self.felt]}")
+
+    def influence(self, sensor: str) -> str:
+        """The same as the rows of an experiment name it: ``force-x``, ``time``."""
+        words = self.over(sensor).split()[1:]
+        return words[0] if len(words) == 1 else f"{words[0]}-{words[-1]}"
+
+    @property
+    def parameter(self) -> str:
+        """What parameters of effects are called that move the same axis by the same."""
+        return self.letter + ("" if self.felt is None else AXES[self.felt])
+
+    def along_axis(self, sensor: str) -> bool:
+        """Whether it runs over the direction of force or field along its own axis."""
+        own = self.against == "input" and sensor not in requirements.FELT_IN_MOTION
+        return own or self.felt == self.axis
 
     @property
     def lines(self) -> int:
-        """What the base model absorbs: a constant, and of the force a straight line."""
+        """What the base model absorbs: a constant, and of what is measured a straight line."""
         return 2 if self.against == "input" else 1
+
+    @property
+    def absorbed(self) -> str:
+        """The same in words."""
+        return "bias and scale" if self.lines > 1 else "the bias"
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """``x1``, ``x2`` and so on, the smoothest first."""
-        del sensor
-        count = len(NODES) - self.lines
-        return tuple(
-            EffectParameter(f"{AXES[self.axis]}{k + 1}", "mg", TYPICAL) for k in range(count)
-        )
+        unit, count = self.units[sensor], len(NODES) - self.lines
+        typical = replace(unit, typical=TYPICAL * unit.typical)
+        return tuple(typical.parameter(f"{self.letter}{k + 1}") for k in range(count))
 
     def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
-        """Prior standard deviation of each coefficient at a setting, mg, shape (p,)."""
-        del sensor
+        """Prior standard deviation of each coefficient at a setting, shown unit, shape (p,)."""
         length, size = _setting(variant)
-        return size * _modes(length, self.lines)[1]
+        return self.units[sensor].typical * size * _modes(length, self.lines)[1]
 
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, p), nothing on the other two axes."""
-        del sensor
         columns = np.zeros((len(c), 3, len(NODES) - self.lines))
-        columns[:, self.axis] = MILLI_G * self.shape(self.place(c), variant)
+        columns[:, self.axis] = self.units[sensor].si * self.shape(self.place(sensor, c), variant)
         return columns
 
     def shape(self, place: FloatArray, variant: float | None) -> FloatArray:
@@ -109,17 +187,43 @@ class UnknownShape(Effect):
         straight = inside[:, None] ** np.arange(self.lines)
         return np.asarray(np.hstack([_covariance(inside, NODES, length), straight]) @ weights)
 
-    def place(self, c: Circumstances) -> FloatArray:
+    def place(self, sensor: str, c: Circumstances) -> FloatArray:
         """Where in the range of the curve each row lies, −1 to 1, shape (n,).
 
-        The range of the force is 1 g to either side, of the time the session, of the temperature
-        ``TEMPERATURE_REACH`` about the session's mean.
+        The range of a force is 1 g to either side, of a field its strength, of a rate
+        ``RATE_REACH``, of the time the session, of the temperature ``TEMPERATURE_REACH`` about the
+        session's mean.
         """
-        if self.against == "input":
-            return c.force[:, self.axis] / c.gravity
         if self.against == "time":
             return c.time / max(c.reference_time, 1e-9) - 1.0
-        return warmth(c) / TEMPERATURE_REACH
+        if self.against == "temperature":
+            return warmth(c) / TEMPERATURE_REACH
+        if self.against == "current":
+            return c.current / CURRENT_REACH[c.current_unit] - 1.0
+        name = "force" if self.felt is not None else INPUT_OF[sensor]
+        values: FloatArray = getattr(c, name)
+        own = values[:, self.axis if self.felt is None else self.felt]
+        if name == "rate":
+            return own / (RATE_REACH * DEGREE)
+        whole = c.gravity if name == "force" else np.linalg.norm(values, axis=1)
+        return np.asarray(own / np.maximum(whole, 1e-12))
+
+    def range(self, sensor: str, c: Circumstances) -> Range:
+        """What the places −1 to 1 are in the shown unit."""
+        if self.against == "time":
+            return Range(c.reference_time / 60.0, c.reference_time / 60.0, "min")
+        if self.against == "temperature":
+            return Range(c.reference_temperature, TEMPERATURE_REACH, "°C")
+        if self.against == "current":
+            half = CURRENT_REACH[c.current_unit]
+            return Range(half, half, c.current_unit)
+        name = "force" if self.felt is not None else INPUT_OF[sensor]
+        if name == "rate":
+            return Range(0.0, RATE_REACH, "°/s")
+        if name == "force":
+            return Range(0.0, c.gravity / STANDARD_GRAVITY, "g")
+        strength = float(np.linalg.norm(c.magnetic, axis=1).mean())
+        return Range(0.0, strength, unit_sign(c.field_unit.name))
 
     def variants(self, c: Circumstances) -> tuple[float | None, ...]:
         """The numbers of the settings."""
@@ -127,10 +231,33 @@ class UnknownShape(Effect):
         return tuple(float(number) for number in range(len(SETTINGS)))
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
-        """Poses, a duration or temperatures that differ."""
-        del sensor
-        needs = {"time": requirements.duration, "temperature": requirements.temperatures}
-        return needs.get(self.against, requirements.directions)(c)
+        """What is measured or felt in many directions, a duration, temperatures or currents."""
+        if self.against == "input":
+            return requirements.inputs(sensor, c)
+        return _NEEDS[self.against](c)
+
+    def _story(self, sensor: str) -> Story:
+        letter, over = self.letter, self.over(sensor)
+        return Story(
+            what=f"Nothing in the catalogue makes this error. The {letter} axis has an error that "
+            f"follows {over}, and the curve shows how. It names no cause. Causes that "
+            f"{_CAUSES[self.against]}.",
+            equation=f"error on {letter} = a smooth curve over {over}. Over how short a distance "
+            "it may change, and how large it may be, is what the data make likeliest among "
+            f"{len(LENGTHS)} lengths and {len(SIZES)} sizes (marginal likelihood of a Gaussian "
+            "process).",
+            signature=f"Drawn over {over}, the points follow one curve; over anything else they "
+            f"scatter. The curve is known only up to {self.absorbed}: what is straight in it is in "
+            "the base model already. Between two poses far apart the curve is only a guess.",
+            needs=f"Many holds at different values of {over}, close together where the curve is "
+            "steep: three holds inside a step are the fewest that show its width.",
+            remedy="Look for the cause first: a curve that is not understood may change. Add the "
+            "term only if data held out confirm it, and apply it only inside the range that was "
+            "measured; beyond it the curve keeps its last value.",
+            confirm=_CONFIRM[self.against],
+            source="Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), "
+            "chapters 2 and 5.",
+        )
 
 
 def _setting(variant: float | None) -> tuple[float, float]:
@@ -167,52 +294,48 @@ def _modes(length: float, lines: int) -> tuple[FloatArray, FloatArray]:
     return weights, np.sqrt(values[order] / count)
 
 
+_SLOW = ("time", "temperature", "current")
+_SENSORS: Mapping[Against, tuple[str, ...]] = {"force": (GYROSCOPE,), "current": (MAGNETOMETER,)}
+_NEEDS = {
+    "force": requirements.directions,
+    "time": requirements.duration,
+    "temperature": requirements.temperatures,
+    "current": requirements.currents,
+}
 _CAUSES: Mapping[Against, str] = {
     "input": "bend a characteristic like this are a converter with missing codes, a mass that "
     "sticks or rubs, electronics that switch between ranges",
+    "force": "move a rate like this are a mass that sticks or rubs, a package that is strained",
     "time": "move a zero like this are a loose board or connector, an unstable supply, warmth from "
     "a neighbour that comes and goes",
     "temperature": "move a zero like this are glue or a package that yields at one temperature, "
     "and a compensation table inside the chip that changes from one entry to the next",
+    "current": "move a field like this are several leads that share the current unevenly, iron "
+    "that saturates beside them, a motor that turns its magnets",
 }
+_POSES = (
+    "Measure again with poses between those of the steepest part. A property of the sensor gives "
+    "the same curve on another day."
+)
 _CONFIRM: Mapping[Against, str] = {
-    "input": "Measure again with poses between those of the steepest part. A property of the "
-    "sensor gives the same curve on another day.",
+    "input": _POSES,
+    "force": _POSES,
     "time": "Leave the device untouched in one pose for as long as the session lasted. If the "
     "curve comes again at the same time after switching on, it belongs to the sensor; if it comes "
     "at another time, to its surroundings.",
     "temperature": "Leave the device untouched in one pose, warm it slowly and let it cool again. "
     "A property of the sensor gives the same curve both ways.",
+    "current": "Leave the device untouched in one pose and raise the current slowly: the reading "
+    "follows the same curve.",
 }
-
-
-def _story(letter: str, over: str, against: Against) -> Story:
-    absorbed = "bias and scale" if against == "input" else "the bias"
-    return Story(
-        what=f"Nothing in the catalogue makes this error. The {letter} axis has an error that "
-        f"follows {over}, and the curve shows how. It names no cause. Causes that "
-        f"{_CAUSES[against]}.",
-        equation=f"error on {letter} = a smooth curve over {over}. Over how short a distance it "
-        "may change, and how large it may be, is what the data make likeliest among "
-        f"{len(LENGTHS)} lengths and {len(SIZES)} sizes (marginal likelihood of a Gaussian "
-        "process).",
-        signature=f"Drawn over {over}, the points follow one curve; over anything else they "
-        f"scatter. The curve is known only up to {absorbed}: what is straight in it is in the base "
-        "model already. Between two poses far apart the curve is only a guess.",
-        needs=f"Many holds at different values of {over}, close together where the curve is steep: "
-        "three holds inside a step are the fewest that show its width.",
-        remedy="Look for the cause first: a curve that is not understood may change. Add the term "
-        "only if data held out confirm it, and apply it only inside the range that was measured; "
-        "beyond it the curve keeps its last value.",
-        confirm=_CONFIRM[against],
-        source="Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), chapters "
-        "2 and 5.",
-    )
-
-
+_INFLUENCES: tuple[tuple[Against, int | None], ...] = (
+    ("input", None),
+    *(("force", felt) for felt in range(len(AXES))),
+    ("time", None),
+    ("temperature", None),
+    ("current", None),
+)
 FREE_CURVES = tuple(
-    UnknownShape(axis, against)
-    for against in ("input", "time", "temperature")
-    for axis in range(len(AXES))
+    UnknownShape(axis, against, felt) for against, felt in _INFLUENCES for axis in range(len(AXES))
 )
 """One of each axis against each influence."""

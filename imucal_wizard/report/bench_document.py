@@ -193,8 +193,8 @@ def _curve(one: CurveShape, in_model: bool) -> dict[str, Any]:
         "in_model": in_model,
         "axis": one.axis,
         "against": one.against,
-        "x_unit": one.unit,
-        "unit": "mg",
+        "x_unit": one.x_unit,
+        "unit": one.unit,
         "span": finite_or_none(one.span),
         "span_standard_error": finite_or_none(one.span_error),
         "steep": None

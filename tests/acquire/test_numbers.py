@@ -19,6 +19,9 @@ fields = st.one_of(
 )
 
 
+sizes = st.one_of(st.integers(-99_999, 99_999).map(lambda one: one / 1e3), st.floats(-1e29, 1e29))
+
+
 @given(rows=st.lists(st.lists(fields, min_size=3, max_size=3), min_size=1, max_size=6))
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
 def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
@@ -31,6 +34,25 @@ def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
     lines = [line for line in lines if line.strip()]
     alone = [[numbers.printed_number(field) for field in split_fields(line)] for line in lines]
     assert together.tolist() == alone
+
+
+@given(
+    rows=st.lists(st.lists(sizes, min_size=3, max_size=3), min_size=2, max_size=6),
+    place=st.integers(0, 48),
+    byte=st.sampled_from([None, *"0123456789+-.eE \t\n"]),
+)
+def test_a_batch_of_matlab_s_lines_agrees_too_whatever_byte_is_another_one(
+    rows: list[list[float]], place: int, byte: str | None
+) -> None:
+    text = "".join("".join(f"{value:16.7e}" for value in row) + "\n" for row in rows)
+    if byte is not None:
+        text = text[:place] + byte + text[place + 1 :]
+    together = numbers.number_table(text.encode(), b" ", 3)
+    assert together is not None or byte is not None
+    if together is None:
+        return
+    alone = [numbers.printed_number(field) for field in text.encode().split()]
+    assert list(map(repr, together.ravel().tolist())) == list(map(repr, alone))
 
 
 def test_plain_lines_are_read_as_a_batch() -> None:

@@ -11,6 +11,7 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.curve_shape import CurveShape
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.free_curves import shape_of
+from imucal_wizard.diagnose.next_poses import inside_steep_part
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.diagnose.views import pictures
@@ -128,6 +129,23 @@ def test_a_width_is_not_told_where_no_hold_lies_inside() -> None:
     assert "too few" in shape(found, "unknown-shape/x").words()
 
 
+def test_the_poses_asked_for_show_the_width() -> None:
+    """The step between 0.25 and 0.35 g that no hold was near; at most three rounds of poses."""
+    up = everywhere(120)
+    up = up[np.abs(up[:, 0] - 0.3) > 0.15]
+    for _ in range(3):
+        found = bench(lambda f, m: 3.0 * step(f, m), up)
+        asked = inside_steep_part(found, found.look())
+        assert all(0.0 < one.up[0] < 0.5 for one in asked)
+        up = np.vstack([up, *(one.direction for one in asked)])
+    assert not asked
+    steep = shape(found, "unknown-shape/x").steep
+    assert steep is not None
+    # known to within twice the distance of the holds, 0.06 g; before, 0.3 g were bare
+    assert steep.width is not None
+    assert 0.04 < steep.width < 0.22
+
+
 def test_a_curve_can_be_added_held_out_shown_and_applied() -> None:
     found = bench(lambda f, m: 3.0 * step(f, m), everywhere())
     before = found.fit.rms_held_out
@@ -177,18 +195,47 @@ def test_a_curve_that_was_not_offered_can_be_added_by_hand() -> None:
     assert found.add("unknown-shape/y-time").confirmed is False
 
 
+@pytest.mark.parametrize(
+    ("sensor", "plan", "what", "number", "words"),
+    [
+        ("gyroscope", "26", "bump over a force", 3, "the force along y only: a bump at 0.6"),
+        ("gyroscope", "26", "jump over the rate", 4, "the rate about y only: changing between"),
+        ("magnetometer", "standard", "missing code", 1, "the field along x only: sharp at 26"),
+    ],
+)
+def test_other_sensors_have_curves_of_their_own(
+    sensor: str, plan: str, what: str, number: int, words: str
+) -> None:
+    """Over force and rate at 0.64 g and −76 °/s, and over the field at 26.6 µT."""
+    from benchmarks.unknown_shape import hidden_in
+
+    found, fresh, right = hidden_in(sensor, plan, what, 1, number)
+    assert offered(found) == [right]
+    findings = found.look()
+    told = Diagnosis(sensor, findings.opinion.verdict, bench=found, findings=findings)
+    assert words in verdict_text(told)
+    assert f"suspect-{right}" in {view.name for view in pictures(told)}
+    before = fresh.error(found)
+    assert found.add(right).confirmed
+    assert fresh.error(found) < 0.5 * before
+    saved = sensor_record(found.fit).apply(fresh.reading, fresh.where)
+    assert fresh.rms(saved) == pytest.approx(fresh.error(found), rel=0.01)
+
+
 @pytest.mark.study
 def test_curves_are_offered_for_foreign_shapes_alone() -> None:
     """A small version of ``benchmarks.unknown_shape``."""
-    from benchmarks.hidden.noise import CONSUMER
     from benchmarks.unknown_shape import judged
 
+    noise = "usual flicker noise"
     plain = [
-        judged("26+12", CONSUMER, what, 7, k) for what in ("", "second-order") for k in range(6)
+        judged("accelerometer", "26+12", noise, what, 7, k)
+        for what in ("", "second-order")
+        for k in range(6)
     ]
     assert not any(one.offered for one in plain)
     foreign = [
-        judged("26+12", CONSUMER, what, 7, k)
+        judged("accelerometer", "26+12", noise, what, 7, k)
         for what in ("ripple", "bias that swings in time")
         for k in range(6)
     ]

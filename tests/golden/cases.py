@@ -51,15 +51,13 @@ CASES = {
     ),
     "magnetometer": Case(
         ("magnetometer.csv",),
-        (FIT, BENCH),
+        (FIT, COMPARE, BENCH),
         "simulate --rate 25 --seed 12 --poses 6 --magnetometer",
-        study=(COMPARE,),
     ),
     "counts": Case(
         ("counts.csv",),
-        (FIT, "fit --method newton --gyro-method dynamic"),
+        (FIT, BENCH, "fit --method newton --gyro-method dynamic"),
         "simulate --rate 50 --seed 13, columns in counts of 16384 per g and 16.4 per °/s",
-        study=(BENCH,),
     ),
     "second-order": Case(
         ("second-order.csv",),
@@ -88,9 +86,8 @@ CASES = {
     ),
     "noisy": Case(
         ("noisy.csv",),
-        (FIT,),
+        (FIT, BENCH),
         "simulate --rate 50 --seed 18, with white noise of 0.08 m/s² and 0.01 rad/s added",
-        study=(BENCH,),
     ),
     "other-columns": Case(
         ("other-columns.csv",),
@@ -116,9 +113,8 @@ CASES = {
     "flat": Case(("flat.csv",), (FIT, BENCH), "the first 15 s of the first: insufficient"),
     "session-whole": Case(
         ("whole.imucal",),
-        (FIT,),
+        (FIT, BENCH),
         "the wizard unattended: --auto --seed 21 --rotations 2",
-        study=(BENCH,),
     ),
     "session-undone": Case(
         ("undone.imucal",),
@@ -128,16 +124,14 @@ CASES = {
     ),
     "session-magnetometer": Case(
         ("field.imucal",),
-        (),
+        (FIT, BENCH),
         "the wizard unattended: --auto --seed 22 --rotations 1 --poses 8 --magnetometer",
-        study=(FIT, BENCH),
     ),
     "xsens": Case(
         (SHARED + "imu_tk_xsens/xsens_acc.mat", SHARED + "imu_tk_xsens/xsens_gyro.mat"),
-        (FIT, BENCH),
+        (FIT, COMPARE, BENCH),
         "imu_tk's Xsens MTi in raw counts",
         "--as imu_tk",
-        study=(COMPARE,),
     ),
     "mikoff-0": Case(
         (SHARED + "mikoff_mpu9150/imu0.log",), (FIT,), "an MPU-9150", UNITS_SAID, (BENCH,)
@@ -152,6 +146,22 @@ CASES = {
         "--rate 102.4 --accel-unit m/s^2 --gyro-unit deg/s",
     ),
 }
+
+TOLD_ALIKE = (
+    "eighteen-poses",
+    "magnetometer",
+    "counts",
+    "second-order",
+    "six-faces",
+    "noisy",
+    "session-whole",
+    "session-magnetometer",
+    "xsens",
+)
+"""Cases of which all commands must tell the same figures: ``tests/test_one_figure.py`` runs
+``fit``, ``bench`` and ``compare`` on them. Gyroscopes by gravity, and by gravity and field; counts;
+sessions; a missing effect; too few directions; a real sensor."""
+ALIKE_COMMANDS = (FIT, BENCH, COMPARE)
 
 
 def located(file: str) -> Path:

@@ -15,6 +15,14 @@ _NUMERIC = b"0123456789+-.eE \t"
 _NOT_A_NUMBER = frozenset(
     b" nan -nan +nan inf +inf -inf ovf -ovf null none n/a na".split(b" ")
 )  # the first one is the empty field
+_MATLAB_LEAST, _MATLAB_MOST = b"   0.0000000e+00", b"  -9.9999999e-99"
+"""The least and the largest byte in each place of a number of ``save -ascii``, of those in
+``_NUMERIC``."""
+_MATLAB_WEIGHTS = np.zeros((16, 3), np.float32)
+"""Weight of each place in the first four digits, in the last four, and in the exponent."""
+_MATLAB_WEIGHTS[[3, 5, 6, 7], 0] = _MATLAB_WEIGHTS[8:12, 1] = 1000.0, 100.0, 10.0, 1.0
+_MATLAB_WEIGHTS[14:, 2] = 10.0, 1.0
+_EXACT_POWERS = 10.0 ** np.arange(23)
 _COMMA_NUMBER = re.compile(rb"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 NUMBER = re.compile(
@@ -89,19 +97,54 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
         separator == b" " and b"\t" in block
     ):
         return None
+    values = _matlab_table(block, columns) if separator == b" " else None
     try:
-        values = np.loadtxt(
-            io.StringIO(block.decode("ascii")),
-            delimiter=None if separator == b" " else separator.decode("ascii"),
-            comments=None,
-            ndmin=2,
-        )
+        if values is None:
+            values = np.loadtxt(
+                io.StringIO(block.decode("ascii")),
+                delimiter=None if separator == b" " else separator.decode("ascii"),
+                comments=None,
+                ndmin=2,
+            )
     except ValueError:
         return None
     inside = (values < MAX_NUMBER) & (values > -MAX_NUMBER)
     if values.shape[1] != columns or not inside.all():
         return None
     return np.asarray(values, np.float64)
+
+
+def _matlab_table(block: bytes, columns: int) -> FloatArray | None:
+    """Read what MATLAB's ``save -ascii`` writes, sixteen characters a number, a third as long.
+
+    Eight digits are an exact integer, and so are the powers of ten up to 10²²: one multiplication
+    or division rounds as correctly as any conversion.
+
+    Args:
+        block: whole lines, each with LF at its end.
+        columns: numbers per line.
+
+    Returns:
+        Shape (lines, columns), or None if the lines are not such.
+    """
+    least, most = (one * columns + b"\n" for one in (_MATLAB_LEAST, _MATLAB_MOST))
+    if len(block) % len(least):
+        return None
+    lines, low, high = (np.frombuffer(one, np.uint8) for one in (block, least, most))
+    lines = lines.reshape(-1, len(least))
+    # below the least, the difference of bytes wraps around to a large one
+    if (lines - low > high - low).any():
+        return None
+    chars = lines[:, :-1].reshape(-1, len(_MATLAB_LEAST))
+    digits = (chars - np.uint8(ord("0"))).astype(np.float32)
+    first, last, exponent = (digits @ _MATLAB_WEIGHTS).T.astype(np.int64)
+    minus, down = (chars[:, place] == ord("-") for place in (2, 13))
+    power = np.where(down, -exponent, exponent) - 7
+    if (np.abs(power) >= len(_EXACT_POWERS)).any():
+        return None
+    mantissa, factor = 10_000 * first + last, _EXACT_POWERS[np.abs(power)]
+    values = np.where(power < 0, mantissa / factor, mantissa * factor)
+    return np.asarray(np.where(minus, -values, values).reshape(-1, columns))
 
 
 def seconds_of_time(text: str) -> float:

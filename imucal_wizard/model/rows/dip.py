@@ -6,8 +6,9 @@ the field and its dip across it, so that both kinds of row are independent thoug
 samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -27,14 +28,14 @@ from imucal_wizard.model.rows.source import (
     hold_place,
     reference_names,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
+from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
 
 
 class DipRows(Rows):
     """Sine of the angle between field and horizon in each pose, in the field's unit."""
 
     def __init__(self, source: "Dip", calibration: Parameters, terms: Terms) -> None:
-        self._source, self._calibration = source, calibration
+        self._source, self._calibration, self._terms = source, calibration, terms
         self.field = corrected(
             (calibration.matrix, calibration.bias),
             terms,
@@ -49,19 +50,26 @@ class DipRows(Rows):
         self.lever = source.magnitude * (source.up - sine[:, None] * self.direction) / length
         self.own = source.noise * (self.lever**2).sum(axis=1)
 
+    @cached_property
+    def _moved(self) -> FloatArray:
+        """How the rows move with ``M (y − b)``, shape (h, 3)."""
+        where, sizes = self._source.circumstances, self._calibration.sizes
+        inverse = slope_of_corrected(self._terms, sizes, self.field, where)
+        return np.asarray(np.einsum("hi,hij->hj", self.lever, inverse))
+
     def base_columns(self) -> FloatArray:
         """See ``Rows``."""
         offset = self._source.reading - self._calibration.bias
         out = np.empty((len(offset), ENTRIES))
-        out[:, :9] = (self.lever[:, :, None] * offset[:, None, :]).reshape(-1, 9)
-        out[:, 9:] = -self.lever @ self._calibration.matrix
+        out[:, :9] = (self._moved[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+        out[:, 9:] = -self._moved @ self._calibration.matrix
         return out
 
     def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
         where = replace(self._source.circumstances, magnetic=self.field)
         columns = columns_of(terms, MAGNETOMETER, where)
-        return np.asarray(-np.einsum("hi,hip->hp", self.lever, columns))
+        return np.asarray(-np.einsum("hi,hip->hp", self._moved, columns))
 
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: by the sine of the dip, a rotation of the field, and each error of up."""
@@ -125,6 +133,10 @@ class Dip(RowSource):
             Influence("temperature", "temperature, °C", c.temperature),
             Influence("current", f"current, {c.current_unit}", c.current),
         )  # fmt: skip
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return of(self.circumstances)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

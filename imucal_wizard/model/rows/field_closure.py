@@ -10,13 +10,14 @@ It is one row per rotation, a linear combination of the rows of the two closures
 derivatives.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
 from imucal_wizard.model.rows.source import (
     Influence,
@@ -96,6 +97,10 @@ class FieldClosure(RowSource):
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""
         return self.by_gravity.influences()
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return self.by_gravity.per_item(of)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

@@ -1,7 +1,8 @@
 """The mean magnitude of the field in a group of samples, ``|x| − B``, ``x = M (y − b) − ε(x)``."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from imucal_wizard.model.rows.source import (
     RowSource,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of, corrected
+from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
 
 SHORTEST_FIELD = 1e-12
 """A field shorter than this, µT, has no direction."""
@@ -40,25 +41,33 @@ class FieldRows(Rows):
         )
         length = np.linalg.norm(self.field, axis=1)
         self._unit = self.field / np.maximum(length, SHORTEST_FIELD)[:, None]
+        self._terms = terms
         self.residual = source.mean(length + source.extra) - source.magnitude
         self.own = source.noise
         self.lever = source.mean(self._unit)
         size = np.linalg.norm(self.lever, axis=1)
         self.direction = self.lever / np.maximum(size, SHORTEST_FIELD)[:, None]
 
+    @cached_property
+    def _along(self) -> FloatArray:
+        """How |x| moves with ``M (y − b)``, shape (q, 3)."""
+        where, sizes = self._source.circumstances, self._calibration.sizes
+        inverse = slope_of_corrected(self._terms, sizes, self.field, where)
+        return np.asarray(np.einsum("qi,qij->qj", self._unit, inverse))
+
     def base_columns(self) -> FloatArray:
         """See ``Rows``."""
         offset = self._source.reading - self._calibration.bias
         out = np.empty((len(offset), ENTRIES))
-        out[:, :9] = (self._unit[:, :, None] * offset[:, None, :]).reshape(-1, 9)
-        out[:, 9:] = -self._unit @ self._calibration.matrix
+        out[:, :9] = (self._along[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+        out[:, 9:] = -self._along @ self._calibration.matrix
         return self._source.mean(out)
 
     def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
         where = replace(self._source.circumstances, magnetic=self.field)
         columns = columns_of(terms, MAGNETOMETER, where)
-        return -self._source.mean(np.einsum("qi,qip->qp", self._unit, columns))
+        return -self._source.mean(np.einsum("qi,qip->qp", self._along, columns))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +110,10 @@ class FieldMagnitude(RowSource):
             Influence("temperature", "temperature, °C", self.mean(c.temperature)),
             Influence("current", f"current, {c.current_unit}", self.mean(c.current)),
         )  # fmt: skip
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return self.mean(of(self.circumstances))
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

@@ -14,7 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 
@@ -326,6 +326,13 @@ class GravityClosure(RowSource):
         rows = len(self.labels) // len(first)
         each = [Influence(one.name, one.label, np.repeat(one.values, rows)) for one in found]
         return (*each[:4], number, *each[4:])
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        values = of(self.motion)
+        ends = itertools.pairwise(self.samples.offsets.tolist())
+        each = [values[first:past] for first, past in ends]
+        return np.array([one[np.abs(one).argmax()] for one in each])
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``: the fastest rate, °/s."""

@@ -4,7 +4,7 @@
 adds two to three digits.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -23,12 +23,17 @@ from imucal_wizard.model.rows.source import (
     hold_place,
     unmeasured,
 )
-from imucal_wizard.model.terms import CONVERGED, MAX_PASSES, Term, Terms, columns_of
+from imucal_wizard.model.terms import (
+    CONVERGED,
+    MAX_PASSES,
+    Term,
+    Terms,
+    columns_of,
+    slope_of_corrected,
+)
 
 DIVERGED = 1e6
 """Factor on the residual where effects are so large that x is not determined."""
-STEP = 1e-4
-"""For the derivative of ε by x, in units of gravity."""
 SHORTEST_FORCE = 1e-12
 """A force shorter than this, in units of gravity, has no direction."""
 
@@ -69,14 +74,10 @@ class MagnitudeRows(Rows):
     def inverse(self) -> FloatArray:
         """``∂x/∂(M (y − b)) = (I + ∂ε/∂x)⁻¹``, shape (n, 3, 3)."""
         if self._inverse is None:
-            slope = np.tile(np.eye(3), (len(self.force), 1, 1))
-            step = STEP * self._source.gravity
-            for axis in range(3 if len(self._terms) else 0):
-                aside = step * np.eye(3)[axis]
-                change = self._errors(self.force + aside) - self._errors(self.force - aside)
-                slope[:, :, axis] += change / (2.0 * step)
-            inverse = np.linalg.inv(slope) if len(self._terms) else slope
-            self._inverse = np.asarray(inverse, np.float64)
+            where = self._source.circumstances
+            self._inverse = slope_of_corrected(
+                self._terms, self._calibration.sizes, self.force, where
+            )
         return self._inverse
 
     @property
@@ -139,6 +140,10 @@ class GravityMagnitude(RowSource):
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""
         return hold_influences(self.circumstances, self.labels.index)
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return of(self.circumstances)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

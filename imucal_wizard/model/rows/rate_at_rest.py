@@ -4,7 +4,7 @@ Rounding shifts the readings of all rests alike, as far as their noise does not 
 step to the next; in motion it averages out. The shift of each axis is a shared parameter.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -106,6 +106,10 @@ class RateAtRest(RowSource):
             Influence(one.name, one.label, np.repeat(one.values, 3))
             for one in hold_influences(self.circumstances, self.labels.index[::3])
         )
+
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """See ``RowSource``."""
+        return of(self.circumstances)
 
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """See ``RowSource``."""

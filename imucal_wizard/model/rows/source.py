@@ -7,7 +7,7 @@ parameters that are neither: the dip of the place, errors of the reference.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -202,6 +202,13 @@ class RowSource(ABC):
         """What the residuals may depend on, one value for each row."""
 
     @abstractmethod
+    def per_item(self, of: Callable[[Circumstances], FloatArray]) -> FloatArray:
+        """A function of the circumstances in each hold or group of samples, shape (k,).
+
+        Of a rotation, where it is furthest from 0.
+        """
+
+    @abstractmethod
     def measured(self, row: int) -> tuple[FloatArray, str]:
         """What was read, shape (3,), and its unit; "" for that of the readings."""
 
@@ -244,6 +251,11 @@ class RowSource(ABC):
         """
         del directions, calibration, terms
         return self
+
+    @property
+    def item_word(self) -> str:
+        """What a hold, a rotation or a group of samples is called."""
+        return "rotation" if self.moving else "hold" if self.at_rest else self.group_word
 
     def item(self, row: int) -> int:
         """Number of the hold, rotation or group of samples that a row is of, from 0."""
