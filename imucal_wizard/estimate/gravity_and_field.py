@@ -339,11 +339,16 @@ def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
     none = Terms("gyroscope", ())
     at_first = source.at(Parameters(fit.matrix, fit.bias), none)
     first = np.linalg.norm(at_first.by_gravity.closure, axis=1)
-    before, after = dict(zip(source.labels.index.tolist(), first, strict=True)), _tilts(better)
+    numbered = zip(source.labels.index.tolist(), first.tolist(), strict=True)
+    tilt_before: dict[int, float] = dict(numbered)
+    tilt_after = _tilts(better)
     if fit.method == DEFAULTS["gyroscope"]:
-        before = _tilts(fit)
-    both = [index for index in before if index in after]
-    tilts = [root_mean_square(np.array([one[index] for index in both])) for one in (before, after)]
+        tilt_before = _tilts(fit)
+    both = [index for index in tilt_before if index in tilt_after]
+    tilts = [
+        root_mean_square(np.array([one[index] for index in both]))
+        for one in (tilt_before, tilt_after)
+    ]
     ratio = None
     if fit.covariance is not None and better.covariance is not None:
         before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
