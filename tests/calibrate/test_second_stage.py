@@ -95,7 +95,14 @@ def test_turns_about_the_vertical_count_with_the_field_as_reference() -> None:
 
 @pytest.mark.parametrize(
     ("tilt", "heading", "better"),
-    [(0.9, 0.5, True), (1.05, 0.9, True), (1.27, 0.5, False), (0.9, 1.2, False), (1.0, 1.0, True)],
+    [
+        (0.9, 0.5, True),
+        (1.05, 0.9, True),
+        (1.08, 1.0, False),
+        (1.27, 0.5, False),
+        (0.9, 1.2, False),
+        (1.0, 1.0, True),
+    ],
 )
 def test_both_references_are_kept_only_where_rotations_left_out_say_so(
     tilt: float, heading: float, better: bool

@@ -11,6 +11,9 @@ from imucal_wizard.estimate.second_stage.heading import Bearings
 
 MAX_WORSE = 1.1
 """A closure that is larger by less than this may be no worse: thirty rotations know it to 13 %."""
+SAME = 1.02
+"""Closures that together are larger by less than this are the same: more data decide, which know
+the gains at least as well."""
 EXACT_CLOSURE = 1e-7
 """A closure below this, rad, is exact."""
 
@@ -49,14 +52,14 @@ class Added:
 
     @property
     def better(self) -> bool:
-        """Whether both references foretell rotations left out better, and neither closure worse.
+        """Whether both references foretell rotations left out as well, and neither closure worse.
 
         Each closure in units of its own: the magnetometer's noise in a heading is far above that of
         a tilt.
         """
         heading = self.heading_after / max(self.heading_before, EXACT_CLOSURE)
         tilt = self.tilt_after / max(self.tilt_before, EXACT_CLOSURE)
-        return max(heading, tilt) <= MAX_WORSE and heading**2 + tilt**2 <= 2.0
+        return max(heading, tilt) <= MAX_WORSE and heading**2 + tilt**2 <= 2.0 * SAME**2
 
 
 @dataclass(frozen=True, eq=False)
