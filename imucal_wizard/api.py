@@ -44,6 +44,7 @@ from imucal_wizard.estimate.result import FitReport
 if TYPE_CHECKING:  # imported where they are needed: importing is a third of a cold fit
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Limits
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported, ExportSettings
@@ -251,37 +252,34 @@ class Fit:
 
     @property
     def _fitted(self) -> FitReport:
-        """The report with the terms that were added."""
+        """The fit with the terms that were added."""
         return self.benches.fitted() if "benches" in self.__dict__ else self.report
 
-    def judged(self, diagnosis: "Mapping[str, Diagnosis]") -> "Calibration":
-        """The result with the verdict on each sensor.
+    def judged(
+        self, diagnosis: "Mapping[str, Diagnosis]", limits: "Limits | None" = None
+    ) -> "Calibration":
+        """The result with the verdict on each sensor and its grade.
 
         Args:
             diagnosis: of the sensors, as ``diagnose`` gives it.
+            limits: of use, by sensor, in m/s², rad and µT; the usual ones when left out.
         """
-        from msgspec import structs
+        from imucal_wizard.report.calibration_file import judged
 
-        notes = list(self.report.notes(judged=bool(diagnosis)))
-        return structs.replace(self.calibration, sensors=self.records(diagnosis), warnings=notes)
+        return judged(self.calibration, self._fitted, diagnosis, limits)
 
-    def records(self, diagnosis: "Mapping[str, Diagnosis]") -> "dict[str, Sensor]":
-        """Each sensor as it stands in JSON, with its verdict.
+    def records(
+        self, diagnosis: "Mapping[str, Diagnosis]", limits: "Limits | None" = None
+    ) -> "dict[str, Sensor]":
+        """Each sensor as it stands in JSON, with its verdict and its grade.
 
         Args:
             diagnosis: of the sensors, as ``diagnose`` gives it; empty for no verdicts.
+            limits: of use, see ``judged``.
         """
-        from msgspec import structs
+        from imucal_wizard.report.calibration_file import sensor_records
 
-        from imucal_wizard.report.calibration_file import sensor_record
-
-        found = {name: sensor_record(fit) for name, fit in self._fitted.sensors.items()}
-        for name in found.keys() & diagnosis.keys():
-            said = diagnosis[name]
-            found[name] = structs.replace(
-                found[name], verdict=str(said.verdict), could_be=said.could_be
-            )
-        return found
+        return sensor_records(self._fitted, diagnosis, limits)
 
     def __getitem__(self, sensor: str) -> "Sensor":
         """The calibration of a sensor.

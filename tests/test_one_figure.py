@@ -18,6 +18,7 @@ from imucal_wizard.core.quantities import quantity, readable
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.calibration_file import Sensor
@@ -26,7 +27,7 @@ from tests.golden.cases import ALIKE_COMMANDS, CASES, EXPECTED, TOLD_ALIKE, loca
 from tests.golden.figures import differences, figures
 
 FIGURES = ("rms_fitted", "rms_held_out", "floor", "floor_fitted")
-JUDGED = ("verdict", "usable", "could_be")
+JUDGED = ("verdict", "usable", "could_be", "grade", "limit")
 """What a calibration without a diagnosis does not say."""
 
 
@@ -93,7 +94,7 @@ def screen(told: Told) -> str:
     """What the result's screen shows."""
     console = Console(width=200, force_terminal=False)
     with console.capture() as caught:
-        console.print(fit_summary(told.report, told.diagnosis))
+        console.print(fit_summary(told.report, told.diagnosis, graded(told.report, told.diagnosis)))
     return caught.get()
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import session_file
-from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.errors import SessionError, SessionTakenError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
@@ -182,3 +182,16 @@ def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:
     Session.create(first, {}).close()
     assert first.name == "2031-05-06_070809.imucal"
     assert new_session_path(tmp_path, now).name == "2031-05-06_070809-2.imucal"
+
+
+def test_programs_that_begin_in_the_same_second_never_share_a_session(tmp_path: Path) -> None:
+    """Both have found the same name unused; the second to create it is told so."""
+    now = dt.datetime(2031, 5, 6, 7, 8, 9, tzinfo=dt.UTC)
+    one, other = new_session_path(tmp_path, now), new_session_path(tmp_path, now)
+    assert one == other
+    with Session.create(one, {"source": "first"}):
+        with pytest.raises(SessionTakenError):
+            Session.create(other, {"source": "second"})
+        assert new_session_path(tmp_path, now) != one
+    with KeptSession.look(one) as kept:
+        assert kept.meta()["source"] == "first"

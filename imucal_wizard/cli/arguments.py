@@ -28,6 +28,7 @@ _UNITS = (
 """Beginning of the option, the sensor whose unit it gives, and the quantity."""
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.api import Fit, Recording
+    from imucal_wizard.diagnose.grade import Limits
     from imucal_wizard.report.calibration_file import Calibration
 
 STANDARD_OUT = "-"
@@ -237,6 +238,29 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     )
     for name, text in SAVED_ABOUT.items():
         parser.add_argument(f"--{name}", metavar="TEXT", help=f"{text}, for the saved file")
+
+
+def add_limits(parser: "argparse._ActionsContainer") -> None:
+    """The option for the limits of use, for which the grade of a sensor is given."""
+    parser.add_argument(
+        "--limits",
+        type=Path,
+        metavar="FILE",
+        help='the limits of use in TOML: grade = "industrial", or accelerometer = "2 mg"',
+    )
+
+
+def limits_of_use(arguments: argparse.Namespace) -> "Limits | None":
+    """The limits of use that the user gives; None for the usual ones.
+
+    Raises:
+        InputError: the file cannot be read, or does not hold limits.
+    """
+    if arguments.limits is None:
+        return None
+    from imucal_wizard.diagnose.grade import read_limits
+
+    return read_limits(arguments.limits)
 
 
 SAVED_ABOUT = {

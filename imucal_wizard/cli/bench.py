@@ -10,8 +10,10 @@ from imucal_wizard.cli.arguments import (
     Parser,
     add_effects,
     add_field,
+    add_limits,
     add_saving,
     fitting_parser,
+    limits_of_use,
     recording_of,
     save_usable,
     spare,
@@ -69,6 +71,7 @@ def parser() -> Parser:
         help="compare a guess with the evidence, like second-order:y:+",
     )
     add_saving(made, "save the calibration with the terms that were added")
+    add_limits(made)
     add_effects(made)
     add_field(made)
     return made
@@ -114,7 +117,7 @@ def run(argv: Sequence[str]) -> int:
         raise
     status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if arguments.save:
-        calibration = fit.judged({one.sensor: one for one in statements})
+        calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
         for text in save_usable(calibration, arguments.save, arguments, force=arguments.force):
             (note if arguments.json == STANDARD_OUT else say)(text)
         if calibration.unusable and not arguments.force:

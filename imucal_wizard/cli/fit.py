@@ -5,11 +5,13 @@ from collections.abc import Sequence
 from imucal_wizard.cli.arguments import (
     STANDARD_OUT,
     Parser,
+    add_limits,
     add_magnetometer,
     add_methods,
     add_saving,
     calibrated,
     fitting_parser,
+    limits_of_use,
     save_usable,
     spare,
     write_json,
@@ -34,12 +36,14 @@ def parser() -> Parser:
         help="only fit: do not look for what the model lacks, and give no verdict",
     )
     add_saving(made, "save the calibration to this file")
+    add_limits(made)
     return made
 
 
 def run(argv: Sequence[str]) -> int:
     """Fit and report; the exit status is 1 if the data or the calibration are not usable."""
     arguments = parser().parse_args(argv)
+    limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)
     methods = {
         "accelerometer": arguments.method,
@@ -55,17 +59,17 @@ def run(argv: Sequence[str]) -> int:
     says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
     saved = []
     if arguments.save:
-        saved = save_usable(fit.judged(diagnosis), arguments.save, arguments, force=arguments.force)
+        calibration = fit.judged(diagnosis, limits)
+        saved = save_usable(calibration, arguments.save, arguments, force=arguments.force)
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 
-        write_json(fit_document(fit.report, fit.records(diagnosis), says), arguments.json)
+        write_json(fit_document(fit.report, fit.records(diagnosis, limits), says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary
 
-        could_be = {name: one.could_be for name, one in diagnosis.items()}
-        say(summary(fit.report, says, could_be))
+        say(summary(fit.report, diagnosis, limits))
     else:
         for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")

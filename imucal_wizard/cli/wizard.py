@@ -10,12 +10,14 @@ from imucal_wizard.cli.arguments import (
     add_effects,
     add_exercise,
     add_gravity,
+    add_limits,
     add_magnetometer,
     add_methods,
     add_recording_options,
     add_saving,
     add_sensor,
     check_exercise,
+    limits_of_use,
     positive,
     recording_options,
     spare,
@@ -135,6 +137,7 @@ def _add_procedure(way: "argparse._ArgumentGroup") -> None:
         help="folder for the sessions (default: this program's place in your data folder)",
     )
     add_saving(way, "save the calibration to this file (default: beside the session)")
+    add_limits(way)
     add_effects(way)
     way.add_argument("--mute", action="store_true", help="no sounds")
 
@@ -195,6 +198,7 @@ def _options(arguments: argparse.Namespace) -> WizardOptions:
         sessions=arguments.sessions,
         save=arguments.save,
         force=arguments.force,
+        limits=limits_of_use(arguments),
         muted=arguments.mute,
         method=arguments.method,
         gyroscope_method=arguments.gyro_method,

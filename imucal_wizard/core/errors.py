@@ -9,6 +9,7 @@
     │   ├── FormatError         the format of a stream is not known
     │   ├── LinkError           a port cannot be opened, or the link was lost
     │   └── SessionError        a session file cannot be read or written
+    │       └── SessionTakenError   a new session has the name of a file
     └── DataError               the data cannot determine the result    (exit status 1)
 """
 
@@ -54,6 +55,10 @@ class LinkError(InputError):
 
 class SessionError(InputError):
     """A session file cannot be read or written."""
+
+
+class SessionTakenError(SessionError):
+    """A new session has the name of a file."""
 
 
 class DataError(ImucalError):

@@ -4,6 +4,8 @@ The odds of a suspect are its marginal likelihood against noise alone, its setti
 averaged over. The simulated noise is as large, and wanders as far, as the data say.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
@@ -84,9 +86,7 @@ class Chances:
         key = (int(np.argmin(np.abs(np.log(NOISE_SIZES / sigma)))), wander)
         if key not in self._known:
             wanders = self._hypotheses.frame.wanders
-            self._known[key] = best_by_chance(
-                self._hypotheses, self._seed, float(NOISE_SIZES[key[0]]), wanders[wander]
-            )
+            self._known[key] = self._simulated(float(NOISE_SIZES[key[0]]), wanders[wander])
         return self._known[key]
 
     def p(self, log_odds: float, noise: FloatArray) -> float:
@@ -112,32 +112,30 @@ class Chances:
             (float(shares[k]), self.at(float(sizes[k]), int(k))) for k in np.flatnonzero(shares)
         ]
 
+    def _simulated(self, sigma: float, wander: float) -> SimulatedOdds:
+        """The best odds of any suspect in simulations of noise alone.
 
-def best_by_chance(
-    hypotheses: HypothesisSet, seed: int = 0, sigma: float = 1.0, wander: float = 0.0
-) -> SimulatedOdds:
-    """The best odds of any suspect in simulations of noise alone on this design.
+        Args:
+            sigma: noise in units of that within the holds.
+            wander: of the bias, see ``random_walk``.
+        """
+        rng = np.random.default_rng(self._seed)
+        noise = rng.standard_normal((SIMULATIONS, len(self._hypotheses.frame.walk)))
+        coordinates = sigma * noise / np.sqrt(self._hypotheses.frame.weights(wander))
+        suspects, own = self._suspects
+        evidence = log_evidences(suspects, coordinates)
+        best = np.full(SIMULATIONS, -np.inf)
+        for places in own:
+            best = np.maximum(best, log_odds(evidence, suspects, places))
+        return SimulatedOdds(best)
 
-    Args:
-        hypotheses: the explanations of this design.
-        seed: of the simulation.
-        sigma: noise in units of that within the holds.
-        wander: of the bias, see ``noise``.
-    """
-    own = members(hypotheses)
-    places = [0, *(place for each in own.values() for place in each)]
-    small = HypothesisSet(hypotheses.frame, [hypotheses.single[place] for place in places])
-    rng = np.random.default_rng(seed)
-    noise = rng.standard_normal((SIMULATIONS, len(hypotheses.frame.walk)))
-    coordinates = sigma * noise / np.sqrt(hypotheses.frame.weights(wander))
-    evidence = log_evidences(small, coordinates)
-    best = np.full(SIMULATIONS, -np.inf)
-    first = 1
-    for each in own.values():
-        rows = list(range(first, first + len(each)))
-        first += len(each)
-        best = np.maximum(best, log_odds(evidence, small, rows))
-    return SimulatedOdds(best)
+    @cached_property
+    def _suspects(self) -> tuple[HypothesisSet, list[list[int]]]:
+        """Noise alone and the explanations by a suspect, and the places of each suspect's."""
+        known = self._hypotheses
+        places = sorted(place for each in members(known).values() for place in each)
+        suspects = HypothesisSet(known.frame, [known.single[place] for place in (0, *places)])
+        return suspects, list(members(suspects).values())
 
 
 def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatArray:
@@ -161,7 +159,7 @@ def log_evidences(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatAr
         noise = alone[:, wander, sigmas].T.astype(np.float32)
         gain = 0.5 * one.gain[:, :, sigmas].astype(np.float32)
         log_det = 0.5 * one.log_det[:, :, sigmas].astype(np.float32)
-        squares = (one.along(coordinates).T ** 2).astype(np.float32)
+        squares = ((coordinates @ one.basis).T ** 2).astype(np.float32)
         found, first, start = [], 0, 0
         for turned in one.turned:  # explanations with the same number of patterns
             count, patterns = turned.shape[:2]

@@ -23,8 +23,10 @@ def view_text(sensor: str, view: ResidualView) -> str:
         view.x, view.y, VIEW_COLUMNS, VIEW_ROWS, x_label=view.x_label, error=view.error,
         slope=view.slope, model=view.model, predicted=view.predicted,
     )  # fmt: skip
-    head = f"{sensor.upper()}  {view.part}: {title}  {view.legend}".rstrip()
-    return "\n".join([head, *drawn, "", *textwrap.wrap(view.look_for, VIEW_COLUMNS)])
+    head = f"{sensor.upper()}  {view.part}: {title}"
+    legend = f"  {view.legend}" if view.legend else ""
+    heads = [head + legend] if len(head + legend) <= VIEW_COLUMNS else [head, legend]
+    return "\n".join([*heads, *drawn, "", *textwrap.wrap(view.look_for, VIEW_COLUMNS)])
 
 
 def view_names(known: Mapping[str, Sequence[ResidualView]]) -> str:

@@ -5,10 +5,10 @@ else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`
 ``calibrate`` in Python, so that all of them give the same figures.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -32,6 +32,10 @@ from imucal_wizard.report.measured import (
     hold_means,
     rotation_increments,
 )
+
+if TYPE_CHECKING:  # a fit without a verdict does without their imports
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Limits
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
@@ -110,10 +114,13 @@ class Sensor(msgspec.Struct, frozen=True):
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
         verdict: of the bench on this model; None if it was not asked for.
+        grade: ``good``, ``doubtful`` or ``not-usable``; None without a verdict.
+        limit: of use, which the grade was given for, in ``unit``; None without a grade.
         usable: whether applying it is better than not, on data held out; None in older files.
         covariance: of the biases and the entries of the matrix, or None.
         parameter_covariance: of all ``parameters`` in their order, sizes of effects included; zeros
             for those that the data do not determine; None where there are no standard errors.
+        degrees_of_freedom: of the standard errors; None in older files.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
     """
@@ -140,9 +147,12 @@ class Sensor(msgspec.Struct, frozen=True):
     repeatability_unit: str | None = None
     not_determined: list[str] = []
     verdict: str | None = None
+    grade: str | None = None
+    limit: float | None = None
     usable: bool | None = None
     covariance: list[list[float]] | None = None
     parameter_covariance: list[list[float]] | None = None
+    degrees_of_freedom: int | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
 
@@ -395,6 +405,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
         usable=not fit.unusable,
         covariance=None if fit.covariance is None else fit.covariance.tolist(),
         parameter_covariance=None if joint is None else joint.tolist(),
+        degrees_of_freedom=fit.degrees_of_freedom or None,
         warnings=list(fit.warnings),
         effects=effects,
     )
@@ -449,6 +460,49 @@ def described(
     """
     of = Device(device, serial) if device or serial else calibration.device
     return msgspec.structs.replace(calibration, device=of, operator=operator, note=note)
+
+
+def sensor_records(
+    report: FitReport,
+    diagnoses: "Mapping[str, Diagnosis]",
+    limits: "Limits | None" = None,
+) -> dict[str, Sensor]:
+    """Each sensor's fit as it stands in JSON, with its verdict and its grade.
+
+    Args:
+        report: the fit.
+        diagnoses: of its sensors; empty where none was asked for.
+        limits: of use; the usual ones when left out.
+    """
+    sensors = {name: sensor_record(fit) for name, fit in report.sensors.items()}
+    if not diagnoses:
+        return sensors
+    from imucal_wizard.diagnose.grade import graded
+
+    grades = graded(report, diagnoses, limits)
+    for name in sensors.keys() & diagnoses.keys():
+        sensors[name] = msgspec.structs.replace(
+            sensors[name],
+            verdict=str(diagnoses[name].verdict),
+            could_be=diagnoses[name].could_be,
+            grade=str(grades[name].grade),
+            limit=grades[name].limit,
+        )
+    return sensors
+
+
+def judged(
+    calibration: Calibration,
+    report: FitReport,
+    diagnoses: "Mapping[str, Diagnosis]",
+    limits: "Limits | None" = None,
+) -> Calibration:
+    """A calibration with the verdicts and grades of its sensors, see ``sensor_records``."""
+    return msgspec.structs.replace(
+        calibration,
+        sensors=sensor_records(report, diagnoses, limits),
+        warnings=list(report.notes(judged=bool(diagnoses))),
+    )
 
 
 def says_the_same(path: Path, calibration: Calibration) -> bool:

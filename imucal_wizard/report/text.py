@@ -1,7 +1,7 @@
 """A fit as plain text."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,9 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit, single_axis_note
 
-if TYPE_CHECKING:  # those of a magnetometer, which few recordings have
+if TYPE_CHECKING:  # those of a verdict, and of a magnetometer, which few recordings have
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Limits
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
 
@@ -31,32 +33,60 @@ _LACKING = "not determined by these data"
 
 
 def summary(
-    report: FitReport, says: Sequence[str] = (), could_be: Mapping[str, float | None] | None = None
+    report: FitReport,
+    diagnoses: "Mapping[str, Diagnosis] | None" = None,
+    limits: "Limits | None" = None,
 ) -> str:
-    """The result in lines of at most 80 columns.
+    """The result in lines of at most 80 columns: the grades, the figures, the verdicts.
 
     Args:
         report: the fit.
-        says: the verdicts in sentences, one text per sensor.
-        could_be: the error that the poses may not show, by sensor.
+        diagnoses: of the sensors; without them no grade and no verdict is given.
+        limits: of use, see ``diagnose.grade``.
     """
+    told = diagnoses or {}
     lines = [
+        *(_grades(report, told, limits) if told else ()),
         _wrapped(
             f"{len(report.holds)} holds, {_motions(report)}, "
             + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
         ),
     ]
     for name, fit in report.sensors.items():
-        lines += ["", *_sensor(name, fit, (could_be or {}).get(name))]
+        could_be = told[name].could_be if name in told else None
+        lines += ["", *_sensor(name, fit, could_be)]
     if report.magnetic is not None:
         lines += field_lines(report.magnetic, report.sensors["magnetometer"])
     if report.second_stage is not None:
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
         lines += ["", *_comparison(report)]
-    if notes := report.notes(judged=bool(says)):
+    if notes := report.notes(judged=bool(told)):
         lines += ["", *(_wrapped(f"! {note}") for note in notes)]
-    return "\n".join([*lines, "", *map(_wrapped, says)]).rstrip()
+    says = [_wrapped(f"{one.sensor}: {one.says}") for one in told.values()]
+    return "\n".join([*lines, "", *says]).rstrip()
+
+
+def _grades(
+    report: FitReport, diagnoses: "Mapping[str, Diagnosis]", limits: "Limits | None"
+) -> list[str]:
+    """One word for each sensor, its error and the reason of the word."""
+    from imucal_wizard.diagnose.grade import graded
+
+    lines = []
+    for name, one in graded(report, diagnoses, limits).items():
+        fit = report.sensors.get(name)
+        error = f"{errors_text(fit)}; " if fit is not None and not fit.unusable else ""
+        lines.append(_wrapped(f"{name:<14}{one.grade.word}: {error}{one.why}"))
+    return [*lines, ""]
+
+
+def errors_text(fit: SensorFit) -> str:
+    """The error held out, or fitted where nothing could be held out, beside the noise."""
+    error, floor, of = fit.rms_held_out, fit.floor, "held out"
+    if error is None:
+        error, floor, of = fit.rms_fitted, fit.floor_fitted, "fitted"
+    return f"{quantity(error, fit.unit)} {of}, noise {quantity(floor, fit.unit)}"
 
 
 def _motions(report: FitReport) -> str:

@@ -15,7 +15,7 @@ from typing import Any, Self
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import Command, explain_errors
 from imucal_wizard.core import VERSION
-from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.errors import SessionError, SessionTakenError
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 
@@ -170,12 +170,17 @@ class Session(KeptSession):
             clock: clock for the interval between commits, s.
 
         Raises:
-            SessionError: it exists already or cannot be written.
+            SessionTakenError: it exists already.
+            SessionError: it cannot be written.
         """
         try:
-            if path.exists():
-                raise SessionError(f"{path} exists already; resume it, or give another name")
             path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                path.open("xb").close()  # of two programs that create it at once, one succeeds
+            except FileExistsError as error:
+                raise SessionTakenError(
+                    f"{path} exists already; resume it, or give another name"
+                ) from error
             connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
         except (OSError, sqlite3.Error) as error:
             raise SessionError(

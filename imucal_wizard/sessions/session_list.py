@@ -1,6 +1,7 @@
 """The list of sessions, each with the step that it has reached."""
 
 import datetime as dt
+import os
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -58,7 +59,7 @@ def new_session_path(directory: Path, now: dt.datetime) -> Path:
 def _taken(path: Path) -> bool:
     """Whether a file of this name exists; if unknown, creating the file reports the cause."""
     try:
-        return path.exists()
+        return os.path.lexists(path)
     except OSError:
         return False
 

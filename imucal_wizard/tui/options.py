@@ -1,6 +1,7 @@
 """The options of the wizard, and the settings of the app."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 from imucal_wizard.acquire.files import RecordingOptions
@@ -36,6 +37,7 @@ class WizardOptions:
         sessions: folder for session files, or None for the user's data folder.
         save: file for the calibration, or None for a name beside the session.
         force: save sensors whose calibration is worse than none, too.
+        limits: of use by sensor, in m/s², rad and µT; None for the usual ones.
         muted: no sounds.
         method: the accelerometer's method.
         gyroscope_method: the gyroscope's method.
@@ -68,6 +70,7 @@ class WizardOptions:
     sessions: Path | None = None
     save: Path | None = None
     force: bool = False
+    limits: Mapping[str, float] | None = None
     muted: bool = False
     method: str = "least_squares"
     gyroscope_method: str = "vector"

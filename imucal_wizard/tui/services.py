@@ -2,6 +2,7 @@
 
 import gc
 import itertools
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, So
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Graded
     from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.holds import Collected
@@ -78,6 +80,11 @@ class Services(Protocol):
 
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
         """The diagnosis of each sensor. Runs in a thread."""
+
+    def grades(
+        self, report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
+    ) -> "Mapping[str, Graded]":
+        """The grade of each sensor; none without diagnoses."""
 
     def save(self, report: "FitReport", benches: "Benches | None") -> Saved:
         """Write the calibration, with the effects that the bench has added. Runs in a thread.
@@ -175,19 +182,42 @@ class WizardServices:
             DataError: no sensor's calibration is usable.
             UsageError: the place cannot be written.
         """
-        from imucal_wizard.report.calibration_file import from_report
+        from imucal_wizard.report.calibration_file import from_report, judged
         from imucal_wizard.report.text import summary
 
         now = datetime.now().astimezone()
         report = report if benches is None else benches.fitted()
+        diagnoses = {} if benches is None else self.diagnose(benches)
         made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
+        made = judged(made, report, diagnoses, self._options.limits)
         left_out = [] if self._options.force else list(made.unusable)
         path = self._written(made if self._options.force else made.usable_part())
-        diagnoses = {} if benches is None else self.diagnose(benches)
-        says = [f"{one.sensor}: {one.says}" for one in diagnoses.values()]
-        could_be = {name: one.could_be for name, one in diagnoses.items()}
         without = f" without the {' and the '.join(left_out)}" if left_out else ""
-        return Saved(path, (summary(report, says, could_be), f"saved: {path}{without}"), report)
+        said = summary(report, diagnoses, self._options.limits)
+        last = self._last_line(self.grades(report, diagnoses), report, path)
+        return Saved(path, (said, f"saved: {path}{without}", last), report)
+
+    def grades(
+        self, report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
+    ) -> "Mapping[str, Graded]":
+        """The grade of each sensor; none without diagnoses."""
+        from imucal_wizard.diagnose.grade import graded
+
+        return graded(report, diagnoses, self._options.limits)
+
+    def _last_line(self, grades: "Mapping[str, Graded]", report: "FitReport", path: Path) -> str:
+        """The final state in words, the effects of the model included, and what to type next."""
+        told = []
+        for name, one in grades.items():
+            terms = report.sensors[name].terms if name in report.sensors else ()
+            beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
+            told.append(f"{name} {one.grade.word}{beyond}")
+        kept = self.sources.session or self.sources.watched
+        place = kept or (self._options.replay[0] if self._options.replay else None)
+        following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
+        if place is not None and any(one.grade != "good" for one in grades.values()):
+            following = f"imucal-wizard bench {shlex.quote(str(place))}"
+        return f"{'; '.join(told) or 'saved without a verdict'}. Next: {following}"
 
     def _written(self, made: "Calibration") -> Path:
         """Write it under the given name, else under a free one; an equal file is kept."""

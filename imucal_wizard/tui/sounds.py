@@ -41,6 +41,10 @@ _STATE_CHANGES_APART = 0.5
 """Least time between two sounds for still and moved, which may alternate ten times a second."""
 
 
+_VERDICT = {True: (6, QUICK), False: (4, SLOW)}
+"""The pattern of a verdict: quick where every sensor is good."""
+
+
 class Sounds:
     """Plays the patterns of new events; a more important event interrupts the present pattern.
 
@@ -72,8 +76,15 @@ class Sounds:
         if self.muted or not events:
             return
         kind = max((event.kind for event in events), key=_RANK.__getitem__)
-        count, apart = PATTERNS[kind]
-        rank, now = _RANK[kind], self._now()
+        self._play(*PATTERNS[kind], _RANK[kind])
+
+    def verdict(self, *, good: bool) -> None:
+        """Tell the verdict on a calibration; nothing interrupts it."""
+        if not self.muted:
+            self._play(*_VERDICT[good], len(_RANK))
+
+    def _play(self, count: int, apart: float, rank: int) -> None:
+        now = self._now()
         if now < self._until and rank <= self._rank:
             return
         least = _STATE_CHANGES_APART if count == 1 else apart

@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.errors import RecordingError, SessionError, SessionTakenError, UsageError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.tui.options import WizardOptions
@@ -193,12 +193,14 @@ class SourceOpener:
         from imucal_wizard.run.session_replay import begin_session
         from imucal_wizard.sessions import new_session_path
 
-        self.session = new_session_path(self.directory(), datetime.now().astimezone())
-        settings = self._settings()
+        setup, settings = stream_setup(self._options), self._settings()
         settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
-        return begin_session(
-            self.session, stream_setup(self._options), settings, source=self.title, about=about
-        )
+        while True:
+            self.session = new_session_path(self.directory(), datetime.now().astimezone())
+            try:
+                return begin_session(self.session, setup, settings, source=self.title, about=about)
+            except SessionTakenError:  # another program has just created a file of this name
+                continue
 
     def _resumed(self, path: Path) -> SampleSource:
         """The source of an earlier session, which is replayed before it continues."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.diagnose.grade import Graded
     from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
@@ -149,6 +150,13 @@ class WizardState:
     def judged(self, result: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
         """Take the fit with the bench's effects, and the diagnoses."""
         self.result, self.diagnoses = result, diagnoses
+
+    @property
+    def grades(self) -> "Mapping[str, Graded]":
+        """The grade of each sensor; none while there is no verdict."""
+        if self.result is None or not self.diagnoses:
+            return {}
+        return self.services.grades(self.result, self.diagnoses)
 
     def compare(self) -> "Sequence[MethodRow]":
         """Fit the measurements by every method. Slow: call it in a thread.

@@ -90,7 +90,7 @@ def test_it_is_said_again_with_the_result(
     saved = from_report(report, "a test", "2024-01-01T00:00:00+00:00")
     for texts in (report.warnings, fit_document(report)["warnings"], saved.warnings):
         assert any(all(word in text for word in words) for text in texts), texts
-    shown = " ".join(printed(fit_summary(report, {})).split())
+    shown = " ".join(printed(fit_summary(report, {}, {})).split())
     assert all(word in shown for word in words)
 
 

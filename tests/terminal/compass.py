@@ -61,8 +61,8 @@ def _circles(terminal: Terminal) -> int:
 
 def _result(terminal: Terminal) -> None:
     terminal.wait_for("▸RESULT", 60.0)
-    terminal.wait_for("magnetometer |m|", 60.0)
-    for text in ("iron that turns with it", "SECOND STAGE"):
+    terminal.wait_for("limit 2.0 mg", 60.0)
+    for text in ("magnetometer |m|", "iron that turns with it", "SECOND STAGE"):
         terminal.scroll_to(text)
 
 

@@ -44,10 +44,12 @@ def unattended(binary: str, folder: Path) -> None:
             if time.monotonic() - start > UNATTENDED_SECONDS:
                 raise AssertionError(f"not done in time; the screen shows:\n{terminal.text}")
         status, bells = terminal.wait(), terminal.bells
+        last = " ".join(terminal.text.split())
     spent = time.monotonic() - start
     assert status == 0, f"exit status {status}"
     assert seen == list(STEPS), f"steps seen: {seen}"
     assert bells > 30, f"only {bells} bells"
+    assert "accelerometer GOOD; gyroscope GOOD. Next: imucal-wizard export" in last, last
     _check(place)
     print(f"unattended: {', '.join(seen)}; {bells} bells; {spent:.0f} s")
 

@@ -30,7 +30,7 @@ def a_student(binary: str, folder: Path) -> None:
     with Terminal(command) as terminal:
         terminal.wait_for("▸RESULT", 60.0)
         terminal.wait_for("f find missing")
-        terminal.wait_for("|a|")
+        terminal.wait_for("limit 2.0 mg")
         terminal.press("f")
         terminal.wait_for("▸ second-order")
         _trace(terminal)

@@ -12,6 +12,7 @@ from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.poses import DIRECTIONS, EDGES, FACES
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.grade import Graded, graded
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
@@ -295,13 +296,13 @@ def report(validated: bool = False) -> FitReport:
     )
 
 
-def diagnoses() -> dict[str, Diagnosis]:
-    """An accelerometer that is complete, a gyroscope that lacks something."""
+def diagnoses(gyroscope: Verdict = Verdict.UNEXPLAINED) -> dict[str, Diagnosis]:
+    """An accelerometer that is complete, and a gyroscope, which usually lacks something."""
     good = "As good as its noise allows: 0.16 mg on directions not seen."
     bad = "The closure is 6 times what the noise makes: something is missing."
     return {
         "accelerometer": Diagnosis("accelerometer", Verdict.COMPLETE, good),
-        "gyroscope": Diagnosis("gyroscope", Verdict.UNEXPLAINED, bad),
+        "gyroscope": Diagnosis("gyroscope", gyroscope, bad),
     }
 
 
@@ -328,6 +329,7 @@ class FakeServices:
         report, before=before
     )
     diagnose: Callable[[Benches], Mapping[str, Diagnosis]] = lambda _benches: diagnoses()
+    grades: Callable[[FitReport, Mapping[str, Diagnosis]], Mapping[str, Graded]] = graded
     targets: Callable[[], Sequence[ExportTarget]] = lambda: tuple(targets().values())
     export: Callable[[Path, str], Exported] = lambda _saved, _target: exported()
     loaded: Callable[[], None] = lambda: None

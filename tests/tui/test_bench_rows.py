@@ -30,6 +30,7 @@ from imucal_wizard.tui.bench.panels import (
     picture_rows,
     point_row,
     table_rows,
+    view_head,
 )
 from imucal_wizard.tui.bench.selection import Selection
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot, bench_snapshot
@@ -271,6 +272,7 @@ def test_no_row_is_wider_than_its_panel(snapshot: BenchSnapshot, width: int) -> 
         *model_rows(snapshot, width, 20, 0), *next_rows(snapshot, width),
         *(row for entry in snapshot.entries for row in rows_for(snapshot, entry.term, width)),
         *picture_rows(snapshot.views[0], width, 12, 0),
+        *(row for view in snapshot.views for row in view_head(view, width)),
     ]  # fmt: skip
     assert max(width_of(row) for row in rows) <= max(width, 76)
 

@@ -125,6 +125,10 @@ BEFORE_THE_START = {
         "not connected", "plug it in again",
     ),
     "open, nothing yet": (replace(NOTHING, connected=True), "waiting for samples", ""),
+    "open, nothing that can be read": (
+        replace(NOTHING, connected=True, problem="the bytes are no text: is it another baud rate?"),
+        "no samples", "another baud rate",
+    ),
     "port silent": (
         replace(NOTHING, connected=True, stalled=True, problem="no data for 4 s: is it on?"),
         "no samples", "is it on?",

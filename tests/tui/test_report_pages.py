@@ -104,7 +104,7 @@ def test_a_magnetometer_without_result_is_named_at_the_top(aligned: FitReport) -
     report = replace(
         aligned, sensors=sensors, magnetic=None, second_stage=None, warnings=("steel passed", why)
     )
-    text = printed(fit_summary(report, {}))
+    text = printed(fit_summary(report, {}, {}))
     assert " ".join(text.split()).count(why) == 1
     assert text.index(why[:40]) < text.index("held out") < text.index("steel passed")
 
@@ -176,7 +176,7 @@ async def test_one_key_shows_the_heading_and_it_follows_the_device(
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, index))
     app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=size) as pilot:
-        await shows(pilot, "magnetometer |m|", "h north")
+        await shows(pilot, "limit 2.0 mg", "h north")
         await pilot.press("h")
         await shows(
             pilot, "before calibration", "after calibration", "when calibrated ✓", "±",
@@ -190,7 +190,7 @@ async def test_one_key_shows_the_heading_and_it_follows_the_device(
         await pilot.press("question_mark")
         await shows(pilot, "help: heading", "magnetic north")
         await pilot.press("escape", "h")
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
         assert "begins by itself" not in seen(pilot)
 
 
@@ -200,7 +200,7 @@ async def test_readings_that_are_no_news_are_called_so(
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
     app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
         await pilot.press("h")
         await shows(pilot, "after calibration")
         source.stream = replace(source.stream, problem="the port is lost: plug it in again")
@@ -215,7 +215,7 @@ async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned:
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
     app = WizardApp(with_report(source, aligned), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
         await pilot.press("h")
         await shows(pilot, "after calibration")
         source.say(replace(fakes.rotations_status(), step=StepKind.ROTATIONS))
@@ -225,7 +225,7 @@ async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned:
 async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=USUAL) as pilot:
-        assert "h north" not in await shows(pilot, "31.4 mg", "c compare")
+        assert "h north" not in await shows(pilot, "limit 2.0 mg", "c compare")
         await pilot.press("question_mark")
         await shows(pilot, "help: result")
         await pilot.press("end")
@@ -234,7 +234,7 @@ async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
         await pilot.press("h")
         await shows(pilot, "no heading without a calibrated magnetometer", "circles")
         await pilot.press("h")
-        await shows(pilot, "31.4 mg")
+        await shows(pilot, "limit 2.0 mg")
 
 
 async def test_sensors_that_are_not_aligned_have_no_heading(
@@ -245,7 +245,7 @@ async def test_sensors_that_are_not_aligned_have_no_heading(
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
     app = WizardApp(with_report(source, report), None, VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
         await pilot.press("h")
         await shows(pilot, "not aligned with the device yet", "3 still positions")
 
@@ -258,7 +258,7 @@ async def test_one_key_shows_all_methods_of_all_sensors_on_one_screen(
     services = replace(with_report(source, aligned), compare=lambda *_: methods)
     app = WizardApp(services, None, VIRTUAL)
     async with app.run_test(size=size) as pilot:
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
         await pilot.press("c")
         text = await shows(
             pilot, "ACCELEROMETER", "least_squares", "newton (Q)", "six-position (Q)", "fitted",
@@ -269,7 +269,7 @@ async def test_one_key_shows_all_methods_of_all_sensors_on_one_screen(
         await pilot.press("end")
         await shows(pilot, "Niespodziany", "off by: largest")
         await pilot.press("c")
-        await shows(pilot, "magnetometer |m|")
+        await shows(pilot, "limit 2.0 mg")
 
 
 async def test_methods_that_cannot_be_compared_are_no_fault_of_the_screen() -> None:
@@ -281,6 +281,6 @@ async def test_methods_that_cannot_be_compared_are_no_fault_of_the_screen() -> N
     source = fakes.FakeSource(RESULT)
     services = replace(fakes.services(source), compare=compare)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "31.4 mg")
+        await shows(pilot, "limit 2.0 mg")
         await pilot.press("c")
         await shows(pilot, "▲ nothing to compare: hold the device still")

@@ -1,11 +1,14 @@
 """The result, its table, the validation and the place where it is saved."""
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.diagnose.grade import graded
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
@@ -16,6 +19,8 @@ from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.panels.report import fit_summary
 from imucal_wizard.tui.screens.result import SaveScreen
 from imucal_wizard.tui.services import Saved
+from imucal_wizard.tui.sounds import Sounds
+from imucal_wizard.tui.widgets.big_text import dots, half_blocks
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, printed
 from tests.tui.waiting import seen, shows, until
@@ -23,14 +28,45 @@ from tests.tui.waiting import seen, shows, until
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
 
 
+def all_good(source: fakes.FakeSource) -> fakes.FakeServices:
+    """Services that find nothing missing."""
+    return replace(
+        fakes.services(source), diagnose=lambda _benches: fakes.diagnoses(Verdict.COMPLETE)
+    )
+
+
 @pytest.mark.parametrize("size", [USUAL, LARGE])
 async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[int, int]) -> None:
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
-            pilot, "As good as its noise allows", "31.4 mg  →", "0.160 mg",
-            "4.80°  →", "0.619°", "▲", "begins by itself in", "b back", "? help", "q quit",
+            pilot, "0.160 mg held out", "limit 2.0 mg", "nothing known here explains it",
+            "f: find out", "31.4 mg  →", "4.80°  →", "0.619°", "b back", "? help", "q quit",
         )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("gyroscope", "words", "bells"),
+    [
+        (Verdict.COMPLETE, ["GOOD", "GOOD"], 6),
+        (Verdict.DISTURBED, ["GOOD", "DOUBTFUL"], 4),
+        (Verdict.WAITING, ["GOOD", "DOUBTFUL"], 4),
+    ],
+)
+async def test_only_a_good_result_goes_on_by_itself_and_every_verdict_is_heard(
+    gyroscope: Verdict, words: list[str], bells: int
+) -> None:
+    source = fakes.FakeSource(RESULT)
+    found = replace(fakes.services(source), diagnose=lambda _: fakes.diagnoses(gyroscope))
+    app = WizardApp(found, AppSettings(countdown=1.0), VIRTUAL)
+    rung: list[int] = []
+    app.state.sounds = Sounds(lambda: rung.append(1), app.set_timer, time.monotonic)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, *(row.rstrip() for row in half_blocks(dots(words[1]) or [])))
+        assert [one.grade.word for one in app.state.grades.values()] == words
+        await until(pilot, lambda: len(rung) == bells)
+        good = gyroscope is Verdict.COMPLETE
+        await until(pilot, lambda: good == (("validate", "") in source.commands))
 
 
 async def test_everything_is_reached_by_scrolling() -> None:
@@ -64,7 +100,7 @@ async def test_the_table_gives_standard_errors_units_and_what_is_not_determined(
 
 async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
     source = fakes.FakeSource(RESULT)
-    app = WizardApp(fakes.services(source), AppSettings(countdown=0.1), VIRTUAL)
+    app = WizardApp(all_good(source), AppSettings(countdown=0.1), VIRTUAL)
     async with app.run_test(size=USUAL) as pilot:
         await until(pilot, lambda: ("validate", "") in source.commands)
         await shows(pilot, "▸VALIDATE")
@@ -72,7 +108,7 @@ async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
 
 async def test_any_key_stops_the_countdown() -> None:
     source = fakes.FakeSource(RESULT)
-    async with app_with(source).run_test(size=USUAL) as pilot:
+    async with WizardApp(all_good(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
         await shows(pilot, "begins by itself in")
         await pilot.press("down")
         await until(pilot, lambda: "by itself" not in seen(pilot))
@@ -167,12 +203,12 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         screen = app.screen
         assert isinstance(screen, SaveScreen)
         screen.save()
-        text = await shows(pilot, "not saved: the disk is full", "31.4 mg", "t table")
+        text = await shows(pilot, "not saved: the disk is full", "t table")
         assert "a.json" not in text
 
 
 def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
-    rows = printed(fit_summary(fakes.report(True), {})).splitlines()
+    rows = printed(fit_summary(fakes.report(True), {}, {})).splitlines()
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
@@ -180,10 +216,11 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     assert any("residuals of the new poses  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
-@pytest.mark.parametrize("width", [60, 76, 150])
+@pytest.mark.parametrize("width", [76, 150])
 def test_no_row_of_the_summary_is_wider_than_the_page(width: int) -> None:
-    for row in printed(fit_summary(fakes.report(), {}), max(76, width)).splitlines():
-        assert len(row) <= max(76, width)
+    report, told = fakes.report(), fakes.diagnoses()
+    for row in printed(fit_summary(report, told, graded(report, told)), width).splitlines():
+        assert len(row) <= width
         assert "…" not in row
 
 
@@ -197,3 +234,15 @@ async def test_the_saved_calibration_is_written_for_another_program_by_one_key()
         await shows(pilot, "✓ a.yaml", "0.102 mg", "▲ not in this file: the gyroscope")
         await pilot.press("escape")
         await shows(pilot, "x export")
+
+
+async def test_a_result_is_saved_first_when_it_is_exported() -> None:
+    app = app_with(fakes.FakeSource(RESULT))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "x export")
+        await pilot.press("x")
+        await shows(pilot, "export for", "ArduPilot")
+        assert app.state.saved is None
+        await pilot.press("enter")
+        await shows(pilot, "✓ a.yaml")
+        assert app.state.saved is not None

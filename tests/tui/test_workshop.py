@@ -98,6 +98,19 @@ def test_a_session_left_in_the_middle_is_offered_and_goes_on_at_the_same_step(
         assert after.status.holds >= before.status.holds
 
 
+def test_a_session_that_another_wizard_has_just_begun_is_left_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both have found the same name unused; the second takes the next one."""
+    first, second = tmp_path / "a.imucal", tmp_path / "a-2.imucal"
+    begin_session(first, source="another wizard").close()
+    names = iter((first, second))
+    monkeypatch.setattr("imucal_wizard.sessions.new_session_path", lambda *_: next(names))
+    workshop = WizardServices(WizardOptions(sessions=tmp_path, speed=20.0))
+    with running(workshop.open_source(VIRTUAL)):
+        assert workshop.sources.session == second
+
+
 def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> None:
     """A board that was plugged in again may be the next number."""
     path = tmp_path / "a.imucal"

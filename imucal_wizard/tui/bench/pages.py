@@ -157,10 +157,8 @@ def next_rows(
         head = f"{apart.first} OR {apart.second}?".upper()
         rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
-    if (apart is None or not apart.poses) and not asked:
-        rows += [*wrapped(_NOTHING, width), line("")]
     if not poses:
-        return rows
+        return rows if asked else [*rows, *wrapped(_NOTHING, width), line("")]
     rows.append(line("MEASURE NEXT", "accent"))
     if live:
         rows.append((_LIVE,))

@@ -20,7 +20,7 @@ from imucal_wizard.report.bench_text import (
 )
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
-from imucal_wizard.tui.text import Line, by_sign, clock, line, wrapped
+from imucal_wizard.tui.text import Line, by_sign, clock, line, width_of, wrapped
 
 
 def picture_rows(
@@ -32,6 +32,14 @@ def picture_rows(
         model=view.model, predicted=view.predicted, cursor=cursor,
     )  # fmt: skip
     return [by_sign(row) for row in rows]
+
+
+def view_head(view: ResidualView, width: int) -> list[Line]:
+    """Title and legend of a view, in one row if they fit."""
+    title = f"{view.title}, {view.unit}" if view.slope is None else view.title
+    first: Line = ((f"{view.part}: ", "strong"), (title, ""))
+    legend = (f"  {view.legend}", "quiet")
+    return [(*first, legend)] if width_of((*first, legend)) <= width else [first, (legend,)]
 
 
 def point_row(snapshot: BenchSnapshot, view: ResidualView, place: int) -> Line:

@@ -56,6 +56,8 @@ def state_span(stream: "StreamStatus", name: str) -> Span:
         return f"▲ {name}: the session is not being saved", "bad"
     if stream.samples:
         return f"{name}: is this what you expect?   enter starts", "strong"
+    if stream.problem:
+        return f"▲ {name}: no samples", "bad"
     return f"{name}: waiting for samples …", "strong"
 
 

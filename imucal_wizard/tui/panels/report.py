@@ -20,6 +20,7 @@ from imucal_wizard.core.quantities import (
     value_and_error,
 )
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.grade import Grade, Graded
 from imucal_wizard.diagnose.views import ResidualView, views_of
 from imucal_wizard.estimate.result import (
     AxisComparison,
@@ -29,8 +30,9 @@ from imucal_wizard.estimate.result import (
     single_axis_note,
 )
 from imucal_wizard.report.plot import scatter
-from imucal_wizard.report.text import field_lines, second_stage_lines
+from imucal_wizard.report.text import errors_text, field_lines, second_stage_lines
 from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
+from imucal_wizard.tui.widgets.big_text import dots, half_blocks
 
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
 """The quantity whose error is shown: a magnitude, or the closure of a rotation."""
@@ -42,12 +44,15 @@ _SOFT = ("xx", "xy", "xz"), ("", "yy", "yz"), ("", "", "zz")
 """Entries of the symmetric matrix that are shown."""
 
 
-def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
-    """Verdicts, rejected sensors, errors, plots, iron, gyroscope methods, warnings, holds.
+def fit_summary(
+    report: FitReport, diagnoses: Mapping[str, Diagnosis], grades: Mapping[str, Graded]
+) -> Group:
+    """Grades, verdicts, rejected sensors, errors, plots, iron, gyroscope methods, warnings, holds.
 
     Args:
         report: the fit.
         diagnoses: of each sensor; empty while they are not known.
+        grades: of each sensor, the same.
     """
     notes = report.notes(judged=bool(diagnoses))
     refused = [text for text in dict.fromkeys(notes) if _NO_RESULT in text]
@@ -55,6 +60,7 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     for fit in report.sensors.values():
         warnings += [f"{fit.sensor}: {text}" for text in fit.warnings]
     parts: list[RenderableType] = [
+        *(part for one in grades.values() for part in grade_parts(one, report, diagnoses)),
         *(verdict_line(one) for one in diagnoses.values()),
         *(_marked("▲", text, "warn") for text in refused),
         "",
@@ -70,6 +76,41 @@ def fit_summary(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     if warnings:
         parts += [*(_marked("▲", text, "warn") for text in dict.fromkeys(warnings)), ""]
     return Group(*parts, *hold_table(report))
+
+
+def grade_parts(
+    graded: Graded, report: FitReport, diagnoses: Mapping[str, Diagnosis]
+) -> Iterator[RenderableType]:
+    """A sensor's grade in block letters, its errors beside it; below, what to do if not good.
+
+    Args:
+        graded: the grade.
+        report: the fit.
+        diagnoses: of each sensor.
+    """
+    style, sign, key = _GRADES[graded.grade]
+    fit, diagnosis = report.sensors.get(graded.sensor), diagnoses.get(graded.sensor)
+    beside = [Text(graded.sensor, "bold")]
+    if fit is not None:
+        beside += [Text(part) for part in errors_text(fit).split(", ")]
+        if diagnosis is not None and diagnosis.could_be is not None:
+            beside.append(Text(f"could be {quantity(diagnosis.could_be, fit.unit)}"))
+        beside[-1].append(f", limit {quantity(graded.limit, fit.unit, 2)}")
+    word = half_blocks(dots(graded.grade.word) or [])
+    table = Table.grid(padding=(0, 2))
+    table.add_column(no_wrap=True)
+    table.add_row(Text("\n".join(word), STYLES[style]), Text("\n").join(beside))
+    yield table
+    if key:
+        yield _marked(sign, f"{graded.why}.  {key}", style)
+
+
+_GRADES = {
+    Grade.GOOD: ("good", "✓", ""),
+    Grade.DOUBTFUL: ("warn", "▲", "f: find out more"),
+    Grade.NOT_USABLE: ("bad", "▲", "b: back, to measure more"),
+}
+"""Style and sign of a grade, and the key that leads to what to do."""
 
 
 def bench_rows(report: FitReport | None, width: int, *, saved: bool) -> list[Line]:

@@ -23,6 +23,7 @@ from imucal_wizard.tui.bench.panels import (
     picture_rows,
     point_row,
     table_rows,
+    view_head,
 )
 from imucal_wizard.tui.bench.selection import PANELS, Selection
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot, bench_snapshot
@@ -223,9 +224,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         last: Line = line("  ←→ picks a point; t shows its raw trace", "quiet")
         if place is not None:
             last = point_row(snapshot, view, place)
-        title = f"{view.title}, {view.unit}" if view.slope is None else view.title
-        head: Line = ((f"{view.part}: ", "strong"), (title, ""), (f"  {view.legend}", "quiet"))
-        return [head, *picture_rows(view, width, height - 2, place), last]
+        head = view_head(view, width)
+        return [*head, *picture_rows(view, width, height - 1 - len(head), place), last]
 
     def _head(self) -> Line:
         spans: list[Span] = [(f" BENCH  {self.sensor}  ", "strong")]

@@ -13,7 +13,7 @@ from textual.screen import ModalScreen
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.report.exports import Exported, ExportTarget
 from imucal_wizard.tui.state import WizardState
@@ -25,12 +25,14 @@ from imucal_wizard.tui.widgets.lines import Lines
 class ExportScreen(ModalScreen[None]):
     """Writes the file beside the calibration; shows its error and what it cannot hold.
 
+    A result that is not saved yet is saved first, so that every export has its calibration.
+
     Args:
-        state: the wizard's state, with a saved calibration.
+        state: the wizard's state, with a fit.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,x", "dismiss", "close", tooltip="goes back to the saved calibration"),
+        Binding("escape,x", "dismiss", "close", tooltip="goes back to the calibration"),
         Binding("question_mark", "app.explain('save')", "help", tooltip="explains this screen"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
     ]
@@ -57,8 +59,10 @@ class ExportScreen(ModalScreen[None]):
     @work(exclusive=True)
     async def _write(self, target: ExportTarget) -> None:
         try:
+            if self._state.saved is None:
+                self._state.wrote(await asyncio.to_thread(self._state.save))
             done = await asyncio.to_thread(self._state.export, target.name)
-        except UsageError as error:
+        except ImucalError as error:
             rows = [(f"▲ {error}", "warn")]
         else:
             rows = told(done)

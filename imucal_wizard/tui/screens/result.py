@@ -14,6 +14,7 @@ from textual.events import Key
 from textual.widgets import Static
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -80,7 +81,7 @@ class FitScreen(LiveScreen):
         report = self.state.result
         self.lines("news").draw(lambda width, _: self.news(width))
         self.query_one("#fit", Static).update(
-            "" if report is None else fit_summary(report, self.state.diagnoses)
+            "" if report is None else fit_summary(report, self.state.diagnoses, self.state.grades)
         )
         self.refresh_bindings()
 
@@ -92,6 +93,13 @@ class FitScreen(LiveScreen):
         with suppress(ImucalError):  # the bench shows the reason
             self.state.judged(*await in_thread(self.state.judge))
             self.refresh_page()
+            self.verdict_known()
+
+    def verdict_known(self) -> None:
+        """Tell the verdict by its sound."""
+        grades = self.state.grades.values()
+        if grades:
+            self.state.sounds.verdict(good=all(one.grade is Grade.GOOD for one in grades))
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
@@ -106,7 +114,7 @@ class FitScreen(LiveScreen):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
         """Disable keys that need a fit or a calibrated magnetometer."""
         report = self.state.report
-        if action in ("bench", "compare", "table", "validate", "save"):
+        if action in ("bench", "compare", "table", "validate", "save", "export"):
             return report is not None
         if action == "leave_it":
             return bool(self.problem)
@@ -139,6 +147,10 @@ class FitScreen(LiveScreen):
             page = PageScreen(title, parameter_table(report), "t", about="parameters")
             self.app.push_screen(page)
 
+    def action_export(self) -> None:
+        """Show the export targets."""
+        self.app.push_screen(ExportScreen(self.state))
+
     def action_heading(self) -> None:
         """Show the live heading, or why there is none."""
         report = self.state.report
@@ -169,11 +181,14 @@ class ResultScreen(FitScreen):
         Binding("s", "save", "save", tooltip="saves the calibration at once"),
         Binding("s", "leave_it", "end", tooltip="ends without a calibration"),
         Binding("u", "order('undo')", "undo", show=False),
+        Binding("x", "export", "export", tooltip="saves it and writes it for another program"),
     ]
     step = StepKind.RESULT
 
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)
+        self._leaves = False
+        """The next step begins by itself if the verdict allows it."""
         self._deadline: float | None = None
 
     def body(self) -> ComposeResult:
@@ -194,24 +209,39 @@ class ResultScreen(FitScreen):
             self.state.fitted(await in_thread(self.state.fit))
         except ImucalError as error:
             self.problem = str(error)
+            self.state.sounds.verdict(good=False)
             self.post_message(Failed(error))
         else:
-            self._go_on()
+            if self.state.opens_bench():
+                self.action_bench()
+            else:
+                self._leaves = True
+                self._go_on()
             self.diagnose()
         self.refresh_page()
 
+    def verdict_known(self) -> None:
+        """Go on by itself where every sensor is good."""
+        super().verdict_known()
+        self._go_on()
+
     def _go_on(self) -> None:
-        """Return to a bench that has requested data, or start the countdown."""
-        if self.state.opens_bench():
-            self.action_bench()
-            return
-        self._deadline = time.monotonic() + self.state.settings.countdown
-        self.set_interval(0.5, self._count_down)
+        """Start the countdown to the next step, once.
+
+        It waits for a verdict where one comes, and does not start if a sensor is not good: the
+        operator decides then. A run without an operator goes on.
+        """
+        settings, grades = self.state.settings, self.state.grades.values()
+        alone = settings.auto or settings.quit_after or settings.predict
+        if self._leaves and (alone or (grades and all(g.grade is Grade.GOOD for g in grades))):
+            self._leaves = False
+            self._deadline = time.monotonic() + settings.countdown
+            self.set_interval(0.5, self._count_down)
 
     def on_key(self, event: Key) -> None:
         """Stop the countdown at any key."""
         if event.key not in ("v", "s"):
-            self._deadline = None
+            self._leaves, self._deadline = False, None
             self._tell_next()
 
     def action_save(self) -> None:
@@ -319,10 +349,6 @@ class SaveScreen(FitScreen):
             if action == "save_again"
             else super().check_action(action, parameters)
         )
-
-    def action_export(self) -> None:
-        """Show the export targets."""
-        self.app.push_screen(ExportScreen(self.state))
 
     def action_save_again(self) -> None:
         """Write a new file with the model of the bench."""

@@ -1,0 +1,52 @@
+"""``imucal-wizard diff``: calibrations against each other, and against a reference."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from imucal_wizard.cli.arguments import STANDARD_OUT, Parser, add_json, spare, write_json
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.output import say
+
+USAGE = (("diff CAL.json CAL.json...", "what has changed, and whether by more than chance"),)
+
+
+def parser() -> Parser:
+    """The options of ``diff``."""
+    made = Parser(
+        prog="imucal-wizard diff",
+        description="Compare calibrations of one device with each other or with a reference (a "
+        "certificate or rate table: TOML or JSON with a table of parameters per sensor). Two files "
+        "give each parameter's difference with its standard error and the probability of as much "
+        "by chance; three and more their scatter beside the one that their errors predict.",
+    )
+    made.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="a saved calibration or a reference"
+    )
+    add_json(made)
+    return made
+
+
+def run(argv: Sequence[str]) -> int:
+    """Compare; the exit status is 0 whatever differs."""
+    arguments = parser().parse_args(argv)
+    if len(arguments.files) < 2:
+        raise UsageError("give two files or more: diff CAL.json CAL.json")
+    spare(arguments.files, arguments.json)
+    from imucal_wizard.report.differences import difference_table, differences, named_parameters
+
+    files = [named_parameters(path) for path in arguments.files]
+    found, notes = differences(files)
+    if arguments.json:
+        sensors = {
+            sensor: {
+                name: {key: getattr(one, key) for key in one.__dataclass_fields__}
+                for name, one in rows.items()
+            }
+            for sensor, rows in found.items()
+        }
+        names = [one.name for one in files]
+        document = {"schema": "imucal-wizard/diff/1", "files": names, "sensors": sensors}
+        write_json({**document, "notes": notes}, arguments.json)
+    if arguments.json != STANDARD_OUT:
+        say(difference_table(files, found, notes))
+    return 0

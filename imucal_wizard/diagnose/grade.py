@@ -1,0 +1,176 @@
+"""One word per sensor for a technician: good, doubtful or not usable, and why in one sentence."""
+
+import tomllib
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+
+from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
+from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import ACCELERATION_UNITS, FIELD_UNITS, RATE_UNITS, canonical_unit
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.result import FitReport, SensorFit
+
+Limits = Mapping[str, float]
+"""The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
+_UNITS = {
+    "accelerometer": ACCELERATION_UNITS,
+    "gyroscope": {"rad": 1.0, "deg": RATE_UNITS["deg/s"], "°": RATE_UNITS["deg/s"]},
+    "magnetometer": FIELD_UNITS,
+}
+"""Units of the errors: a gyroscope's is the angle by which a rotation does not close."""
+_REASONS = {
+    Verdict.MISSING: "something is missing in the model",
+    Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
+    Verdict.UNEXPLAINED: "more than noise is left, and nothing known here explains it",
+    Verdict.NOT_REPEATABLE: "the same pose does not repeat",
+    Verdict.DISTURBED: "something moved during the measurement",
+    Verdict.INSUFFICIENT: "the data are too few for this model",
+    Verdict.WAITING: "the accelerometer has to be completed first",
+}
+
+
+class Grade(StrEnum):
+    """The words of the contract."""
+
+    GOOD = "good"
+    DOUBTFUL = "doubtful"
+    NOT_USABLE = "not-usable"
+
+    @property
+    def word(self) -> str:
+        """As it is shown: ``NOT USABLE``."""
+        return self.replace("-", " ").upper()
+
+
+@dataclass(frozen=True)
+class Graded:
+    """The grade of one sensor.
+
+    Attributes:
+        sensor: which.
+        grade: in one word.
+        why: the reason in one clause; of a sensor that is not usable a sentence with what to do.
+        limit: of use, in the unit of the sensor's errors; None of a sensor without a fit.
+    """
+
+    sensor: str
+    grade: Grade
+    why: str
+    limit: float | None = None
+
+
+def graded(
+    report: FitReport, diagnoses: Mapping[str, Diagnosis], limits: Limits | None = None
+) -> dict[str, Graded]:
+    """The grade of each sensor that was measured; of none while there are no diagnoses.
+
+    Good is a sensor whose calibration is usable, whose model is complete and whose error is within
+    the limit of use: the error held out as well as the one that these data may not show.
+
+    Args:
+        report: the fit.
+        diagnoses: of the sensors.
+        limits: of use; the usual ones when left out.
+    """
+    limits = limits or _limits({})
+    found: dict[str, Graded] = {}
+    for name in dict.fromkeys((*report.rates, *report.sensors)) if diagnoses else ():
+        fit, diagnosis = report.sensors.get(name), diagnoses.get(name)
+        if fit is None:
+            found[name] = Graded(name, Grade.NOT_USABLE, _no_fit(name, report))
+            continue
+        limit = limits[name]
+        if fit.unusable:
+            found[name] = Graded(name, Grade.NOT_USABLE, fit.unusable, limit)
+            continue
+        doubt = _doubt(fit, diagnosis, limit)
+        why = doubt or f"within the limit of use, {quantity(limit, fit.unit, 2)}"
+        found[name] = Graded(name, Grade.DOUBTFUL if doubt else Grade.GOOD, why, limit)
+    return found
+
+
+def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
+    """Why a usable calibration is not good; "" if it is."""
+    if diagnosis is None:
+        return "it has no verdict"
+    if diagnosis.base_left_out:
+        return f"its model lacks {' and '.join(diagnosis.base_left_out)}"
+    if diagnosis.verdict in _REASONS:
+        return _REASONS[diagnosis.verdict]
+    error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
+    words = quantity(limit, fit.unit, 2)
+    if error > limit:
+        return f"the error is above the limit of use, {words}"
+    if diagnosis.could_be is not None and diagnosis.could_be > limit:
+        return f"these data cannot exclude errors above the limit of use, {words}"
+    return ""
+
+
+def _no_fit(sensor: str, report: FitReport) -> str:
+    """What the report says of a sensor without a calibration."""
+    told = [note for note in report.notes(judged=True) if sensor in note]
+    return told[0] if told else f"the {sensor} is not calibrated: these data do not determine it"
+
+
+def read_limits(path: Path) -> Limits:
+    """The limits of use of a TOML file.
+
+    ``grade = "industrial"`` takes those of a grade; ``accelerometer = "2 mg"``, ``gyroscope =
+    "1 deg"`` and ``magnetometer = "0.5 uT"`` give single ones.
+
+    Raises:
+        RecordingError: the file cannot be read or is no TOML.
+        UsageError: a key, grade, number or unit is not known.
+    """
+    try:
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise RecordingError(f"{path} is not TOML: {error}") from error
+    try:
+        return _limits(given)
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from error
+
+
+def _limits(given: Mapping[str, object]) -> Limits:
+    """The limits of a grade, and single ones in their place.
+
+    Raises:
+        UsageError: a key, grade, number or unit is not known.
+    """
+    grade = given.get("grade", USUAL_GRADE)
+    if grade not in LIMITS_OF_USE:
+        raise UsageError(f"there is no grade {grade!r}; give one of {', '.join(LIMITS_OF_USE)}")
+    wanted: dict[str, object] = {**LIMITS_OF_USE[str(grade)], **given}
+    wanted.pop("grade", None)
+    for sensor in wanted:
+        if sensor not in _UNITS:
+            raise UsageError(f"there is no {sensor!r}; the keys are grade, {', '.join(_UNITS)}")
+    return {sensor: _limit(sensor, text) for sensor, text in wanted.items()}
+
+
+def _limit(sensor: str, text: object) -> float:
+    """A limit like ``2 mg`` in the unit of the sensor's errors.
+
+    Raises:
+        UsageError: it is none.
+    """
+    value, _, unit = str(text).strip().partition(" ")
+    factor = _UNITS[sensor].get(unit.strip(), _UNITS[sensor].get(canonical_unit(unit)))
+    try:
+        size = float(value)
+    except ValueError:
+        size = 0.0
+    if factor is None or not 0.0 < size < float("inf"):
+        units, like = ", ".join(_UNITS[sensor]), LIMITS_OF_USE[USUAL_GRADE][sensor]
+        raise UsageError(
+            f"{sensor} = {text!r} is no limit; write a number above zero and a unit ({units}), "
+            f'like "{like}"'
+        )
+    return size * factor

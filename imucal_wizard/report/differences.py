@@ -1,0 +1,325 @@
+"""Calibrations against each other and against a reference: a factory certificate, a rate table.
+
+Two values of a parameter differ by ``d ± √(e₁² + e₂²)``; the probability of as large a difference
+by chance is Student's with the degrees of freedom of Welch and Satterthwaite (Q's tables III to V).
+Of three and more the scatter stands beside the one that their own standard errors predict,
+``√mean(e²)`` (Q's table II); the probability is that of F.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.quantities import number, plus_minus, value_and_error
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS
+from imucal_wizard.estimate.distributions import exceeded, two_sided
+from imucal_wizard.model.effect import SENSORS
+from imucal_wizard.report.calibration_file import Calibration, read_calibration
+
+EXACT_FREEDOM = 100_000
+"""Degrees of freedom of a standard error that is known, as of a certificate."""
+SIGNIFICANT = 0.01
+"""Probability by chance below which a difference is marked."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A parameter in one file.
+
+    Attributes:
+        value: in ``unit``.
+        error: standard error, or None if there is none.
+        unit: unit word; "" for that of the other files.
+        freedom: degrees of freedom of the standard error.
+    """
+
+    value: float
+    error: float | None
+    unit: str
+    freedom: int = EXACT_FREEDOM
+
+
+@dataclass(frozen=True)
+class NamedParameters:
+    """What one file says.
+
+    Attributes:
+        name: of the file.
+        sensors: parameters by sensor and name.
+        device: name or serial number, or None.
+    """
+
+    name: str
+    sensors: Mapping[str, Mapping[str, Known]]
+    device: str | None = None
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One parameter in all files.
+
+    Attributes:
+        values: by file, ``unit``.
+        standard_errors: by file; None where there is none.
+        unit: unit word.
+        difference: of the last file from the first.
+        standard_error: of the difference, or None.
+        per_cent: difference of the first value, or None where that is zero.
+        p: probability of as large a difference by chance; of three and more files of as much
+            scatter; None without standard errors.
+        mean: of three and more files, else None.
+        standard_deviation: of three and more files.
+        predicted_standard_deviation: by the files' own standard errors.
+    """
+
+    values: tuple[float, ...]
+    standard_errors: tuple[float | None, ...]
+    unit: str
+    difference: float
+    standard_error: float | None
+    per_cent: float | None
+    p: float | None
+    mean: float | None = None
+    standard_deviation: float | None = None
+    predicted_standard_deviation: float | None = None
+
+
+def named_parameters(path: Path) -> NamedParameters:
+    """The parameters in a calibration file or a reference, TOML or JSON.
+
+    Raises:
+        RecordingError: the file cannot be read, or is neither.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    try:
+        toml = path.suffix == ".toml"
+        loose: Any = tomllib.loads(data.decode()) if toml else msgspec.json.decode(data)
+    except (ValueError, msgspec.DecodeError) as error:
+        raise RecordingError(f"{path} is neither a calibration nor a reference: {error}") from error
+    if isinstance(loose, dict) and "schema" in loose:
+        return _of_calibration(path.name, read_calibration(path))
+    try:
+        sensors = {name: loose[name] for name in SENSORS if name in loose}
+        found = {
+            sensor: {name: _given(one) for name, one in values.items()}
+            for sensor, values in sensors.items()
+        }
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        raise RecordingError(
+            f"{path} is no reference: write a table per sensor, with numbers or value, "
+            "standard_error and unit of each parameter"
+        ) from error
+    if not found:
+        raise RecordingError(
+            f"{path} names no sensor: write tables named {', '.join(SENSORS)} with parameters"
+        )
+    return NamedParameters(str(loose.get("name", path.name)), found)
+
+
+def _of_calibration(name: str, calibration: Calibration) -> NamedParameters:
+    device = calibration.device
+    return NamedParameters(
+        name,
+        {
+            sensor: {
+                parameter: Known(
+                    one.value,
+                    one.standard_error,
+                    one.unit,
+                    record.degrees_of_freedom or EXACT_FREEDOM,
+                )
+                for parameter, one in record.parameters.items()
+                if one.carried
+            }
+            for sensor, record in calibration.sensors.items()
+        },
+        None if device is None else device.serial or device.name,
+    )
+
+
+def _given(one: Any) -> Known:
+    """A number, or a table of value, standard error (or uncertainty and k) and unit."""
+    if isinstance(one, int | float):
+        return Known(float(one), None, "")
+    error = one.get("standard_error")
+    if error is None and "uncertainty" in one:
+        error = float(one["uncertainty"]) / float(one.get("k", 2.0))
+    freedom = int(one.get("degrees_of_freedom", EXACT_FREEDOM))
+    told = None if error is None else float(error)
+    return Known(float(one["value"]), told, str(one.get("unit", "")), freedom)
+
+
+def differences(
+    files: Sequence[NamedParameters],
+) -> tuple[dict[str, dict[str, Difference]], list[str]]:
+    """Each parameter that all files have, and what to know about the others.
+
+    Raises:
+        UsageError: the files have no parameter in common, or one in units that do not convert.
+    """
+    notes, found = [], {}
+    devices = {one.device for one in files if one.device is not None}
+    if len(devices) > 1:
+        notes.append(f"these are different devices: {', '.join(sorted(devices))}")
+    for sensor in SENSORS:
+        tables = [one.sensors.get(sensor, {}) for one in files]
+        names = list(dict.fromkeys(name for table in tables for name in table))
+        common = [name for name in names if all(name in table for table in tables)]
+        others = [name for name in names if name not in common]
+        if others and all(tables):
+            notes.append(f"{sensor}: not in every file: {', '.join(others)}")
+        elif others:
+            notes.append(f"the {sensor} is not in every file")
+        if common:
+            found[sensor] = {
+                name: _difference(name, [table[name] for table in tables]) for name in common
+            }
+    if not found:
+        raise UsageError("these files have no parameter in common: give calibrations of one sensor")
+    return found, notes
+
+
+def _difference(name: str, each: Sequence[Known]) -> Difference:
+    unit = next((one.unit for one in each if one.unit), "")
+    each = [_in_unit(name, one, unit) for one in each]
+    first, last = each[0], each[-1]
+    values = tuple(one.value for one in each)
+    errors = [one.error for one in each]
+    away = last.value - first.value
+    both = _known([first, last])
+    error = math.sqrt(sum(e * e for e, _ in both)) if both else None
+    made = Difference(
+        values=values,
+        standard_errors=tuple(errors),
+        unit=unit,
+        difference=away,
+        standard_error=error,
+        per_cent=100.0 * away / abs(first.value) if first.value else None,
+        p=_by_chance(away, both),
+    )
+    if len(each) < 3:
+        return made
+    count, mean = len(each), sum(values) / len(each)
+    deviation = math.sqrt(sum((one - mean) ** 2 for one in values) / (count - 1))
+    squares = [e * e for e in errors if e is not None]
+    predicted = math.sqrt(sum(squares) / count) if len(squares) == count else None
+    return replace(
+        made,
+        mean=mean,
+        standard_deviation=deviation,
+        predicted_standard_deviation=predicted,
+        p=_scattered(deviation, predicted, count, each),
+    )
+
+
+def _in_unit(name: str, one: Known, unit: str) -> Known:
+    """A value in another unit of the same quantity.
+
+    Raises:
+        UsageError: it has none.
+    """
+    if one.unit in ("", unit):
+        return one
+    for units in (ACCELERATION_UNITS, RATE_UNITS):
+        if one.unit in units and unit in units:
+            factor = units[one.unit] / units[unit]
+            error = None if one.error is None else one.error * factor
+            return Known(one.value * factor, error, unit, one.freedom)
+    raise UsageError(
+        f"{name} is in {one.unit} in one file and in {unit} in another: only calibrations of "
+        "readings in the same unit can be compared"
+    )
+
+
+def _known(each: Sequence[Known]) -> list[tuple[float, int]]:
+    """Standard errors with their freedom; a value without one, as in a certificate, is exact."""
+    found = [(one.error, one.freedom) for one in each if one.error is not None]
+    return [(error, freedom) for error, freedom in found if error > 0.0]
+
+
+def _by_chance(away: float, errors: Sequence[tuple[float, int]]) -> float | None:
+    """Welch's test."""
+    total = sum(e * e for e, _ in errors)
+    if total <= 0.0:
+        return None
+    freedom = total**2 / sum(e**4 / freedom for e, freedom in errors)
+    t = away / math.sqrt(total)
+    if freedom > 1000.0:
+        return math.erfc(abs(t) / math.sqrt(2.0))
+    return two_sided(t, max(int(freedom), 1))
+
+
+def _scattered(
+    deviation: float, predicted: float | None, count: int, each: Sequence[Known]
+) -> float | None:
+    """Probability of more scatter by chance."""
+    if not predicted:
+        return None
+    freedom = min(sum(one.freedom for one in each), EXACT_FREEDOM)
+    return exceeded((deviation / predicted) ** 2, count - 1, freedom)
+
+
+def difference_table(
+    files: Sequence[NamedParameters],
+    found: Mapping[str, Mapping[str, Difference]],
+    notes: Sequence[str],
+) -> str:
+    """The differences as text, one row per parameter."""
+    lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
+    marked = total = 0
+    for sensor, rows in found.items():
+        many = len(files) > 2
+        heads = ("mean", "scatter", "predicted", "p") if many else ("1", "2", "2 − 1", "%", "p")
+        widths = (14, 14, 14, 9) if many else (12, 12, 22, 7, 7)
+        lines += ["", f"{sensor.upper():20}" + _cells(heads, widths)]
+        for name, one in rows.items():
+            total += one.p is not None
+            odd = one.p is not None and one.p < SIGNIFICANT
+            marked += odd
+            cells = _many(one) if many else _two(one)
+            label = f"{'▸' if odd else ' '} {name}"
+            unit = "" if one.unit == "1" else f" [{one.unit}]"
+            lines.append(f"{label + unit:20}" + _cells(cells, widths))
+    what = "scatter more than their standard errors predict" if len(files) > 2 else "differ"
+    expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.1f} expected by chance)"
+    lines += [
+        "",
+        f"▸ {marked} of {total} parameters {what}",
+        f"  {expected}",
+        *(f"note: {text}" for text in notes),
+    ]
+    return "\n".join(lines)
+
+
+def _two(one: Difference) -> tuple[str, ...]:
+    """Both values with the decimals of the difference's error."""
+    error = one.standard_error
+    first, second = (
+        number(v, 5) if not error else value_and_error(v, error)[0] for v in one.values
+    )
+    away = plus_minus(one.difference, error)
+    return first, second, away, number(one.per_cent, 2), _chance(one.p)
+
+
+def _many(one: Difference) -> tuple[str, ...]:
+    predicted = one.predicted_standard_deviation
+    scatter = number(one.standard_deviation)
+    return number(one.mean, 5), scatter, number(predicted), _chance(one.p)
+
+
+def _chance(p: float | None) -> str:
+    return "<1e−9" if p is not None and p < 1e-9 else number(p, 2)
+
+
+def _cells(texts: Sequence[str], widths: Sequence[int]) -> str:
+    return "".join(f"{text:>{width}}" for text, width in zip(texts, widths, strict=True))

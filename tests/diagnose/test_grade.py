@@ -1,0 +1,91 @@
+"""One word per sensor: the limits of use, and what makes a sensor doubtful or not usable."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.diagnose.grade import Grade, graded, read_limits
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.result import FitReport
+from tests.tui.fakes import diagnoses, report
+
+GOOD = diagnoses(Verdict.COMPLETE)
+
+
+def test_good_is_complete_and_within_the_limit() -> None:
+    found = graded(report(), GOOD)
+    assert {one.grade for one in found.values()} == {Grade.GOOD}
+    assert found["accelerometer"].limit == pytest.approx(2e-3 * 9.80665)
+    assert found["gyroscope"].limit == pytest.approx(math.radians(1.0))
+    assert graded(report(), {}) == {}
+
+
+@pytest.mark.parametrize("verdict", [one for one in Verdict if one is not Verdict.COMPLETE])
+def test_any_other_verdict_is_doubtful_and_says_why(verdict: Verdict) -> None:
+    one = graded(report(), diagnoses(verdict))["gyroscope"]
+    assert one.grade is Grade.DOUBTFUL
+    assert one.why
+
+
+def test_an_error_above_the_limit_is_doubtful() -> None:
+    one = graded(report(), GOOD, {"accelerometer": 1e-4, "gyroscope": 1.0})["accelerometer"]
+    assert (one.grade, "above the limit of use, 0.010 mg" in one.why) == (Grade.DOUBTFUL, True)
+
+
+def without(sensor: str) -> FitReport:
+    """A report in which a sensor that was measured has no calibration."""
+    known = report()
+    sensors = {name: fit for name, fit in known.sensors.items() if name != sensor}
+    return replace(known, sensors=sensors, warnings=(f"the {sensor} is not calibrated: too few",))
+
+
+def test_a_sensor_without_a_calibration_is_not_usable() -> None:
+    one = graded(without("gyroscope"), GOOD)["gyroscope"]
+    assert (one.grade, one.grade.word) == (Grade.NOT_USABLE, "NOT USABLE")
+    assert one.why == "the gyroscope is not calibrated: too few"
+
+
+def test_a_calibration_that_is_worse_than_none_is_not_usable() -> None:
+    known = report()
+    worse = replace(known.sensors["accelerometer"], rms_before=1e-4)
+    found = graded(replace(known, sensors={**known.sensors, "accelerometer": worse}), GOOD)
+    assert found["accelerometer"].grade is Grade.NOT_USABLE
+    assert "worse than none" in found["accelerometer"].why
+
+
+def test_limits_are_read_from_a_file(tmp_path: Path) -> None:
+    place = tmp_path / "limits.toml"
+    place.write_text('grade = "industrial"\naccelerometer = "0.02 m/s^2"\ngyroscope = "0.5 °"\n')
+    found = read_limits(place)
+    expected = {"accelerometer": 0.02, "gyroscope": math.radians(0.5), "magnetometer": 0.2}
+    assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "accelerometer = 2",
+            "accelerometer = 2 is no limit; write a number above zero and a unit",
+        ),
+        ('gyroscope = "1 deg/s"', "gyroscope = '1 deg/s' is no limit"),
+        ('magnetometer = "-1 uT"', "magnetometer = '-1 uT' is no limit"),
+        ('barometer = "1 Pa"', "there is no 'barometer'; the keys are grade, accelerometer"),
+        ('grade = "toy"', "there is no grade 'toy'; give one of consumer, industrial, tactical"),
+        ("grade = [", "is not TOML"),
+        (None, "cannot be read"),
+    ],
+)
+def test_a_file_that_holds_no_limits_is_refused(
+    tmp_path: Path, text: str | None, says: str
+) -> None:
+    place = tmp_path / "limits.toml"
+    if text is not None:
+        place.write_text(text)
+    with pytest.raises(ImucalError) as caught:
+        read_limits(place)
+    assert says in str(caught.value)
+    assert "limits.toml" in str(caught.value)
