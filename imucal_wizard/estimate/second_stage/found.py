@@ -11,7 +11,7 @@ from imucal_wizard.estimate.second_stage.heading import Bearings
 
 MAX_WORSE = 1.1
 """A closure that is larger by less than this may be no worse: thirty rotations know it to 13 %."""
-SAME = 1.02
+SAME_CLOSURES = 1.02
 """Closures that together are larger by less than this are the same: more data decide, which know
 the gains at least as well."""
 EXACT_CLOSURE = 1e-7
@@ -59,7 +59,7 @@ class Added:
         """
         heading = self.heading_after / max(self.heading_before, EXACT_CLOSURE)
         tilt = self.tilt_after / max(self.tilt_before, EXACT_CLOSURE)
-        return max(heading, tilt) <= MAX_WORSE and heading**2 + tilt**2 <= 2.0 * SAME**2
+        return max(heading, tilt) <= MAX_WORSE and heading**2 + tilt**2 <= 2.0 * SAME_CLOSURES**2
 
 
 @dataclass(frozen=True, eq=False)
